@@ -1,5 +1,30 @@
 from . import worldmaps
 from .catalogue import NAMES, WINKEL_PARALLEL
+from .coordinates import (
+    DataCrs,
+    DatumTransformation,
+    Graticule,
+    ProjectedCrs,
+    area_of_use,
+    crs_of,
+    data_crs_of,
+    datum_transformation,
+    geodesic_arrivals,
+    geodesic_courses,
+    geodesic_destination,
+    geodesic_lengths,
+    geodesic_points,
+    geodesics,
+    geographic,
+    graticule_of,
+    ground_of,
+    keeps_datum,
+    kept_datum,
+    projected_crs_of,
+    same_map,
+    to_lonlat,
+)
+from .crs import cf_attributes
 from .crs_metadata import (
     CrsAxis,
     CrsMetadata,
@@ -46,23 +71,6 @@ from .exports import (
     wkt_of,
 )
 from .fileless import close_parameters, environment_without_files, file_named_in
-from .geodesy import (
-    DatumTransformation,
-    area_of_use,
-    crs_of,
-    datum_transformation,
-    geodesic_arrivals,
-    geodesic_courses,
-    geodesic_destination,
-    geodesic_lengths,
-    geodesic_points,
-    geodesics,
-    ground_of,
-    keeps_datum,
-    kept_datum,
-    to_lonlat,
-)
-from .names import needed_parameters, projection_names
 from .point_tables import (
     TEXT_SUFFIXES,
     FrameLike,
@@ -79,20 +87,17 @@ from .point_tables import (
     tell_of_frame_in_degrees,
     tell_of_missing,
 )
-from .proj_parameters import ParameterRange, defined_by, number_text
-from .projected_crs import (
-    DataCrs,
-    Graticule,
-    ProjectedCrs,
-    data_crs_of,
-    geographic,
-    graticule_of,
-    projected_crs_of,
-    same_map,
+from .proj_strings import defined_by, number_text
+from .projection import (
+    Body,
+    Projection,
+    ProjectionLike,
+    is_same_body,
+    listed_projections,
+    needed_parameters,
+    projection_names,
 )
-from .projection import Body, Projection, ProjectionLike, is_same_body, listed_projections
-from .tuning import Tunable, tunable, tuned, with_parameters
-from .wkt import cf_attributes
+from .tuning import ParameterRange, Tunable, tunable, tuned, with_parameters
 from .worldmaps import WORLD_MAPS, distance_around_edge
 
 __all__ = [

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import functools
 import re
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
 
 import pyproj.database
 import pyproj.list
+from pyproj.datadir import get_data_dir
 from pyproj.enums import PJType
 
 from projdist.earth import data_rows
@@ -27,10 +32,7 @@ TITLES: dict[str, str] = {row["name"]: row["title"] for row in _ROWS}
 ID_TITLES = {row["operation"]: row["title"] for row in _ROWS if row["titles_operation"]}
 """Titles of PROJ's ids, which PROJ itself describes in several styles; of an id with several names the general one."""
 
-TEXTBOOK_PARAMETERS: dict[str, str] = {
-    "wink1": NAMES["winkel-1"],
-    "wink2": NAMES["winkel-2"],
-}
+TEXTBOOK_PARAMETERS: dict[str, str] = {"wink1": NAMES["winkel-1"], "wink2": NAMES["winkel-2"]}
 """Textbook parameters of PROJ ids whose defaults in PROJ give another map."""
 
 NEEDED_PARAMETERS: dict[str, str] = {row["operation"]: row["example"] for row in data_rows("needed_parameters.csv")}
@@ -127,6 +129,29 @@ def _crs_names() -> dict[str, tuple[str, str]]:
         for info in pyproj.database.query_crs_info(authority, PJType.PROJECTED_CRS):
             found.setdefault(folded(info.name), (f"{authority}:{info.code}", info.name))
     return found
+
+
+@contextlib.contextmanager
+def database() -> Iterator[sqlite3.Connection]:
+    """Read-only connection to PROJ's database; raises sqlite3.Error if the file is missing."""
+    path = Path(get_data_dir(), "proj.db").resolve().as_uri()
+    with contextlib.closing(sqlite3.connect(f"{path}?mode=ro", uri=True)) as connection:
+        yield connection
+
+
+def is_registered(name: str) -> bool:
+    """True if a CRS of PROJ's database has exactly this name, or may have it because the database cannot be read."""
+    return not (names := _registered_names()) or name in names
+
+
+@functools.cache
+def _registered_names() -> frozenset[str]:
+    """Names of all CRSs in PROJ's database, 1 MB; empty if it cannot be read."""
+    try:
+        with database() as db:
+            return frozenset(name for (name,) in db.execute("SELECT name FROM crs_view"))
+    except sqlite3.Error:
+        return frozenset()
 
 
 @functools.cache

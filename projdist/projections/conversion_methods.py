@@ -10,7 +10,7 @@ import difflib
 import functools
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -26,20 +26,17 @@ class StatedParameter(NamedTuple):
     name: str
     value: float
 
-
-@dataclass(frozen=True)
-class _Kind:
-    """A kind of parameter: its quantity, and its names in different programs, that of WKT 1 first."""
-
-    quantity: str  # angle, length, scale, or option (a choice between methods)
-    names: tuple[str, ...]
+    @property
+    def kind(self) -> str:
+        """Its kind, by any program's name; "" if no program knows it."""
+        return _KIND_OF.get(folded(self.name), "")
 
 
-# EPSG's names, GDAL's and GeoTools' of WKT 1, Esri's, and those of the CF conventions; case and spaces do not count.
-_KINDS = {
-    row["kind"]: _Kind(row["quantity"], tuple(row["names"].split(";"))) for row in data_rows("parameter_names.csv")
-}
-_KIND_OF = {folded(name): key for key, kind in _KINDS.items() for name in kind.names}
+# Kinds of parameters: the quantity (angle, length, scale, or option, a choice between methods), and the names: that of
+# WKT 1 first, EPSG's, GDAL's and GeoTools', Esri's, and those of the CF conventions. Case and spaces do not count.
+_QUANTITIES = {row["kind"]: row["quantity"] for row in data_rows("parameter_names.csv")}
+_SPELLINGS = {row["kind"]: row["names"].split(";") for row in data_rows("parameter_names.csv")}
+_KIND_OF = {folded(name): kind for kind, names in _SPELLINGS.items() for name in names}
 # The names of parameters in WKT 2 by EPSG's code, or by a word of ours where there is none.
 _NAMES = {row["code"]: row["name"] for row in data_rows("method_parameters.csv")}
 _LATITUDES = {"latitude", "parallel_1", "parallel_2"}
@@ -66,20 +63,21 @@ class _Parameter:
 
     @property
     def quantity(self) -> str:
-        return _KINDS[self.kind].quantity
+        return _QUANTITIES[self.kind]
 
     @property
     def spoken(self) -> str:
         """Its name in messages, followed by that of WKT 1."""
-        return f"{self.name} ({_KINDS[self.kind].names[0]})"
-
-    def takes(self, kind: str) -> bool:
-        """True if a stated parameter of this kind stands for this one."""
-        return kind != "" and kind in (self.kind, self.instead)
+        return f"{self.name} ({_SPELLINGS[self.kind][0]})"
 
     def has(self, value: float) -> bool:
         """True if PROJ supports the value."""
         return not self.values or any(abs(value - known) < _SAME_VALUE for known in self.values)
+
+    def written(self, value: float, unit: Any) -> dict[str, Any]:
+        """PROJJSON of the parameter."""
+        item = {"name": self.name, "value": value, "unit": unit}
+        return item | ({"id": {"authority": "EPSG", "code": int(self.code)}} if self.code else {})
 
 
 @dataclass(frozen=True)
@@ -88,7 +86,7 @@ class _Method:
 
     name: str
     code: str
-    other_names: tuple[str, ...]
+    other_names: frozenset[str]
     parameters: tuple[_Parameter, ...]
     options: dict[str, float]
 
@@ -110,6 +108,11 @@ class _Reading:
             if wanted not in self.taken and not wanted.optional and wanted.kind not in ("easting", "northing")
         ]
 
+    @property
+    def parallel(self) -> float:
+        """Standard parallel of a polar map; 0 for other maps."""
+        return next((float(item["value"]) for wanted, item in self.taken.items() if wanted.code == "8832"), 0.0)
+
     def take(self, wanted: _Parameter, item: dict[str, Any], name: str) -> None:
         """Take a stated parameter for one of the method's, if PROJ supports its value."""
         if wanted.optional or wanted.has(item["value"]):
@@ -118,35 +121,26 @@ class _Reading:
 
     def uses(self, item: StatedParameter) -> bool:
         """True if a stated parameter is among those taken, by name, or by value and kind."""
-        name, kind = folded(item.name), _kind_of(item)
+        name, kind = folded(item.name), item.kind
         if kind == "option" and self.method.options.get(name) == item.value:
             return True
-        if name in self.names and _is_same(item.value, self.names[name]):
+        same = functools.partial(math.isclose, item.value, rel_tol=_SAME)
+        if name in self.names and same(self.names[name]):
             return True
         return any(
-            _is_same(item.value, value["value"])
+            same(value["value"])
             for wanted, value in self.taken.items()
-            if wanted.takes(kind) or {kind, wanted.kind} <= _LATITUDES or {kind, wanted.kind} == _ROTATIONS
+            if (kind and kind in (wanted.kind, wanted.instead))
+            or {kind, wanted.kind} <= _LATITUDES
+            or {kind, wanted.kind} == _ROTATIONS
         )
 
     def is_idle(self, item: StatedParameter) -> bool:
         """True if a parameter unknown to the method changes nothing: 0, a scale of 1, the pole of a polar map."""
-        kind = _kind_of(item)
-        if kind == "latitude" and abs(item.value) == 90.0:
-            return any(
-                wanted.code == "8832" and value["value"] * item.value > 0 for wanted, value in self.taken.items()
-            )
-        neutral = 1.0 if kind == "scale" or folded(item.name) in ("xscale", "yscale") else 0.0
-        return kind != "" and item.value == neutral
-
-    def contradicts(self, item: StatedParameter) -> bool:
-        """True if a stated latitude is the pole opposite to the standard parallel of a polar map."""
-        parallel = next((value["value"] for wanted, value in self.taken.items() if wanted.code == "8832"), 0.0)
-        return _kind_of(item) == "latitude" and abs(item.value) == 90.0 and parallel * item.value < 0.0
-
-
-def _is_same(value: float, other: float) -> bool:
-    return math.isclose(value, other, rel_tol=_SAME)
+        if item.kind == "latitude" and abs(item.value) == 90.0:
+            return self.parallel * item.value > 0.0
+        neutral = 1.0 if item.kind == "scale" or folded(item.name) in ("xscale", "yscale") else 0.0
+        return item.kind != "" and item.value == neutral
 
 
 @functools.cache
@@ -155,7 +149,7 @@ def _methods() -> tuple[_Method, ...]:
         _Method(
             row["method"],
             row["code"],
-            tuple(filter(None, row["other_names"].split(";"))),
+            frozenset(folded(name) for name in row["other_names"].split(";") if name),
             tuple(map(_parameter, row["parameters"].split())),
             {folded(key): float(value) for key, _, value in (text.partition("=") for text in row["options"].split())},
         )
@@ -195,7 +189,7 @@ def _candidates(name: str, code: str) -> list[_Method]:
     own = [method for method in _methods() if code and method.code == code] or [
         method for method in _methods() if folded(method.name) == wanted
     ]
-    return own + [method for method in _methods() if method not in own and wanted in map(folded, method.other_names)]
+    return own + [method for method in _methods() if method not in own and wanted in method.other_names]
 
 
 def reconciled(crs: dict[str, Any], stated: Sequence[StatedParameter] | None) -> dict[str, Any]:
@@ -218,9 +212,12 @@ def reconciled(crs: dict[str, Any], stated: Sequence[StatedParameter] | None) ->
     if reading is None:  # not in the table: left to PROJ
         return crs
     _complete(reading, str(crs["name"]))
-    if _is_as_read(reading, read):
-        return crs
-    mended = conversion_of(reading.method.name, reading.taken.values(), conversion["name"])
+    if all(
+        any(item is known for known in read) and ("id" in item or folded(item["name"]) == folded(wanted.name))
+        for wanted, item in reading.taken.items()
+    ):
+        return crs  # PROJ itself has read all
+    mended = _conversion(reading, conversion["name"])
     return {key: value for key, value in crs.items() if key not in ("id", "ids")} | {"conversion": mended}
 
 
@@ -230,16 +227,15 @@ def conversion_of_names(method: str, stated: Sequence[StatedParameter], name: st
     if reading is None:
         raise ProjectionError(f"Invalid CRS '{shown(name)}'. PROJ does not know the method '{shown(method)}'.")
     _complete(reading, name)
-    return conversion_of(reading.method.name, reading.taken.values(), name)
+    return _conversion(reading, name)
 
 
-def conversion_of(method: str, parameters: Iterable[dict[str, Any]], name: str) -> dict[str, Any]:
+def _conversion(reading: _Reading, name: str) -> dict[str, Any]:
     """PROJJSON of a conversion by a method of the table."""
-    row = next(row for row in _methods() if row.name == method)
-    identity: dict[str, Any] = {"name": row.name}
-    if row.code:
-        identity["id"] = {"authority": "EPSG", "code": int(row.code)}
-    return {"name": name, "method": identity, "parameters": list(parameters)}
+    method: dict[str, Any] = {"name": reading.method.name}
+    if reading.method.code:
+        method["id"] = {"authority": "EPSG", "code": int(reading.method.code)}
+    return {"name": name, "method": method, "parameters": list(reading.taken.values())}
 
 
 def _best_reading(
@@ -258,14 +254,15 @@ def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[S
     reading = _Reading(method)
     for wanted in method.parameters:
         for item in read if code in ("", method.code) else ():
-            if _is_named(item, wanted):
+            own = str(item.get("id", {}).get("code", ""))
+            if own == wanted.code if own and wanted.code else folded(item["name"]) == folded(wanted.name):
                 reading.take(wanted, item, item["name"])
     for kinds in ([wanted.kind for wanted in method.parameters], [wanted.instead for wanted in method.parameters]):
         for wanted, kind in zip(method.parameters, kinds, strict=True):
-            unread = (item for item in stated if _kind_of(item) == kind and folded(item.name) not in reading.names)
+            unread = (item for item in stated if item.kind == kind and folded(item.name) not in reading.names)
             found = next(unread, None)
             if kind and found is not None and wanted not in reading.taken:
-                reading.take(wanted, _item(wanted, found, read), found.name)
+                reading.take(wanted, wanted.written(found.value, _unit(wanted, found.name, read)), found.name)
     reading.unused += [item for item in stated if not reading.uses(item) and not reading.is_idle(item)]
     reading.unused += [
         StatedParameter(wanted.name, item["value"])
@@ -275,43 +272,17 @@ def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[S
     return reading
 
 
-def _is_named(item: dict[str, Any], wanted: _Parameter) -> bool:
-    """True if a parameter read by PROJ has the code or the name of the method's parameter."""
-    code = str(item.get("id", {}).get("code", ""))
-    return code == wanted.code if code and wanted.code else folded(item["name"]) == folded(wanted.name)
-
-
-def _kind_of(item: StatedParameter) -> str:
-    return _KIND_OF.get(folded(item.name), "")
-
-
-def _item(wanted: _Parameter, found: StatedParameter, read: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """PROJJSON of a parameter, in the unit that PROJ read for others of its quantity."""
-    alike = (item for item in read if folded(item["name"]) == folded(found.name))
-    others = (
-        item
-        for item in read
-        if (kind := _KIND_OF.get(folded(item["name"]))) and _KINDS[kind].quantity == wanted.quantity
-    )
-    unit = next((item["unit"] for item in (*alike, *others) if "unit" in item), _UNITS[wanted.quantity])
-    item: dict[str, Any] = {"name": wanted.name, "value": found.value, "unit": unit}
-    if wanted.code:
-        item["id"] = {"authority": "EPSG", "code": int(wanted.code)}
-    return item
-
-
-def _is_as_read(reading: _Reading, read: Sequence[dict[str, Any]]) -> bool:
-    """True if PROJ itself read all parameters that are taken."""
-    return all(
-        any(item is known for known in read) and ("id" in item or folded(item["name"]) == folded(wanted.name))
-        for wanted, item in reading.taken.items()
-    )
+def _unit(wanted: _Parameter, name: str, read: Sequence[dict[str, Any]]) -> Any:
+    """The unit of a parameter stated by a name: that which PROJ read for it, or for others of its quantity."""
+    alike = (item for item in read if folded(item["name"]) == folded(name))
+    others = (item for item in read if _QUANTITIES.get(_KIND_OF.get(folded(item["name"]), "")) == wanted.quantity)
+    return next((item["unit"] for item in (*alike, *others) if "unit" in item), _UNITS[wanted.quantity])
 
 
 def _complete(reading: _Reading, name: str) -> None:
     """Warn of unused parameters, set missing scales to 1, and raise if any other parameter is missing."""
     method = reading.method
-    strange = [item for item in reading.unused if not _kind_of(item)]
+    strange = [item for item in reading.unused if not item.kind]
     needed = [wanted for wanted in reading.missing if wanted.quantity != "scale"]
     if needed:
         hint = did_you_mean([meant for item in strange for meant in _close(item.name, needed)])
@@ -322,7 +293,7 @@ def _complete(reading: _Reading, name: str) -> None:
             + (f", and has no use for {unused}. {hint}".rstrip() if unused else ".")
         )
     for item in reading.unused:
-        if reading.contradicts(item):
+        if item.kind == "latitude" and abs(item.value) == 90.0 and reading.parallel * item.value < 0.0:
             raise ProjectionError(
                 f"Invalid CRS '{shown(name)}'. Its '{shown(item.name)}' is {item.value:.12g}, and its standard "
                 "parallel is on the other side of the equator: they must be on one."
@@ -334,12 +305,12 @@ def _complete(reading: _Reading, name: str) -> None:
         )
     for wanted in reading.missing:  # only scales are left
         tell(f"The CRS '{shown(name)}' states no {wanted.spoken} for {method.name}: it is taken for 1.")
-        reading.taken[wanted] = _item(wanted, StatedParameter(wanted.name, 1.0), [])
+        reading.taken[wanted] = wanted.written(1.0, _UNITS["scale"])
 
 
 def _close(name: str, wanted: Sequence[_Parameter]) -> list[str]:
     """The closest known name of a misspelt parameter, in its style of capitals."""
-    known = {folded(spelling): spelling for item in wanted for spelling in _KINDS[item.kind].names}
+    known = {folded(spelling): spelling for item in wanted for spelling in _SPELLINGS[item.kind]}
     found = difflib.get_close_matches(folded(name), known, n=1, cutoff=NEAR)
     capitals = re.search(r"_[A-Z]", name) is not None
     return [known[key].title() if capitals and "_" in known[key] else known[key] for key in found]

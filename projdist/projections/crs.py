@@ -1,19 +1,27 @@
-"""Projections from coordinate reference systems: each is the operation from its own geodetic CRS."""
+"""Projections from coordinate reference systems: well-known text, attributes of the CF conventions, any CRS of PROJ."""
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from numbers import Real
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pyproj.database
 import pyproj.exceptions
 from pyproj import CRS
 
-from projdist.earth import Ellipsoid
-from projdist.projections.catalogue import close_codes, codes_elsewhere
-from projdist.projections.conversion_methods import StatedParameter, known_method, reconciled
+from projdist.projections.catalogue import close_codes, codes_elsewhere, folded, is_registered
+from projdist.projections.conversion_methods import (
+    StatedParameter,
+    conversion_of_names,
+    is_parameter,
+    known_method,
+    reconciled,
+)
 from projdist.projections.errors import ALLOWED, ProjectionError, proj_reason
 from projdist.projections.operations import (
     CrsOperation,
@@ -21,28 +29,258 @@ from projdist.projections.operations import (
     ellipsoid_of_crs,
     geographic_base,
     greenwich_offset,
-    operation_ellipsoid,
-    tell_of_ellipsoid,
     units_per_degree,
+    used_ellipsoid,
 )
-from projdist.projections.wkt import (
-    WktNode,
-    check_wkt,
-    crs_of_grid_mapping,
-    grid_mapping_in,
-    is_wkt,
-    parse_wkt,
-    with_spaces,
-    with_square_brackets,
-    wkt_in,
+from projdist.support import did_you_mean, listed, quoted, shown, tell
+
+_TOKEN = re.compile(
+    r"""\s*(?:(?P<text>"(?:[^"]|"")*")|(?P<open>[\[(])|(?P<close>[\])])|(?P<comma>,)|(?P<word>[^\s"\[\](),][^"\[\](),]*))"""
 )
-from projdist.support import did_you_mean, listed, shown
+_VERTICAL = re.compile(r",\s*VERTCS\s*[\[(]")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+# How many numbers a node holds.
+_NUMBERS = {"SPHEROID": 2, "ELLIPSOID": 2, "BBOX": 4} | dict.fromkeys(
+    ["PARAMETER", "PRIMEM", "PRIMEMERIDIAN", "UNIT", "ANGLEUNIT", "LENGTHUNIT", "SCALEUNIT"], 1
+)
+# WKT 1 writes spaces in names as underscores, also in a PROJ string, `PROJ-based operation method: +proj=pipeline ...`.
+_PIPELINE = re.compile(r"PROJ-based[_ ]operation[_ ]method:[^\"]*")
 
 
-def parse_crs(value: Any, *, registered: bool = True) -> Parts:
+@dataclass(frozen=True)
+class WktNode:
+    """A keyword in capitals with its contents: `values` (unquoted texts, words, numbers) and inner `nodes`."""
+
+    keyword: str
+    values: list[str] = field(default_factory=list)
+    nodes: list[WktNode] = field(default_factory=list)
+
+    @property
+    def name(self) -> str:
+        """The first value, the name of most keywords."""
+        return self.values[0] if self.values else ""
+
+    @property
+    def numbers(self) -> list[float]:
+        """The numbers after the name."""
+        return [float(value) for value in self.values[1:] if _NUMBER.fullmatch(value)]
+
+    def walk(self) -> Iterator[WktNode]:
+        """The node and all nodes below it, in order."""
+        waiting = [self]
+        while waiting:
+            node = waiting.pop()
+            yield node
+            waiting.extend(reversed(node.nodes))
+
+
+def is_wkt(text: str) -> bool:
+    """True if a text begins like WKT, with a word and a bracket."""
+    return re.match(r"\s*\w+\s*[\[(]", text) is not None
+
+
+def is_proj_string(text: str) -> bool:
+    """True if a text has a `proj=` and is not WKT or PROJJSON."""
+    return re.search(r"(?:^|\s)\+?proj=", text) is not None and not re.match(r"\s*(?:\w+\s*[\[(]|{)", text)
+
+
+def parse_wkt(text: str) -> list[WktNode]:
+    """The tree of WKT, or two trees if Esri's VERTCS follows after a comma; raises ProjectionError."""
+    complaint = f"Invalid projection '{shown(text)}'."
+    roots: list[WktNode] = []
+    waiting: list[WktNode] = []  # the nodes whose brackets are open
+    word, at = "", 0
+    while match := _TOKEN.match(text, at):
+        at = match.end()
+        if match["open"]:
+            node = WktNode(word.upper())
+            (waiting[-1].nodes if waiting else roots).append(node)
+            waiting.append(node)
+        elif word and waiting:
+            waiting[-1].values.append(word)
+        word = (match["word"] or "").strip()
+        if match["text"] and waiting:
+            waiting[-1].values.append(match["text"][1:-1].replace('""', '"'))
+        if match["close"]:
+            waiting.pop()
+            behind = "" if waiting else text[at:].strip()
+            if behind and not (len(roots) == 1 and _VERTICAL.match(behind)):
+                raise ProjectionError(
+                    f"{complaint} WKT must end with its last bracket, and not with '{shown(behind)}'."
+                )
+    if waiting:
+        mark = f", or a quotation mark before '{shown(text[at:])}'" if text[at:].strip() else ""
+        raise ProjectionError(f"{complaint} The closing bracket of {waiting[-1].keyword} is missing{mark}.")
+    return roots
+
+
+def _check_wkt(roots: list[WktNode], text: str) -> None:
+    """Raise ProjectionError for decimal commas, and for flattenings in place of their inverses."""
+    complaint = f"Invalid projection '{shown(text)}'."
+    for node in (node for root in roots for node in root.walk()):
+        this = f"{node.keyword} '{shown(node.name)}'"
+        numbers = [value for value in node.values[0 if node.keyword == "BBOX" else 1 :] if _NUMBER.fullmatch(value)]
+        if len(numbers) > _NUMBERS.get(node.keyword, len(numbers)):
+            reason = f"{this} has a comma within a number, {','.join(numbers)}: write a point."
+            raise ProjectionError(f"{complaint} {reason}")
+        if node.keyword in ("SPHEROID", "ELLIPSOID") and len(numbers) > 1 and 0.0 < float(numbers[1]) < 1.0:
+            raise ProjectionError(
+                f"{complaint} {this} has an inverse flattening of {numbers[1]}, which is below 1: a flattening of "
+                f"{numbers[1]} is written as {1.0 / float(numbers[1]):.9g}."
+            )
+
+
+def with_spaces(text: str) -> str:
+    """The text with the spaces of PROJ pipelines restored from the underscores of WKT 1."""
+    return _PIPELINE.sub(
+        lambda match: re.sub(r"_(?=\+)", " ", match[0].replace("_operation_method:", " operation method:")), text
+    )
+
+
+# ---- CF conventions ------------------------------------------------------------------------------
+
+
+_WKT = ("crs_wkt", "spatial_ref")  # CF's, and GDAL's
+_NAME = "grid_mapping_name"
+_SIZES = ("semi_major_axis", "semi_minor_axis", "inverse_flattening", "earth_radius")
+_NAMES = ("reference_ellipsoid_name", "horizontal_datum_name", "geographic_crs_name")
+_GEODETIC = (*_SIZES, *_NAMES, "longitude_of_prime_meridian", "prime_meridian_name", "towgs84")
+_SAME_SIZE = 1e-6  # relative: files round axes to single precision, 0.5 m
+_SAME_FLATTENING = 1e-4  # relative: files have 298.25 for 298.257223563
+_DEGREES = ("latitude_longitude", "rotated_latitude_longitude")
+_METRE_AXES = {
+    "subtype": "Cartesian",
+    "axis": [
+        {"name": "Easting", "abbreviation": "E", "direction": "east", "unit": "metre"},
+        {"name": "Northing", "abbreviation": "N", "direction": "north", "unit": "metre"},
+    ],
+}
+
+
+class CfAttributes(NamedTuple):
+    """Attributes of a grid mapping and of its coordinates x and y, in GIS order."""
+
+    mapping: dict[str, Any]
+    x: dict[str, str]
+    y: dict[str, str]
+
+
+def cf_attributes(wkt: str) -> CfAttributes:
+    """Attributes of a CRS after CF 1.11, section 5.6, with GDAL's `spatial_ref`."""
+    crs = CRS.from_wkt(wkt)
+    mapping = crs.to_cf() | {"spatial_ref": wkt}
+    if crs.is_geographic:
+        own = crs.axis_info[0].unit_name  # pyproj writes degrees for grads
+        x, y = (
+            {"axis": axis, "standard_name": name, "units": unit if own == "degree" else own}
+            for axis, name, unit in (("X", "longitude", "degrees_east"), ("Y", "latitude", "degrees_north"))
+        )
+    else:
+        units = str(crs.cs_to_cf()[0]["units"])
+        x, y = (
+            {"axis": axis.upper(), "standard_name": f"projection_{axis}_coordinate", "units": units} for axis in "xy"
+        )
+    return CfAttributes(mapping, x, y)
+
+
+def grid_mapping_in(value: Any) -> dict[str, Any] | None:
+    """Attributes of a grid mapping, from a dictionary or a variable of xarray, netCDF4 or h5netcdf; None for others."""
+    attributes = getattr(value, "attrs", value)
+    if hasattr(value, "ncattrs"):
+        attributes = {name: value.getncattr(name) for name in value.ncattrs()}
+    if not isinstance(attributes, Mapping) or not any(key in attributes for key in (_NAME, *_WKT)):
+        return None
+    return dict(attributes)
+
+
+def crs_of_grid_mapping(mapping: Mapping[str, Any]) -> CRS:
+    """The CRS of a grid mapping's attributes after CF 1.11, appendix F; raises ProjectionError."""
+    name = str(mapping[_NAME])
+    stated = {key: _checked(name, key, value) for key, value in mapping.items()}
+    geodetic = {key: value for key, value in stated.items() if key in _GEODETIC}
+    try:
+        base = CRS.from_cf(stated if name in _DEGREES else {_NAME: "latitude_longitude", **geodetic})
+    except (pyproj.exceptions.CRSError, KeyError, TypeError, ValueError) as error:
+        raise ProjectionError(f"Invalid grid mapping '{shown(name)}'. PROJ cannot read its attributes.") from error
+    _check_figure(name, base, geodetic)
+    if name in _DEGREES:
+        return base
+    title = str(mapping.get("projected_crs_name", name))
+    conversion = conversion_of_names(_method(name, stated), _parameters(name, stated), title)
+    return CRS.from_json_dict(
+        {
+            "type": "ProjectedCRS",
+            "name": title,
+            "base_crs": {key: value for key, value in base.to_json_dict().items() if key != "$schema"},
+            "conversion": conversion,
+            "coordinate_system": _METRE_AXES,
+        }
+    )
+
+
+def _checked(name: str, key: str, value: Any) -> Any:
+    """An attribute, unpacked from a list of one; raises ProjectionError if it must be a number and is not."""
+    values = np.ravel(value).tolist()
+    if key in _SIZES or key == "longitude_of_prime_meridian" or is_parameter(key):
+        are_numbers = (isinstance(one, Real) and not isinstance(one, bool) and math.isfinite(one) for one in values)
+        if not values or not all(are_numbers):
+            raise ProjectionError(
+                f"Invalid grid mapping '{shown(name)}'. Its {key} is {quoted(value)}; it must be a finite number."
+            )
+    return values[0] if len(values) == 1 else value
+
+
+def _check_figure(name: str, crs: CRS, stated: Mapping[str, Any]) -> None:
+    """Raise ProjectionError for sizes that PROJ ignores, and warn if WGS 84 is assumed."""
+    figure = crs.ellipsoid
+    assert figure is not None  # of a geodetic CRS
+    a, b, rf = figure.semi_major_metre, figure.semi_minor_metre, figure.inverse_flattening
+    for key, made in zip(_SIZES, (a, b, rf, a), strict=True):
+        near = _SAME_FLATTENING if key == "inverse_flattening" else _SAME_SIZE
+        if key in stated and not math.isclose(stated[key], made, rel_tol=near):
+            raise ProjectionError(
+                f"Invalid grid mapping '{shown(name)}'. Its {key} is {stated[key]:.12g}, of which PROJ makes "
+                f"{made:.12g}: it must have a semi_major_axis with a semi_minor_axis or an inverse_flattening that go "
+                "together and with its datum, or an earth_radius."
+            )
+    is_named = figure.name != "WGS 84" or any("wgs84" in folded(str(stated.get(key, ""))) for key in _NAMES)
+    if not is_named and not any(key in stated for key in _SIZES):
+        tell(f"The grid mapping '{shown(name)}' states no figure of the Earth: that of WGS 84 is taken.")
+
+
+def _method(name: str, mapping: Mapping[str, Any]) -> str:
+    """Name of a grid mapping's projection in the table of methods."""
+    if name == "lambert_conformal_conic" and "latitude_of_projection_origin" in mapping:
+        return "Lambert Conic Conformal (2SP)"  # CF has no scale for the other one
+    if name != "geostationary":
+        return name
+    sweep = mapping.get("sweep_angle_axis", {"x": "y", "y": "x"}.get(str(mapping.get("fixed_angle_axis")), "y"))
+    return f"Geostationary Satellite (Sweep {str(sweep).upper()})"
+
+
+def _parameters(name: str, mapping: Mapping[str, Any]) -> list[StatedParameter]:
+    """The numbers of a grid mapping by their names in WKT."""
+    found = []
+    for key, value in mapping.items():
+        values = np.ravel(value).tolist() if key not in (*_GEODETIC, _NAME) else ()
+        numbers = [float(item) for item in values if isinstance(item, Real)]
+        if key == "standard_parallel" and name in ("lambert_conformal_conic", "albers_conical_equal_area"):
+            both = numbers * 2 if len(numbers) == 1 else numbers
+            found += [StatedParameter(f"standard_parallel_{k}", number) for k, number in enumerate(both, start=1)]
+        elif numbers:
+            found.append(StatedParameter(key, numbers[0]))
+        if key == "azimuth_of_central_line" and numbers:  # CF has no separate angle for the grid
+            found.append(StatedParameter("rectified_grid_angle", numbers[0]))
+    return found
+
+
+# ---- crs -----------------------------------------------------------------------------------------
+
+
+def parse_crs(value: Any) -> Parts:
     """The projection of anything that pyproj accepts as a projected CRS; raises ProjectionError.
 
-    Its definition is WKT, or, with `registered`, the code of a CRS that has one, which takes PROJ 0.1 s to find.
+    Its definition is the code of a registered CRS, else WKT.
     """
     given = value if isinstance(value, str) else getattr(value, "name", None) or str(value)
     quoted = shown(given)
@@ -54,25 +292,27 @@ def parse_crs(value: Any, *, registered: bool = True) -> Parts:
         reason = f"PROJ says: {proj_reason(error)}." if _is_definition(value) else _unknown(given)
         raise ProjectionError(f"Invalid projection '{quoted}'. {reason}") from error
     crs = _projected_part(stated, quoted)
-    geodetic = geographic_base(crs)
-    stated_ellipsoid = ellipsoid_of_crs(crs)
-    if geodetic is None or stated_ellipsoid is None:
+    base, ellipsoid, conversion = geographic_base(crs), ellipsoid_of_crs(crs), crs.coordinate_operation
+    if base is None or ellipsoid is None:
         raise ProjectionError(f"Invalid projection '{quoted}'. The CRS states no ellipsoid.")
-    function = CrsOperation(crs.to_wkt(), greenwich_offset(crs), units_per_degree(geodetic), _axes_to_metres(crs))
+    method = conversion.method_name if conversion else ""
+    function = CrsOperation(crs.to_wkt(), greenwich_offset(crs), units_per_degree(base), _axes_to_metres(crs))
     try:
         if crs.type_name == "Projected CRS":  # a derived one has other axes in memory than in its WKT
-            function.prepare(crs)
-        _ = function.transformer
-        _check_spread(function, crs, quoted)
+            function.prepare(base, crs)
+        operations = re.findall(r"\bproj=(\w+)", function.transformer.definition)
+        if crs.type_name == "Derived Projected CRS":
+            _check_spread(function, crs, method, quoted)
     except pyproj.exceptions.ProjError as error:
-        operation = crs.coordinate_operation
         reason = f"PROJ cannot compute {shown(stated.name)}: {proj_reason(error)}."
-        if operation is not None and not known_method(operation.method_name):
-            reason = f"PROJ does not know the method '{shown(operation.method_name)}' of {shown(stated.name)}."
+        if conversion is not None and not known_method(method):
+            reason = f"PROJ does not know the method '{shown(method)}' of {shown(stated.name)}."
         raise ProjectionError(f"Invalid projection '{quoted}'. {reason}") from error
-    ellipsoid = _drawn(function, stated_ellipsoid)
-    definition = (_code(stated, crs) if registered else "") or str(stated.to_wkt())
-    return Parts(_name(stated, crs), definition, ellipsoid, function, bounds_of(stated) or bounds_of(crs))
+    for operation in operations:
+        ellipsoid = used_ellipsoid(operation, ellipsoid)
+    name = method if method and stated.name == "unknown" else stated.name
+    definition = registered_code(stated) or stated.to_wkt()
+    return Parts(str(name), str(definition), ellipsoid, function, bounds_of(stated) or bounds_of(crs))
 
 
 def read_crs(value: Any) -> CRS:
@@ -82,20 +322,27 @@ def read_crs(value: Any) -> CRS:
     """
     mapping = grid_mapping_in(value)
     if mapping is not None:
-        value = wkt_in(mapping) or crs_of_grid_mapping(mapping)
+        value = next((str(mapping[key]) for key in _WKT if mapping.get(key)), "") or crs_of_grid_mapping(mapping)
     text = value.srs if isinstance(value, CRS) else value
     if not _is_definition(text):
         return CRS.from_user_input(value)
-    roots: list[WktNode] = []
+    stated, restored = None, False
     if isinstance(text, str) and is_wkt(text):
         roots = parse_wkt(text)
-        check_wkt(roots, text)
-        text = with_square_brackets(text)
+        _check_wkt(roots, text)
+        # PROJ does not take the round brackets that the standard allows.
+        text = re.sub(r'"[^"]*"|[()]', lambda match: {"(": "[", ")": "]"}.get(match[0], match[0]), text)
         value = with_spaces(text)
+        restored = value != text
+        # PROJ drops parameters of WKT 1 that it does not know.
+        projected = next((node for root in roots for node in root.walk() if node.keyword == "PROJCS"), None)
+        if projected is not None:
+            parameters = (node for node in projected.nodes if node.keyword == "PARAMETER" and node.numbers)
+            stated = [StatedParameter(node.name, node.numbers[0]) for node in parameters]
     crs = CRS.from_user_input(value)
     parts = crs.to_json_dict()
-    mended = _with_conversion(parts, _parameters_in(roots))
-    if roots and value != text:
+    mended = _with_conversion(parts, stated)
+    if restored:
         mended = _with_registered_base(mended)
     return crs if mended is parts else CRS.from_json_dict(mended)
 
@@ -134,21 +381,17 @@ def _with_conversion(crs: dict[str, Any], stated: Sequence[StatedParameter] | No
     return crs
 
 
-def _parameters_in(roots: Sequence[WktNode]) -> list[StatedParameter] | None:
-    """The parameters in WKT 1, including those that PROJ drops; None for other WKT."""
-    projected = next((node for root in roots if (node := root.find("PROJCS"))), None)
-    if projected is None:
-        return None
-    parameters = (node for node in projected.nodes if node.keyword == "PARAMETER")
-    return [StatedParameter(node.name, node.numbers[0]) for node in parameters if node.numbers]
+def registered_code(crs: CRS) -> str:
+    """AUTHORITY:CODE of a registered CRS, else "".
 
-
-def _code(stated: CRS, projected: CRS) -> str:
-    """AUTHORITY:CODE of a registered CRS, else ""; no registered CRS has a PROJ string as its method."""
-    operation = projected.coordinate_operation
-    if operation is not None and operation.method_name.startswith("PROJ-based operation method"):
+    PROJ is sure of a CRS without a code only if its name is registered. For any other name it would search its database
+    for 0.1 s, for CRSs that are equal but for their names, and not be sure of them.
+    """
+    inner = cast(CRS, crs.source_crs) if crs.is_bound else crs
+    parts = inner.to_json_dict()
+    if not ("id" in parts or "ids" in parts or is_registered(parts["name"])):
         return ""
-    return ":".join(stated.to_authority(min_confidence=100) or ())
+    return ":".join(crs.to_authority(min_confidence=100) or ())
 
 
 def bounds_of(crs: CRS) -> tuple[float, float, float, float] | None:
@@ -161,26 +404,15 @@ def bounds_of(crs: CRS) -> tuple[float, float, float, float] | None:
     return area.west, area.south, area.east, area.north
 
 
-def _drawn(function: CrsOperation, stated: Ellipsoid) -> Ellipsoid:
-    """The ellipsoid that PROJ uses for a CRS: the stated one, unless PROJ's operation has a fixed one."""
-    for operation in re.findall(r"\bproj=(\w+)", function.transformer.definition):
-        tell_of_ellipsoid(operation, stated)
-        stated = operation_ellipsoid(operation, stated)
-    return stated
-
-
-def _check_spread(function: CrsOperation, crs: CRS, quoted: str) -> None:
+def _check_spread(function: CrsOperation, crs: CRS, method: str, quoted: str) -> None:
     """Raise for a derived CRS that PROJ maps to a single point, as it does with an unknown conversion."""
-    conversion = crs.coordinate_operation
-    if crs.type_name != "Derived Projected CRS" or conversion is None:
-        return
     west, south, east, north = bounds_of(crs) or (-170.0, -80.0, 170.0, 80.0)
     x, y = function(np.linspace(west, east, 9), np.linspace(south, north, 9))
     here = np.isfinite(x)
-    if here.sum() > 1 and np.ptp(x[here]) == 0.0 and np.ptp(y[here]) == 0.0:
+    if method and here.sum() > 1 and np.ptp(x[here]) == 0.0 and np.ptp(y[here]) == 0.0:
         raise ProjectionError(
             f"Invalid projection '{quoted}'. PROJ lays all of it on one point, {x[here][0]:g}, {y[here][0]:g}: it does "
-            f"not know the conversion '{shown(conversion.method_name)}', or its parameters are 0."
+            f"not know the conversion '{shown(method)}', or its parameters are 0."
         )
 
 
@@ -192,12 +424,6 @@ def _unknown(given: str) -> str:
     missing = f"{authority.upper()} has no such CRS in PROJ's database"
     others = [f"{other} ({CRS.from_user_input(other).name})" for other in codes_elsewhere(authority.upper(), code)]
     return f"{missing}: it is {listed(others, 'or')}." if others else f"{missing}. {ALLOWED}"
-
-
-def _name(stated: CRS, projected: CRS) -> str:
-    """Name of the CRS, or of its method if it is unnamed."""
-    operation = projected.coordinate_operation
-    return str(operation.method_name if operation and stated.name == "unknown" else stated.name)
 
 
 def _projected_part(crs: CRS, quoted: str) -> CRS:

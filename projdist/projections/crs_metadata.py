@@ -6,19 +6,19 @@ import functools
 import math
 import re
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pyproj import CRS
 
 from projdist.earth import SMOOTH, SPHERE, WGS84, Discontinuities, data_rows
 from projdist.projections.catalogue import operation_titles
-from projdist.projections.names import Turned
+from projdist.projections.crs import registered_code
 from projdist.projections.operations import CrsOperation, Pipeline
-from projdist.projections.proj_parameters import ELLIPSOID_KEYS, numbers_in
-from projdist.projections.projection import Projection
+from projdist.projections.proj_strings import ELLIPSOID_KEYS
+from projdist.projections.projection import Projection, Turned
 from projdist.projections.worldmaps import WORLD_MAPS
 
-_METRES = "metre"
+_RATIOS = ("unity", "Unity", "unitless")
 # Tokens of a PROJ string that other fields show, or that have no meaning for the map.
 _SAID = {"proj", "units", "to_meter", "type", "no_defs", "wktext", "datum", *ELLIPSOID_KEYS}
 
@@ -70,7 +70,7 @@ def metadata_of(projection: Projection) -> CrsMetadata:
     if isinstance(function, CrsOperation):
         return _metadata_of_crs(projection, CRS.from_wkt(function.crs))
     if isinstance(function, Pipeline):
-        return _of_string(projection, function)
+        return _metadata_of_string(projection, function)
     own = isinstance(function, Turned) or function in WORLD_MAPS.values()
     kind = "map that PROJ lacks" if own else "function of longitude and latitude"
     return CrsMetadata(kind=kind, ellipsoid_name=_ellipsoid_name(projection))
@@ -79,60 +79,45 @@ def metadata_of(projection: Projection) -> CrsMetadata:
 def _metadata_of_crs(projection: Projection, plane: CRS) -> CrsMetadata:
     """Metadata of a CRS whose projected part is `plane`."""
     stated = CRS.from_user_input(projection.definition)
-    operation, geographic = plane.coordinate_operation, plane.geodetic_crs
+    operation, geographic, meridian = plane.coordinate_operation, plane.geodetic_crs, plane.prime_meridian
     replaced = stated.get_non_deprecated() if stated.is_deprecated else []
-    meridian = plane.prime_meridian
-    axes = plane.axis_info
+    base = "" if geographic is None else f"{registered_code(geographic)} {geographic.name}".strip()
+    kind, axes = str(stated.type_name), plane.axis_info
     return CrsMetadata(
-        kind=_kind(stated),
-        code=_code(stated),
+        kind=kind[0].lower() + kind[1:],
+        code=registered_code(stated),
         area_name=(stated.area_of_use.name or "") if stated.area_of_use else "",
         scope=stated.scope or "",
         remarks=stated.remarks or "",
         deprecated=stated.is_deprecated,
-        replaced_by=tuple(filter(None, map(_code, replaced))),
+        replaced_by=tuple(filter(None, map(registered_code, replaced))),
         datum=plane.datum.name if plane.datum else "",
-        geographic_crs=" ".join(filter(None, (_code(geographic), geographic.name))) if geographic else "",
+        geographic_crs=base,
         ellipsoid_name=plane.ellipsoid.name if plane.ellipsoid else "",
         prime_meridian=meridian.name if meridian and meridian.longitude else "",
         unit=axes[0].unit_name,
         unit_metres=axes[0].unit_conversion_factor,
         axes=tuple(CrsAxis(axis.name, axis.direction) for axis in axes),
         method=operation.method_name if operation else "",
-        parameters=tuple(Setting(one.name, one.value, _unit(one.unit_name)) for one in operation.params)
-        if operation
-        else (),
+        parameters=tuple(
+            Setting(one.name, one.value, "" if one.unit_name in _RATIOS else one.unit_name)
+            for one in (operation.params if operation else ())
+        ),
     )
 
 
-def _kind(crs: CRS) -> str:
-    kind = str(crs.type_name)
-    return kind[0].lower() + kind[1:]
-
-
-def _code(crs: CRS) -> str:
-    return ":".join(crs.to_authority(min_confidence=100) or ())
-
-
-def _unit(name: str) -> str:
-    """Unit of a parameter, "" for ratios."""
-    return "" if name in ("unity", "Unity", "unitless") else name
-
-
-def _of_string(projection: Projection, function: Pipeline) -> CrsMetadata:
+def _metadata_of_string(projection: Projection, function: Pipeline) -> CrsMetadata:
     """Metadata of a PROJ string; of a pipeline without parameters, which its definition shows step by step."""
     tokens = [token.lstrip("+").partition("=") for token in function.pipeline.split()]
     operations = [value for key, _, value in tokens if key == "proj"]
     alone = len(operations) == 1
-    stated = {key: value for key, _, value in tokens}
-    known = operation_titles()
-    unit = stated.get("units", _METRES if function.to_metre == 1.0 else "")
+    unit = {key: value for key, _, value in tokens}.get("units", "metre" if function.to_metre == 1.0 else "")
     return CrsMetadata(
         kind="PROJ string" if alone else "PROJ pipeline",
         ellipsoid_name=_ellipsoid_name(projection),
-        unit=_METRES if unit == "m" else unit,
+        unit="metre" if unit == "m" else unit,
         unit_metres=function.to_metre,
-        method=known.get(operations[0], operations[0]) if alone else "",
+        method=operation_titles().get(operations[0], operations[0]) if alone else "",
         parameters=tuple(
             Setting(key, value if equals else None, "") for key, equals, value in tokens if alone and key not in _SAID
         ),
@@ -158,16 +143,20 @@ class DeclaredProperty(NamedTuple):
     keeps: str
 
 
+# Property, and the figure on which it holds ("any" or "sphere"), by kind and name of a method or operation.
+_DECLARED = {(row["kind"], row["name"]): (row["keeps"], row["figure"]) for row in data_rows("declared_properties.csv")}
+
+
 def declared_property_of(projection: Projection) -> DeclaredProperty | None:
     """The property that a map's method declares on its ellipsoid; None for others, pipelines and functions."""
     function = projection.function
     if isinstance(function, CrsOperation):
         key = "method", _method_of(function.crs)
-    elif isinstance(function, Pipeline):
-        key = "operation", _operation_of(function.pipeline)
+    elif isinstance(function, Pipeline):  # its first operation, which is `pipeline` if there are several
+        key = "operation", next((token[6:] for token in function.pipeline.split() if token.startswith("+proj=")), "")
     else:
         return None
-    keeps, figure = _promises().get(key, ("", ""))
+    keeps, figure = _DECLARED.get(key, ("", ""))
     if not keeps or (figure == "sphere" and not projection.ellipsoid.is_sphere):
         return None
     return DeclaredProperty(key[1], keeps)
@@ -179,34 +168,30 @@ def _method_of(wkt: str) -> str:
     return method[1] if method else ""
 
 
-def _operation_of(pipeline: str) -> str:
-    """First operation of a PROJ string; `pipeline` if there are several."""
-    return next((token[6:] for token in pipeline.split() if token.startswith("+proj=")), "")
-
-
-@functools.cache
-def _promises() -> dict[tuple[str, str], tuple[str, str]]:
-    """Property and figure ("any" or "sphere") on which it holds, by kind and name."""
-    rows = data_rows("declared_properties.csv")
-    return {(row["kind"], row["name"]): (row["keeps"], row["figure"]) for row in rows}
-
-
 # ---- discontinuities -----------------------------------------------------------------------------
 
 
 _SHIFTED = ("+pm=", "+over", "+proj=pipeline", "+proj=ob_tran", "+axis=")
 
 
+def _known_of(row: dict[str, str]) -> Discontinuities:
+    """Discontinuities in a row of the table, with the central meridian 0."""
+    lines = {key: tuple(map(float, row[key].split())) for key in ("parallels", "northern", "southern")}
+    both = tuple(sorted({*lines["parallels"], *(-lat for lat in lines["parallels"])}))
+    return Discontinuities(both, lines["northern"], lines["southern"])
+
+
+_KNOWN = {(row["kind"], row["name"]): _known_of(row) for row in data_rows("discontinuities.csv")}
+
+
 def discontinuities_of(projection: Projection) -> Discontinuities:
     """Known discontinuities of a map; `SMOOTH` for functions, pipelines and oblique maps."""
     function = projection.function
     if isinstance(function, Pipeline):
-        found = _discontinuities_of_text(function.pipeline)
-    elif isinstance(function, CrsOperation) and function.angle_unit == 1.0:
-        found = _discontinuities_of_crs(function.crs, function.greenwich)
-    else:
-        return SMOOTH
-    return found
+        return _discontinuities_of_text(function.pipeline)
+    if isinstance(function, CrsOperation) and function.angle_unit == 1.0:
+        return _discontinuities_of_crs(function.crs, function.greenwich)
+    return SMOOTH
 
 
 @functools.lru_cache(maxsize=256)
@@ -214,49 +199,40 @@ def _discontinuities_of_text(pipeline: str) -> Discontinuities:
     """Discontinuities of a PROJ string."""
     if any(part in pipeline for part in _SHIFTED):
         return SMOOTH
-    values = numbers_in(pipeline)
+    values = _numbers_in(pipeline)
     centre = values.get("lon_0", 0.0)
-    return known_discontinuities(str(values.get("proj")), centre) if isinstance(centre, float) else SMOOTH
-
-
-def known_discontinuities(operation: str, centre: float) -> Discontinuities:
-    """Discontinuities of a PROJ operation about a central meridian, with the meridian opposite."""
-    return _moved_to(_known().get(("operation", operation), SMOOTH), centre)
+    return _known_about("operation", values.get("proj"), centre) if isinstance(centre, float) else SMOOTH
 
 
 @functools.lru_cache(maxsize=256)
 def _discontinuities_of_crs(wkt: str, greenwich: float) -> Discontinuities:
     """Discontinuities of a projected CRS; of some methods only, as others have more than one meridian."""
-    method = re.search(r'METHOD\["([^"]*)"', wkt)
-    known = _known().get(("method", method[1])) if method and wkt.startswith("PROJCRS[") else None
+    method = _method_of(wkt)
     centre = re.search(r'PARAMETER\["Longitude of natural origin",([-+.\deE]+),ANGLEUNIT\["Degree"', wkt, re.IGNORECASE)
-    if known is None or centre is None:
+    if ("method", method) not in _KNOWN or centre is None:
         return SMOOTH
-    return _moved_to(known, float(centre[1]) + greenwich)
+    return _known_about("method", method, float(centre[1]) + greenwich)
 
 
-def _moved_to(known: Discontinuities, centre: float) -> Discontinuities:
-    """The same moved to a central meridian, with the meridian opposite."""
-    opposite = (180.0,)
+def _known_about(kind: str, name: Any, centre: float) -> Discontinuities:
+    """Discontinuities of a method or operation about a central meridian, with the meridian opposite."""
+    parallels, *hemispheres = _KNOWN.get((kind, name), SMOOTH)
     northern, southern = (
-        tuple(sorted((lon + centre + 180.0) % 360.0 - 180.0 for lon in (*lons, *opposite))) for lons in known[1:]
+        tuple(sorted((lon + centre + 180.0) % 360.0 - 180.0 for lon in (*lons, 180.0))) for lons in hemispheres
     )
-    return Discontinuities(known.parallels, northern, southern)
+    return Discontinuities(parallels, northern, southern)
 
 
-@functools.cache
-def _known() -> dict[tuple[str, str], Discontinuities]:
-    """Discontinuities of methods with the central meridian 0, by kind and name."""
-    found = {}
-    for row in data_rows("discontinuities.csv"):
-        parallels = _numbers(row["parallels"])
-        both = tuple(sorted({*parallels, *(-lat for lat in parallels)}))
-        found[row["kind"], row["name"]] = Discontinuities(both, _numbers(row["northern"]), _numbers(row["southern"]))
+def _numbers_in(pipeline: str) -> dict[str, float | str]:
+    """The parameters of a PROJ string, those that are numbers as numbers; of a repeated key the last value."""
+    found: dict[str, float | str] = {}
+    for token in pipeline.split():
+        name, _, text = token.removeprefix("+").partition("=")
+        try:
+            found[name] = float(text)
+        except ValueError:
+            found[name] = text
     return found
-
-
-def _numbers(text: str) -> tuple[float, ...]:
-    return tuple(float(word) for word in text.split())
 
 
 # ---- native poles --------------------------------------------------------------------------------
@@ -267,6 +243,7 @@ _ENDLESS = frozenset("stere merc webmerc cc lcc".split())  # unbounded at a pole
 _TRANSVERSE = frozenset("tmerc cass tcea".split())  # cylinders about the point 90 degrees east of lon_0
 _ON_ELLIPSOIDS = frozenset(["laea", "ortho"])  # others show rounding at their poles that graded panels would resolve
 _SHIFTING = frozenset(["pm", "over", "axis"])
+_OBLIQUE = frozenset("proj o_proj o_lat_p o_lon_p lon_0 R a b ellps units x_0 y_0 no_defs".split())
 _QUARTER = 90.0  # degrees of azimuth over which a panel resolves its sine and cosine
 
 
@@ -294,27 +271,22 @@ def native_pole_of(projection: Projection) -> NativePole | None:
 
 @functools.lru_cache(maxsize=256)
 def _native_pole_of_text(pipeline: str, sphere: bool) -> NativePole | None:
-    values = numbers_in(pipeline)
-    if values.keys() & _SHIFTING or not (sphere or values.get("proj") in _ON_ELLIPSOIDS):
-        return None
+    values = _numbers_in(pipeline)
     name, lon, lat = values.get("proj"), values.get("lon_0", 0.0), values.get("lat_0", 0.0)
+    if values.keys() & _SHIFTING or not (sphere or name in _ON_ELLIPSOIDS):
+        return None
     if not isinstance(lon, float) or not isinstance(lat, float):
         return None
     if name in _AZIMUTHAL:
         return NativePole(lon, lat, SMOOTH, _QUARTER, name in _ENDLESS) if abs(lat) < 90.0 else None
     if name in _TRANSVERSE:
         return NativePole(lon + 90.0, 0.0, SMOOTH, _QUARTER, True)
-    if name == "ob_tran":
-        return _oblique(values, lon)
-    return None
-
-
-def _oblique(values: dict[str, float | str], lon: float) -> NativePole | None:
-    """The native pole of ob_tran, whose own longitudes are half a turn less than those from the southern meridian."""
-    base, lat, turn = values.get("o_proj"), values.get("o_lat_p"), values.get("o_lon_p", 0.0)
-    plain = {"proj", "o_proj", "o_lat_p", "o_lon_p", "lon_0", "R", "a", "b", "ellps", "units", "x_0", "y_0", "no_defs"}
-    if not values.keys() <= plain or not isinstance(lat, float) or not isinstance(turn, float) or abs(lat) >= 90.0:
+    if name != "ob_tran" or not values.keys() <= _OBLIQUE:
+        return None
+    base, pole, turn = values.get("o_proj"), values.get("o_lat_p"), values.get("o_lon_p", 0.0)
+    if not isinstance(pole, float) or not isinstance(turn, float) or abs(pole) >= 90.0:
         return None
     if not isinstance(base, str) or base in _AZIMUTHAL | _TRANSVERSE | _ENDLESS:
         return None
-    return NativePole(lon + 180.0, lat, known_discontinuities(base, 180.0 - turn), 180.0, False)
+    # The map's own longitudes are half a turn less than those from the southern meridian.
+    return NativePole(lon + 180.0, pole, _known_about("operation", base, 180.0 - turn), 180.0, False)

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import pyproj.list
 
-from projdist.projections.catalogue import ID_TITLES, NAMES, NOT_IN_METRES, NOT_MAPS, TITLES
-from projdist.projections.database import check_authorities, database, year_of
+from projdist.projections.catalogue import ID_TITLES, NAMES, NOT_IN_METRES, NOT_MAPS, TITLES, database
+from projdist.projections.database import check_authorities, year_of
 from projdist.projections.errors import ProjectionError
 from projdist.support import (
     Answer,
@@ -140,19 +140,20 @@ def find_crs(
     ['EPSG:2154', 'EPSG:9793', 'EPSG:9794']
     """
     most = check_whole_number("limit", limit)
-    words = _words(check_text("search", text))
+    words = _WORD.findall(_folded(check_text("search", text)))
     if not words:
         raise ValueError(f"Invalid search '{shown(text)}'. It must have a word or a number.")
     entries, given = _entries(), listed_values(authorities)
     wanted = check_authorities(given, sorted({one.authority for one in entries} - {""})) if given else ()
     among = [one for one in entries if not wanted or one.authority in wanted]
-    code = _code_of(text)
+    match = re.fullmatch(r"\s*(?:([A-Za-z][A-Za-z_0-9]*)\s*[:\s]\s*)?(\w+)\s*", text)  # as EPSG:3035 or 3035
+    code = ((match[1] or "").upper(), match[2].upper()) if match else ("", "")
     ranked = sorted(
         (rank, k)
         for k, one in enumerate(among)
-        if (rank := _rank(one, words, code)) is not None and (deprecated or not one.deprecated or _is_code(one, code))
+        if (rank := _rank(one, words, code)) is not None and (deprecated or not one.deprecated or one.has_code(code))
     )
-    hits = tuple(_hit(among[k]) for _, k in ranked[:most])
+    hits = tuple(among[k].hit for _, k in ranked[:most])
     advice = "" if ranked else _advice(text, words, among, deprecated)
     return CrsSearch(text=text, total=len(ranked), results=hits, advice=advice)
 
@@ -166,63 +167,68 @@ class _Entry(NamedTuple):
     authority: str
     code: str
     name: str
-    deprecated: bool
-    area_name: str
-    bounds: tuple[float, float, float, float] | None
-    since: int
     names: str
-    area: str
-    others: str
+    since: int = _MODERN
+    deprecated: bool = False
+    area_name: str = ""
+    bounds: tuple[float, float, float, float] | None = None
+    area: str = ""
+    others: str = ""
+
+    @property
+    def hit(self) -> CrsHit:
+        """The entry as a result."""
+        return CrsHit(
+            code=f"{self.authority}:{self.code}" if self.authority else self.code,
+            name=self.name,
+            area_name=self.area_name,
+            area_of_use=self.bounds,
+            deprecated=self.deprecated,
+        )
+
+    @property
+    def words(self) -> list[str]:
+        """All its words and numbers."""
+        return _WORD.findall(f"{self.names} {self.area} {self.others}")
+
+    def has_code(self, code: tuple[str, str]) -> bool:
+        """True if it is the CRS of an authority ("" for any) and a code."""
+        return bool(self.authority) and self.code == code[1] and code[0] in ("", self.authority)
 
 
 @functools.cache
 def _entries() -> tuple[_Entry, ...]:
-    """All entries; reading takes 0.2 s."""
+    """All entries, the maps with bare names first; reading takes 0.2 s."""
     try:
         with database() as db:
             rows = db.execute(_QUERY).fetchall()
     except sqlite3.Error as error:
         raise ProjectionError(f"Invalid database of PROJ. It cannot be read: {error}.") from error
-    return (*_named(), *(_entry(*row) for row in rows))
-
-
-def _named() -> list[_Entry]:
-    """Entries of the maps with bare names."""
-    operations = pyproj.list.get_proj_operations_map()
     left_out = {*NOT_MAPS, *NOT_IN_METRES, *ID_TITLES}
-    titles = {text: key for key, text in operations.items() if key not in left_out}
+    titles = {text: key for key, text in pyproj.list.get_proj_operations_map().items() if key not in left_out}
     titles |= {title: name for name, title in reversed(TITLES.items())}  # the first name of a map
     ids = {name: operation.split()[0] for name, operation in NAMES.items()}
-    return [
-        _Entry("", name, title, False, "", None, _MODERN, _folded(f"{name} {ids.get(name, '')} | {title}"), "", "")
-        for title, name in titles.items()
-    ]
+    named = (
+        _Entry("", name, title, _folded(f"{name} {ids.get(name, '')} | {title}")) for title, name in titles.items()
+    )
+    return (*named, *(_entry(*row) for row in rows))
 
 
-def _entry(
-    authority: str,
-    code: str,
-    name: str,
-    deprecated: int,
-    area: str | None,
-    countries: str | None,
-    method: str | None,
-    *rest: Any,
-) -> _Entry:
+def _entry(authority: str, code: str, name: str, deprecated: int, area: str | None, *rest: Any) -> _Entry:
     """Entry of a row of the database."""
-    *bounds, date, aliases = rest
+    countries, method, *bounds, date, aliases = rest
     known = None not in bounds and bounds[1] >= -90.0  # PROJ has -1000 for what is unknown
     return _Entry(
-        authority,
-        code,
-        name,
-        bool(deprecated),
-        area or "",
-        tuple(bounds) if known else None,
-        year_of(date),
-        _folded(f"{name} | {aliases or ''}"),
-        _folded(area or ""),
-        _folded(f"{countries or ''} {method or ''}"),
+        authority=authority,
+        code=code,
+        name=name,
+        names=_folded(f"{name} | {aliases or ''}"),
+        since=year_of(date),
+        deprecated=bool(deprecated),
+        area_name=area or "",
+        bounds=tuple(bounds) if known else None,
+        area=_folded(area or ""),
+        others=_folded(f"{countries or ''} {method or ''}"),
     )
 
 
@@ -233,43 +239,33 @@ def _folded(text: str) -> str:
     return text.lower()
 
 
-def _words(text: str) -> list[str]:
-    """Words and numbers of a text; letters and digits are separated."""
-    return _WORD.findall(_folded(text))
-
-
 # ---- ranking --------------------------------------------------------------------------------
 
 Rank = tuple[Any, ...]
 
 
-def _code_of(text: str) -> tuple[str, str]:
-    """Authority ("" for any) and code of `EPSG:3035`, `epsg 3035` or `3035`; "", "" for other text."""
-    match = re.fullmatch(r"\s*(?:([A-Za-z][A-Za-z_0-9]*)\s*[:\s]\s*)?(\w+)\s*", text)
-    return ((match[1] or "").upper(), match[2].upper()) if match else ("", "")
-
-
-def _is_code(one: _Entry, code: tuple[str, str]) -> bool:
-    return bool(one.authority) and one.code == code[1] and code[0] in ("", one.authority)
-
-
 def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str]) -> Rank | None:
     """Sort key of an entry; None if it lacks a word."""
-    if _is_code(one, code):
-        return (0, *_usual(one))
-    text = f"{one.names} {one.area} {one.others}"
-    if not all(word in text for word in words):  # ten times faster than what follows
+    is_code, text = one.has_code(code), f"{one.names} {one.area} {one.others}"
+    if not is_code and not all(word in text for word in words):  # ten times faster than what follows
         return None
+    # By authority, then by larger area, then by lower (older) code.
+    authority = _AUTHORITIES.index(one.authority) if one.authority in _AUTHORITIES else len(_AUTHORITIES)
+    west, south, east, north = one.bounds or (0.0, 0.0, 0.0, 0.0)
+    size = -round(((east - west) % 360.0 or 360.0) * (north - south)) if one.bounds else 0
+    number = len(one.code), one.code
+    if is_code:
+        return (0, authority, size, *number)
     names, area, others = (_WORD.findall(words) for words in (one.names, one.area, one.others))
     worth = [_worth(word, (*names, *area), others) for word in words]
     if not all(worth):
         return None
     spelt = _WORD.findall(_folded(one.name))
-    whole = [spelt, _WORD.findall(one.area) if one.authority else _WORD.findall(_folded(one.code))]
-    tier = 1 if list(words) in whole else 2 if _phrase(words) in _phrase(_WORD.findall(one.names)) else 3
+    whole = [spelt, area if one.authority else _WORD.findall(_folded(one.code))]
+    tier = 1 if list(words) in whole else 2 if _phrase(words) in _phrase(names) else 3
     variant = _VARIANT.search(one.name) is not None
-    authority, size, *number = _usual(one)
-    return (tier, -sum(worth), one.deprecated, one.since < _MODERN, authority, variant, size, len(spelt), *number)
+    old = one.since < _MODERN
+    return (tier, -sum(worth), one.deprecated, old, authority, variant, size, len(spelt), *number)
 
 
 def _phrase(words: Iterable[str]) -> str:
@@ -289,28 +285,17 @@ def _worth(word: str, names: Sequence[str], others: Sequence[str]) -> int:
     return _BEGINS_ELSEWHERE if begins and any(known.startswith(word) for known in others) else 0
 
 
-def _usual(one: _Entry) -> Rank:
-    """Sort key by authority, then by larger area, then by lower (older) code."""
-    authority = _AUTHORITIES.index(one.authority) if one.authority in _AUTHORITIES else len(_AUTHORITIES)
-    west, south, east, north = one.bounds or (0.0, 0.0, 0.0, 0.0)
-    size = round(((east - west) % 360.0 or 360.0) * (north - south)) if one.bounds else 0
-    return authority, -size, len(one.code), one.code
-
-
-def _hit(one: _Entry) -> CrsHit:
-    code = f"{one.authority}:{one.code}" if one.authority else one.code
-    return CrsHit(code=code, name=one.name, area_name=one.area_name, area_of_use=one.bounds, deprecated=one.deprecated)
-
-
 # ---- advice ---------------------------------------------------------------------------------
 
 
 def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated: bool) -> str:
     """Advice if nothing is found: another kind of CRS, close spellings, or fewer words."""
-    other = _of_another_kind(text)
-    if other:
-        return other
-    known = {word for one in among for word in _WORD.findall(f"{one.names} {one.area} {one.others}")}
+    wanted = _folded(" ".join(text.split()))
+    with database() as db:
+        for code, name, kind in db.execute(_OTHER_KINDS):
+            if wanted in (code.lower(), code.lower().partition(":")[2], _folded(name)):
+                return f"{code} is {_A[kind]} ({name}), and no map."
+    known = {word for one in among for word in one.words}
     spelt = [_nearest(word, known) for word in words]
     if list(words) != spelt and all(spelt):
         return did_you_mean([f"'{' '.join(spelt)}'"]).strip()
@@ -330,16 +315,6 @@ def _nearest(word: str, known: set[str]) -> str:
         return word
     letters = sorted(one for one in known if not one[0].isdigit() and len(one) >= _BEGINNING)
     return next(iter(close_words(word, letters)), "")
-
-
-def _of_another_kind(text: str) -> str:
-    """Sentence that a code or name is a CRS without a map; "" if it is not."""
-    wanted = _folded(" ".join(text.split()))
-    with database() as db:
-        for code, name, kind in db.execute(_OTHER_KINDS):
-            if wanted in (code.lower(), code.lower().partition(":")[2], _folded(name)):
-                return f"{code} is {_A[kind]} ({name}), and no map."
-    return ""
 
 
 _A = {

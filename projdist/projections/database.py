@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import math
 import re
 import sqlite3
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from pyproj import CRS as CRS  # for other rooms
 from pyproj import proj_version_str
 from pyproj.database import get_database_metadata, query_crs_info
-from pyproj.datadir import get_data_dir
 from pyproj.enums import PJType
 
 from projdist.earth import MEAN_EARTH_RADIUS, Ellipsoid
+from projdist.projections.catalogue import database
 from projdist.projections.errors import ProjectionError
 from projdist.projections.operations import greenwich_offset
 from projdist.projections.projection import Projection
@@ -30,9 +28,6 @@ FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
 
 # Scopes of special users, and scopes that state nothing.
 _SPECIAL = re.compile(r"oil|gas |railway|tunnel|military|navigation|user-defined|not known|no official", re.IGNORECASE)
-
-
-_YEAR = re.compile(r"\d{4}")
 
 
 @dataclass(frozen=True)
@@ -72,14 +67,6 @@ WHERE p.auth_name || ':' || p.code IN (%s)
 """
 
 
-@contextlib.contextmanager
-def database() -> Iterator[sqlite3.Connection]:
-    """Read-only connection to PROJ's database; raises sqlite3.Error if the file is missing."""
-    path = Path(get_data_dir(), "proj.db").resolve().as_uri()
-    with contextlib.closing(sqlite3.connect(f"{path}?mode=ro", uri=True)) as connection:
-        yield connection
-
-
 def proj_version() -> str:
     """PROJ and the registry in its database, as `PROJ 9.5.1, EPSG v11.022`."""
     return f"PROJ {proj_version_str}, EPSG {get_database_metadata('EPSG.VERSION')}"
@@ -87,7 +74,7 @@ def proj_version() -> str:
 
 def facts_of(codes: Collection[str]) -> dict[str, Facts]:
     """Facts of projected CRSs by code; empty if the database cannot be read."""
-    found: dict[str, list[Any]] = {}
+    found: dict[str, list[Any]] = {}  # a row for each usage
     wanted = list(codes)
     try:
         with database() as db:
@@ -97,27 +84,25 @@ def facts_of(codes: Collection[str]) -> dict[str, Facts]:
                     found.setdefault(code, []).append(row)
     except sqlite3.Error:
         return {}
-    return {code: _facts(rows) for code, rows in found.items()}
+    facts = {}
+    for code, rows in found.items():
+        frame, date, _, _, _, method, meridian, *parameters = rows[0]
+        values = zip(parameters[::3], parameters[1::3], parameters[2::3], strict=True)
+        kept = frozenset(value for value in values if value[0] and value[0] not in FALSE_ORIGINS)
+        facts[code] = Facts(
+            frame=frame or "",
+            since=year_of(date),
+            draws=(method, meridian, kept) if method is not None else None,
+            extents=tuple(text for row in rows for text in row[3:5] if text),
+            special=all(row[2] is None or _SPECIAL.search(row[2]) is not None for row in rows),
+        )
+    return facts
 
 
 def year_of(date: str | None) -> int:
     """Year of a registry date (1995-03-07, once March 2011); 0 if there is none."""
-    year = _YEAR.search(date or "")
+    year = re.search(r"\d{4}", date or "")
     return int(year[0]) if year else 0
-
-
-def _facts(rows: list[Any]) -> Facts:
-    """Facts of one CRS from its rows, one per usage."""
-    frame, date, _, _, _, method, meridian, *parameters = rows[0]
-    values = zip(parameters[::3], parameters[1::3], parameters[2::3], strict=True)
-    kept = frozenset(value for value in values if value[0] and value[0] not in FALSE_ORIGINS)
-    return Facts(
-        frame or "",
-        year_of(date),
-        (method, meridian, kept) if method is not None else None,
-        tuple(text for row in rows for text in row[3:5] if text),
-        all(row[2] is None or _SPECIAL.search(row[2]) is not None for row in rows),
-    )
 
 
 # ---- the index of CRSs ---------------------------------------------------------------------------
@@ -134,7 +119,7 @@ _DIGITS = 11  # of parameters in SI units: 0.1 mm on the ground, and beyond the 
 _SHIFTS = ("False easting", "False northing", "Easting at", "Northing at")
 
 Conversion = tuple[str, tuple[tuple[str, float], ...]]
-"""The name of a method, and its parameters by name in SI units."""
+"""The name of a method, and its parameters by name in SI units, longitudes from Greenwich, without false origins."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +202,15 @@ def load_crs(code: str) -> DatabaseCrs:
     if reason := _reason_against(code, crs.name, *figure):
         raise ProjectionError(reason)
     upright = {axis.direction for axis in crs.axis_info} == {"east", "north"}
-    return DatabaseCrs(Projection.from_user_input(crs), geodetic.name if geodetic else "", _conversion(crs), upright)
+    operation, meridian = crs.coordinate_operation, math.radians(greenwich_offset(crs))
+    values: list[tuple[str, float]] = []
+    for parameter in operation.params if operation else ():
+        if isinstance(parameter.value, float) and not parameter.name.startswith(_SHIFTS):
+            value = parameter.value * parameter.unit_conversion_factor
+            value += meridian if "ongitude" in parameter.name else 0.0
+            values.append((parameter.name, round(value, _DIGITS)))
+    conversion = operation.method_name if operation else crs.name, tuple(sorted(values))
+    return DatabaseCrs(Projection.from_user_input(crs), geodetic.name if geodetic else "", conversion, upright)
 
 
 def reasons_against(codes: Iterable[str]) -> dict[str, str]:
@@ -258,21 +251,6 @@ def _spheroids() -> dict[str, tuple[str, float, float]]:
 def to_pyproj(code: str) -> CRS:
     """The pyproj CRS of a code."""
     return CRS.from_user_input(code)
-
-
-def _conversion(crs: CRS) -> Conversion:
-    """Method and parameters in SI units, longitudes from Greenwich, without false origins."""
-    operation = crs.coordinate_operation
-    if operation is None:
-        return crs.name, ()
-    meridian = math.radians(greenwich_offset(crs))
-    values: list[tuple[str, float]] = []
-    for parameter in operation.params:
-        if isinstance(parameter.value, float) and not parameter.name.startswith(_SHIFTS):
-            value = parameter.value * parameter.unit_conversion_factor
-            value += meridian if "ongitude" in parameter.name else 0.0
-            values.append((parameter.name, round(value, _DIGITS)))
-    return operation.method_name, tuple(sorted(values))
 
 
 # ---- CRSs of one map -----------------------------------------------------------------------------
@@ -339,13 +317,8 @@ def _drawn(row: Any, factors: Mapping[int, float | None]) -> Any:
 
 def _value(value: float, unit: int, factors: Mapping[int, float | None]) -> float:
     """A value in SI units; unchanged if the unit is not one of EPSG's."""
-    if unit == _SEXAGESIMAL:
-        value, unit = _degrees(value), _DEGREE
+    if unit == _SEXAGESIMAL:  # the digits of DDD.MMSSsss
+        whole, _, digits = f"{abs(value):.11f}".partition(".")
+        size = int(whole) + int(digits[:2]) / 60.0 + float(f"{digits[2:4]}.{digits[4:]}") / 3600.0
+        value, unit = size if value >= 0.0 else -size, _DEGREE
     return round(value * (factors.get(unit) or 1.0), _DIGITS)
-
-
-def _degrees(value: float) -> float:
-    """Degrees from the digits of DDD.MMSSsss."""
-    whole, _, digits = f"{abs(value):.11f}".partition(".")
-    size = int(whole) + int(digits[:2]) / 60.0 + float(f"{digits[2:4]}.{digits[4:]}") / 3600.0
-    return size if value >= 0.0 else -size

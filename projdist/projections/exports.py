@@ -18,21 +18,12 @@ from pyproj import CRS, Transformer
 
 from projdist._typing import FloatArray
 from projdist.earth import WGS84, Ellipsoid, wrapped
+from projdist.projections import operations
 from projdist.projections.catalogue import WINKEL_PARALLEL, close_codes
 from projdist.projections.crs import parse_crs, read_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
-from projdist.projections.operations import (
-    CrsOperation,
-    Pipeline,
-    check_grids,
-    ellipsoid_of_crs,
-    geographic_base,
-    greenwich_offset,
-    has_plain_axes,
-    transform,
-    units_per_degree,
-)
-from projdist.projections.proj_parameters import Stated, prime_meridian, stated_in, string_of
+from projdist.projections.operations import CrsOperation, Pipeline
+from projdist.projections.proj_strings import Stated, prime_meridian, stated_in, string_of
 from projdist.projections.projection import Projection
 from projdist.support import did_you_mean, shown
 
@@ -45,6 +36,7 @@ _LOST = {"wintri": ("lat_1", str(WINKEL_PARALLEL))}
 _ELLIPSOIDS, _DEFAULT_ELLIPSOID = frozenset("ellps datum a R init".split()), "GRS80"
 _BESIDE = frozenset("unitconvert axisswap longlat".split())  # steps around the projecting one
 _REPLACED = frozenset("k k_0 lat_ts units to_meter".split())
+_OPEN = "1"  # placeholder of a scale to be fitted
 _WITH_K_0 = frozenset("merc tmerc etmerc stere sterea lcc somerc omerc krovak labrd gstmerc".split())
 
 
@@ -86,8 +78,12 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
         return None, f"{projection.name} is a {base.type_name}, from which no CRS can be derived."
     points = tried(projection)
     truth = matrix @ np.array(projection(*points))
-    for axes in _native_axes(base):
-        derived = _derived_wkt(wkt, matrix @ axes, name)
+    u, v = (axis.unit_conversion_factor for axis in base.axis_info[:2])
+    # From the CRS's own coordinates, likely ones first: PROJ applies the affine transformation in the axis order and
+    # unit of the CRS; on polar maps the axis directions do not tell the order.
+    for sign_u, sign_v, swapped in itertools.product((1.0, -1.0), (1.0, -1.0), (False, True)):
+        axes = np.diag([sign_u * u, sign_v * v])
+        derived = _derived_wkt(name, wkt, _affine(matrix @ (axes[::-1] if swapped else axes)))
         try:
             found = Projection.from_user_input(derived)(*points)
         except ProjectionError as error:
@@ -107,37 +103,25 @@ def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
         return None
     points = tried(projection)
     truth = matrix @ np.array(projection(*points))
-    for changed in _changed_parameters(tokens, float(matrix[0, 0]), float(matrix[1, 1])):
-        found = _scaled(changed, points, truth) if changed.get("k_0") == _OPEN else changed
-        if found is None:
-            continue
-        coordinates = _coordinates(found, points)
-        if coordinates is not None and agree(projection, coordinates, truth):
-            return string_of(found)
-    return None
 
-
-_OPEN = "1"  # placeholder of a scale to be fitted
-
-
-def _coordinates(parameters: Stated, points: tuple[FloatArray, FloatArray]) -> FloatArray | None:
-    try:
+    def coordinates(parameters: Stated) -> FloatArray:
         return np.array(Projection.from_user_input(string_of(parameters))(*points))
-    except ProjectionError:
-        return None
 
-
-def _scaled(
-    parameters: dict[str, str], points: tuple[FloatArray, FloatArray], truth: FloatArray
-) -> dict[str, str] | None:
-    """The parameters with the k_0 whose coordinates fit the truth best (least squares)."""
-    unscaled = _coordinates(parameters, points)
-    if unscaled is None:
-        return None
-    origin = np.array([[float(parameters.get(key) or 0.0)] for key in ("x_0", "y_0")])
-    both = np.isfinite(unscaled + truth).all(axis=0)
-    f, t = (values[:, both] - origin for values in (unscaled, truth))
-    return {**parameters, "k_0": repr(float(np.sum(f * t) / np.sum(f * f)))} if f.any() else None
+    for changed in _changed_parameters(tokens, float(matrix[0, 0]), float(matrix[1, 1])):
+        try:
+            if changed.get("k_0") == _OPEN:  # that whose coordinates fit the truth best (least squares)
+                unscaled = coordinates(changed)
+                origin = np.array([[float(changed.get(key) or 0.0)] for key in ("x_0", "y_0")])
+                both = np.isfinite(unscaled + truth).all(axis=0)
+                f, t = (values[:, both] - origin for values in (unscaled, truth))
+                if not f.any():
+                    continue
+                changed["k_0"] = repr(float(np.sum(f * t) / np.sum(f * f)))
+            if agree(projection, coordinates(changed), truth):
+                return string_of(changed)
+        except ProjectionError:
+            continue
+    return None
 
 
 def tried(projection: Projection) -> tuple[FloatArray, FloatArray]:
@@ -178,37 +162,27 @@ def base_crs(projection: Projection) -> CRS | None:
         return None
 
 
-def _native_axes(crs: CRS) -> Iterator[FloatArray]:
-    """Candidate matrices from the CRS's own coordinates to metres, likely ones first.
-
-    PROJ applies the affine transformation in the axis order and unit of the CRS; on polar maps the axis directions do
-    not tell the order.
-    """
-    u, v = (axis.unit_conversion_factor for axis in crs.axis_info[:2])
-    for sign_u, sign_v in itertools.product((1.0, -1.0), repeat=2):
-        yield np.array([[sign_u * u, 0.0], [0.0, sign_v * v]])
-        yield np.array([[0.0, sign_v * v], [sign_u * u, 0.0]])
-
-
-def _derived_wkt(base: str, coefficients: FloatArray, name: str) -> str:
-    (a1, a2), (b1, b2) = coefficients.tolist()
-    one = 'SCALEUNIT["coefficient",1]'
-    parameters = [
-        f'PARAMETER["A0",0,{_METRE},ID["EPSG",8623]]',
-        f'PARAMETER["A1",{a1!r},{one},ID["EPSG",8624]]',
-        f'PARAMETER["A2",{a2!r},{one},ID["EPSG",8625]]',
-        f'PARAMETER["B0",0,{_METRE},ID["EPSG",8639]]',
-        f'PARAMETER["B1",{b1!r},{one},ID["EPSG",8640]]',
-        f'PARAMETER["B2",{b2!r},{one},ID["EPSG",8641]]',
-    ]
-    method = 'METHOD["Affine parametric transformation",ID["EPSG",9624]]'
-    return _derived_text(name, base, f'"Linear correction",{method},{",".join(parameters)}')
-
-
 _METRE = 'LENGTHUNIT["metre",1]'
 
 
-def _derived_text(name: str, base: str, conversion: str) -> str:
+def _affine(coefficients: FloatArray) -> str:
+    """WKT2 of EPSG's affine parametric transformation."""
+    (a1, a2), (b1, b2) = coefficients.tolist()
+    one = 'SCALEUNIT["coefficient",1]'
+    rows = (
+        ("A0", 0, _METRE, 8623),
+        ("A1", a1, one, 8624),
+        ("A2", a2, one, 8625),
+        ("B0", 0, _METRE, 8639),
+        ("B1", b1, one, 8640),
+        ("B2", b2, one, 8641),
+    )
+    parameters = (f'PARAMETER["{key}",{value!r},{unit},ID["EPSG",{code}]]' for key, value, unit, code in rows)
+    method = 'METHOD["Affine parametric transformation",ID["EPSG",9624]]'
+    return f'"Linear correction",{method},{",".join(parameters)}'
+
+
+def _derived_wkt(name: str, base: str, conversion: str) -> str:
     """WKT2 of a CRS in metres east and north, derived from a base by a conversion."""
     quoted = name.replace('"', '""')
     return (
@@ -248,7 +222,13 @@ def _changed_parameters(tokens: dict[str, str], x: float, y: float) -> Iterator[
             key: f"{float(tokens[key] or 0) * by!r}" for key, by in (("x_0", x), ("y_0", y)) if key in tokens
         }
         if x == y:
-            tokens = _as_tmerc(tokens, x) if tokens["proj"] == "utm" else tokens | shifts
+            if tokens["proj"] == "utm":  # the transverse Mercator map of a zone
+                rest = {key: value for key, value in tokens.items() if key not in ("proj", "zone", "south")}
+                north, meridian = 1e7 if "south" in tokens else 0.0, 6 * int(tokens["zone"] or 0) - 183
+                named = {"proj": "tmerc", "lon_0": f"{meridian}", "x_0": repr(5e5 * x), "y_0": repr(north * x)}
+                tokens = named | rest
+            else:
+                tokens = tokens | shifts
             if tokens["proj"] in _WITH_K_0:
                 yield {key: value for key, value in tokens.items() if key not in _REPLACED} | {"k_0": _OPEN}
         elif tokens["proj"] in ("eqc", "cea"):
@@ -261,15 +241,6 @@ def _changed_parameters(tokens: dict[str, str], x: float, y: float) -> Iterator[
         return  # numbers in PROJ's other notations, as 30d
 
 
-def _as_tmerc(tokens: dict[str, str], scale: float) -> dict[str, str]:
-    """Parameters of the transverse Mercator map of a UTM zone, false origin scaled."""
-    rest = {key: value for key, value in tokens.items() if key not in ("proj", "zone", "south")}
-    north = 1e7 if "south" in tokens else 0.0
-    meridian = 6 * int(tokens["zone"] or 0) - 183
-    named = {"proj": "tmerc", "lon_0": f"{meridian}", "x_0": repr(5e5 * scale), "y_0": repr(north * scale)}
-    return named | rest
-
-
 # ---- PROJ strings as CRSs ------------------------------------------------------------------------
 
 
@@ -278,7 +249,7 @@ _VERSIONS = ("WKT2_2019", "WKT1_ESRI")
 
 def geodetic_ellipsoid(geodetic: str) -> Ellipsoid:
     """The ellipsoid of a geographic CRS, as EPSG:6318; raises ProjectionError."""
-    ellipsoid = ellipsoid_of_crs(_geodetic(geodetic))
+    ellipsoid = operations.ellipsoid_of_crs(_geodetic(geodetic))
     assert ellipsoid is not None  # as `_geodetic` sees to
     return ellipsoid
 
@@ -288,9 +259,9 @@ def geodetic_of(projection: Projection) -> str | None:
     if not isinstance(projection.function, CrsOperation):
         return None
     geodetic = CRS.from_wkt(projection.function.crs).geodetic_crs
-    if geodetic is None or not has_plain_axes(geodetic):
+    if geodetic is None or not operations.has_plain_axes(geodetic):
         return None
-    if greenwich_offset(geodetic) or units_per_degree(geodetic) != 1.0:
+    if operations.greenwich_offset(geodetic) or operations.units_per_degree(geodetic) != 1.0:
         return None
     return str(geodetic.to_wkt())
 
@@ -318,7 +289,7 @@ def crs_wkt(
         }
     try:
         text = str(CRS.from_json_dict(parts).to_wkt(version, pretty=True))
-        found = Projection(*parse_crs(text, registered=False))
+        found = Projection(*parse_crs(text))
     except (pyproj.exceptions.CRSError, ProjectionError):
         return None, f"{version} has no such map."
     points = tried(projection)
@@ -337,7 +308,7 @@ def _geodetic(text: str) -> CRS:
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. {hint}{ALLOWED}") from error
     if not crs.is_geographic or crs.ellipsoid is None:
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. It must have longitudes and latitudes.")
-    if greenwich_offset(crs):
+    if operations.greenwich_offset(crs):
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. Its longitudes must be from Greenwich.")
     return crs.to_2d() if len(crs.axis_info) > 2 else crs
 
@@ -346,17 +317,17 @@ def unprojected(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, Flo
     """Longitudes and latitudes in Greenwich degrees, on the CRS's own datum, of coordinates; raises ProjectionError."""
     try:
         stated = read_crs(crs)
-        base = geographic_base(stated)
+        base = operations.geographic_base(stated)
         if base is None:
             raise ProjectionError(f"Invalid CRS '{shown(crs)}'. It has no longitudes and latitudes.")
         transformer = Transformer.from_crs(stated, base, always_xy=True)
     except (pyproj.exceptions.CRSError, pyproj.exceptions.ProjError) as error:
         raise ProjectionError(f"Invalid CRS '{shown(crs)}'. {ALLOWED}") from error
     given = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    lon, lat = transform(transformer, *given)
-    check_grids(transformer, given, lon)
-    per_degree = units_per_degree(base)
-    return lon / per_degree + greenwich_offset(base), lat / per_degree
+    lon, lat = operations.transform(transformer, *given)
+    operations.check_grids(transformer, given, lon)
+    per_degree = operations.units_per_degree(base)
+    return lon / per_degree + operations.greenwich_offset(base), lat / per_degree
 
 
 # ---- followed by a linear map --------------------------------------------------------------------
@@ -401,7 +372,7 @@ def uncomposed(projection: Projection, matrix: FloatArray) -> tuple[Projection, 
 # ---- followed by operations of PROJ --------------------------------------------------------------
 
 
-_METHOD = "PROJ-based operation method: {}"
+_METHOD = "PROJ-based operation method"
 _SCOPE = "Maps of the area with little distortion."
 _DECIMALS = 6  # of degrees: a tenth of a metre
 
@@ -466,35 +437,18 @@ def derived_crs(
     if text is None:
         raise ProjectionError(f"Invalid base '{base.label}'. {reason}")
     plain = CRS.from_wkt(text)
-    words = [
-        f"+{word.lstrip('+')}" for word in base.definition.split() if word.lstrip("+") not in ("type=crs", "no_defs")
-    ]
-    operations = " +step ".join([" ".join(words), *steps])
-    degrees = "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad"
-    return DerivedCrs(
-        pipeline=f"{degrees} +step {operations}",
-        wkt=_wkt(area.stated_in(_projected(plain, f"+proj=pipeline +step {operations}", name))),
-        wkt_derived=_wkt(area.stated_in(_derived(plain, steps, name))),
-    )
-
-
-def _projected(base: CRS, pipeline: str, name: str) -> CRS:
-    """A projected CRS whose conversion is a pipeline."""
-    parts: dict[str, Any] = base.to_json_dict()
-    parts["name"] = name
-    parts["conversion"] = {"name": name, "method": {"name": _METHOD.format(pipeline)}, "parameters": []}
-    return CRS.from_json_dict(parts)
-
-
-def _derived(base: CRS, steps: Sequence[str], name: str) -> CRS:
-    """A CRS derived from the base's."""
-    method = steps[0] if len(steps) == 1 else f"+proj=pipeline {' '.join(f'+step {step}' for step in steps)}"
-    conversion = f'"correction",METHOD["{_METHOD.format(method)}"]'
+    words = (word.lstrip("+") for word in base.definition.split())
+    own = " ".join(f"+{word}" for word in words if word not in ("type=crs", "no_defs"))
+    chain = " +step ".join([own, *steps])
+    parts: dict[str, Any] = plain.to_json_dict()
+    method = {"name": f"{_METHOD}: +proj=pipeline +step {chain}"}
+    parts |= {"name": name, "conversion": {"name": name, "method": method, "parameters": []}}
+    correction = steps[0] if len(steps) == 1 else f"+proj=pipeline {' '.join(f'+step {step}' for step in steps)}"
+    conversion = f'"correction",METHOD["{_METHOD}: {correction}"]'
     try:
-        return CRS.from_wkt(_derived_text(name, base.to_wkt("WKT2_2019"), conversion))
+        derived = CRS.from_wkt(_derived_wkt(name, plain.to_wkt("WKT2_2019"), conversion))
     except pyproj.exceptions.CRSError as error:
         raise ProjectionError(f"Invalid correction of '{name}'. PROJ cannot derive it from its base.") from error
-
-
-def _wkt(crs: CRS) -> str:
-    return str(crs.to_wkt("WKT2_2019", pretty=True))
+    both = (area.stated_in(crs).to_wkt("WKT2_2019", pretty=True) for crs in (CRS.from_json_dict(parts), derived))
+    degrees = "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad"
+    return DerivedCrs(f"{degrees} +step {chain}", *map(str, both))

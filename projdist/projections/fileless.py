@@ -17,11 +17,10 @@ from typing import Any
 from pyproj.database import get_authorities
 from pyproj.datadir import get_data_dir
 
+from projdist.projections import proj_strings
+from projdist.projections.crs import WktNode, is_wkt, parse_wkt, with_spaces
 from projdist.projections.errors import ALLOWED, ProjectionError
-from projdist.projections.names import has_words, words_of
-from projdist.projections.proj_parameters import ANGLES, ELLIPSOID_KEYS, FLAGS, NUMBERS, TEXTS, WHOLE_NUMBERS
-from projdist.projections.projstrings import proj_string_of_parameters
-from projdist.projections.wkt import WktNode, is_wkt, parse_wkt, with_spaces
+from projdist.projections.projection import named_map
 from projdist.support import close_words, shown
 
 _READERS = frozenset("defmodel deformation gridshift hgridshift tinshift vgridshift xyzgridshift".split())
@@ -37,7 +36,7 @@ _STEPS = frozenset(
     v_1 v_2 v_3 v_4 vneg vto_meter xy_in xy_out z_in z_out""".split()
 )
 _OF_CRSS = frozenset("datum geoid_crs no_defs pm type vunits wktext".split())
-_PLAIN = ANGLES | NUMBERS | WHOLE_NUMBERS | FLAGS | TEXTS | ELLIPSOID_KEYS | _STEPS | _OF_CRSS
+_PLAIN = proj_strings.KEYS | proj_strings.ELLIPSOID_KEYS | _STEPS | _OF_CRSS
 """Parameters whose values are numbers or words."""
 
 _TOKEN = re.compile(r"\+?([A-Za-z]\w*)(?:=(\S+))?", re.ASCII)
@@ -46,7 +45,6 @@ _RATIO = re.compile(rf"{_NUMBER}/{_NUMBER}", re.ASCII)
 _LIST = re.compile(rf"{_NUMBER}(?:,{_NUMBER})*", re.ASCII)
 _BLANKS = re.compile(r"[ \t\n\r\v\f]+")
 
-_SUFFIXES = (".prj", ".wkt", ".json")  # of texts that are paths
 _INIT = re.compile(r"\+?init=(\w+):\w+(?:\s+\+no_defs|\s+\+type=crs)*", re.ASCII)
 _RUN = re.compile(r"\+?\b(?:proj|init|title)[\s+]*=", re.IGNORECASE)  # where PROJ, or pyproj, may see a PROJ string
 _CODE = r"[A-Za-z]\w*:(?:\w+:)?[\w.]+"
@@ -68,7 +66,6 @@ _KEYWORDS = _CRSS | frozenset(
     TIMEEXTENT TIMEUNIT TOWGS84 TRF UNIT URI USAGE VDATUM VELOCITYGRID VERSION VERTICALDATUM VERTICALEXTENT VERT_DATUM
     VRF""".split()
 )
-_METHODS = ("METHOD", "PROJECTION")
 _QUOTED = re.compile(r'"(?:[^"]|"")*"')
 _BARE_WKT = re.compile(r"[\w.,+\-:\s\[\]()\"]*", re.ASCII)
 _LOOSE_QUOTE = re.compile(r'[^\[(,\s]\s*""|""\s*[^\])\],\s]')  # a quoted text with something beside it
@@ -87,7 +84,7 @@ def file_named_in(text: str) -> str:
     """The part of a projection's text that names or may name a file; "" if none does. Raises ProjectionError."""
     text = text.strip()
     init = _INIT.fullmatch(text)
-    if text.lower().endswith(_SUFFIXES):
+    if text.lower().endswith((".prj", ".wkt", ".json")):
         return text
     if init:
         return "" if init[1].upper() in get_authorities() else text
@@ -98,10 +95,13 @@ def file_named_in(text: str) -> str:
         return _in_wkt(text)
     if re.search(r"(?:^|\s)\+?proj=", text):
         return _in_proj_string(text)
-    if has_words(text):
-        words = words_of(text)
-        return _in_plain(words.name) or _in_parameters(words.parameters)
-    return _in_plain(text)
+    words = named_map(text)
+    name = words.name
+    if run := _RUN.search(name):
+        return name[run.start() :]
+    if ":" in name and not _CODES.fullmatch(name) and not _URN.fullmatch(name):
+        return name
+    return _in_parameters(words.parameters)
 
 
 def close_parameters(token: str) -> list[str]:
@@ -117,14 +117,6 @@ def environment_without_files() -> dict[str, str]:
     # GDAL has data of its own, which the first two would hide from it.
     data = {"PROJ_DATA": own, "PROJ_LIB": own} if len(folders) > 1 else {}
     return {"PROJ_NETWORK": "OFF", "PROJ_USER_WRITABLE_DIRECTORY": own, **data}
-
-
-def _in_plain(text: str) -> str:
-    """Suspect part of a name, code or URN; "" if it is one."""
-    run = _RUN.search(text)
-    if run:
-        return text[run.start() :]
-    return "" if ":" not in text or _CODES.fullmatch(text) or _URN.fullmatch(text) else text
 
 
 def _in_proj_string(text: str) -> str:
@@ -194,7 +186,7 @@ def _in_node(node: WktNode) -> str:
         return _in_proj_string(node.values[1]) if is_string else f"EXTENSION[{', '.join(node.values)}]"
     if node.keyword == "PARAMETER" and not all(re.fullmatch(_NUMBER, value) for value in node.values[1:]):
         return ", ".join(node.values[1:])
-    rule = _in_method if node.keyword in _METHODS else _in_remark
+    rule = _in_method if node.keyword in ("METHOD", "PROJECTION") else _in_remark
     return next(filter(None, map(rule, node.values)), "")
 
 
@@ -207,10 +199,15 @@ def _in_json(text: str) -> str:
     except (ValueError, RecursionError) as error:
         raise ProjectionError(f"Invalid projection '{shown(text)}'. It is no JSON: {error}. {ALLOWED}") from error
     if "proj" in value:
-        return _in_proj_string(proj_string_of_parameters(value))
+        return _in_proj_string(proj_strings.string_of_parameters(value))
     if "init" in value:
         return "init"
-    return next(filter(None, (_in_member(path, key, one) for path, key, one in _members(value, text))), "")
+    for inside, key, one in _members(value, text):
+        if (key == "value" and inside == "parameters") or (key == "type" and one not in _TYPES):
+            return one or key
+        if found := _in_method(one) if inside == "method" else _in_remark(one):
+            return found
+    return ""
 
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -221,8 +218,8 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _members(value: Any, text: str) -> Iterator[tuple[str, str, Any]]:
-    """All members below a value: name of the enclosing object, own name, value."""
+def _members(value: Any, text: str) -> Iterator[tuple[str, str, str]]:
+    """All texts below a value: name of the enclosing object, own name, text."""
     waiting: list[tuple[str, Any, int]] = [("", value, 0)]
     while waiting:
         name, one, depth = waiting.pop()
@@ -232,13 +229,5 @@ def _members(value: Any, text: str) -> Iterator[tuple[str, str, Any]]:
         for key, inner in pairs:
             if isinstance(inner, dict | list):
                 waiting.append((key, inner, depth + 1))
-            else:
+            elif isinstance(inner, str):
                 yield name, key, inner
-
-
-def _in_member(inside: str, key: str, value: Any) -> str:
-    if not isinstance(value, str):
-        return ""
-    if (key == "value" and inside == "parameters") or (key == "type" and value not in _TYPES):
-        return value or key
-    return _in_method(value) if inside == "method" else _in_remark(value)

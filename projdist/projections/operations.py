@@ -19,7 +19,6 @@ from projdist.earth import Ellipsoid
 from projdist.projections.errors import GridError, proj_reason
 from projdist.support import tell
 
-_GIVES_LONGITUDE_FIRST = (["north", "east"], ["east", "north"])
 _AXES = [
     {"name": "Geodetic longitude", "abbreviation": "Lon", "direction": "east", "unit": "degree"},
     {"name": "Geodetic latitude", "abbreviation": "Lat", "direction": "north", "unit": "degree"},
@@ -57,7 +56,8 @@ def ellipsoid_of_crs(crs: CRS) -> Ellipsoid | None:
 
 def has_plain_axes(geodetic: CRS) -> bool:
     """True if `always_xy` turns the axes into longitudes east, then geodetic latitudes north."""
-    return geodetic.is_geographic and [axis.direction for axis in geodetic.axis_info[:2]] in _GIVES_LONGITUDE_FIRST
+    directions = [axis.direction for axis in geodetic.axis_info[:2]]
+    return geodetic.is_geographic and directions in (["north", "east"], ["east", "north"])
 
 
 def greenwich_offset(crs: CRS) -> float:
@@ -85,8 +85,10 @@ _CLARKE_SPHERE = Ellipsoid(6370997.0)  # same area as Clarke 1866
 _ALWAYS = {"krovak": _BESSEL, "mod_krovak": _BESSEL, "nzmg": _INTERNATIONAL}
 _OF_TWO = ("alsk", "gs50")  # one figure for spheres, another for ellipsoids
 _OF_ONE_SIZE = "gs48"
-# Maps of a sphere. On ellipsoids PROJ uses conformal latitudes except for the centre: another conformal map.
-_SPHERICAL = ("gs48", "lee_os", "mil_os")
+OWN_ELLIPSOIDS = frozenset([*_ALWAYS, *_OF_TWO, _OF_ONE_SIZE])
+"""Operations for which PROJ ignores the stated ellipsoid or its size."""
+SPHERICAL = ("gs48", "lee_os", "mil_os")
+"""Maps of a sphere. On ellipsoids PROJ uses conformal latitudes except for the centre: another conformal map."""
 
 _PARAMETERS = {_BESSEL: "+ellps=bessel", _INTERNATIONAL: "+ellps=intl", _CLARKE_1866: "+ellps=clrk66"}
 _SAME = 1e-6  # of size and flattening: interchangeable ellipsoids differ by less
@@ -101,11 +103,6 @@ def operation_ellipsoid(operation: str, stated: Ellipsoid) -> Ellipsoid:
     return _ALWAYS.get(operation, stated)
 
 
-def has_own_ellipsoid(operation: str) -> bool:
-    """True if PROJ ignores the stated ellipsoid or its size for an operation."""
-    return operation in (*_ALWAYS, *_OF_TWO, _OF_ONE_SIZE)
-
-
 def ellipsoid_parameters(figure: Ellipsoid) -> str:
     """PROJ parameters of an ellipsoid."""
     if figure.is_sphere:
@@ -113,17 +110,12 @@ def ellipsoid_parameters(figure: Ellipsoid) -> str:
     return _PARAMETERS.get(figure, f"+a={figure.a:.12g} +rf={1.0 / figure.f:.12g}")
 
 
-def tell_of_ellipsoid(operation: str, stated: Ellipsoid) -> None:
-    """Warn if a map is measured on the operation's own ellipsoid rather than the stated one."""
-    figure = operation_ellipsoid(operation, stated)
-    if abs(figure.a / stated.a - 1.0) > _SAME or abs(figure.f - stated.f) > _SAME:
-        tell(f"PROJ draws {operation} on a figure of its own, {ellipsoid_parameters(figure)}; it is measured on that.")
-
-
-def tell_of_sphere(operation: str, stated: Ellipsoid) -> None:
-    """Warn if a map of the sphere is requested on an ellipsoid, for which PROJ draws another map."""
-    if operation in _SPHERICAL and not stated.is_sphere:
-        tell(f"PROJ's {operation} is a map of the sphere; what it draws on an ellipsoid is another map.")
+def used_ellipsoid(operation: str, stated: Ellipsoid) -> Ellipsoid:
+    """The `operation_ellipsoid`, with a warning if it is not the stated one."""
+    used = operation_ellipsoid(operation, stated)
+    if abs(used.a / stated.a - 1.0) > _SAME or abs(used.f - stated.f) > _SAME:
+        tell(f"PROJ draws {operation} on a figure of its own, {ellipsoid_parameters(used)}; it is measured on that.")
+    return used
 
 
 # ---- grids ---------------------------------------------------------------------------------------
@@ -214,15 +206,16 @@ class CrsOperation:
     @functools.cached_property
     def transformer(self) -> Transformer:
         """PROJ's operation; raises pyproj's ProjError."""
-        return _forward(CRS.from_wkt(self.crs))
+        crs = CRS.from_wkt(self.crs)
+        return Transformer.from_crs(geographic_base(crs), crs, always_xy=True)
 
-    def prepare(self, crs: CRS) -> None:
-        """Make the transformer from the CRS itself, twice as fast as from its WKT; raises pyproj's ProjError.
+    def prepare(self, base: CRS, crs: CRS) -> None:
+        """Make the transformer from the CRSs themselves, twice as fast as from WKT; raises pyproj's ProjError.
 
         For a few CRSs PROJ's database has several operations, some with datum transformations, and picks one at the
         first point; these keep the WKT, which has the conversion only.
         """
-        transformer = _forward(crs)
+        transformer = Transformer.from_crs(base, crs, always_xy=True)
         if transformer.definition.startswith("proj="):
             self.__dict__["transformer"] = transformer
 
@@ -255,10 +248,6 @@ class CrsOperation:
         PROJ also answers for some points outside the map: only those that `native` takes back to u, v are on it.
         """
         return self.degrees(*transform(self.transformer, u, v, direction=TransformDirection.INVERSE))
-
-
-def _forward(crs: CRS) -> Transformer:
-    return Transformer.from_crs(geographic_base(crs), crs, always_xy=True)
 
 
 def transform(

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
-from projdist.projections.geodesy import crs_of
-from projdist.projections.projected_crs import geographic
+from projdist.projections.coordinates import crs_of, geographic
 from projdist.projections.projection import Projection
 from projdist.support import MISSING, has_decimal_comma, number_of, numbered_rows, tell
 
@@ -62,7 +61,12 @@ def places(projection: Projection, frame: Any) -> tuple[FloatArray, FloatArray]:
     are. Missing points are NaN, with a warning. Raises ValueError that names the row, counted from 1.
     """
     if not is_geographic(frame):
-        return _columns(frame)
+        names = list(frame.columns)
+        found = coordinate_columns(names)
+        if found is None or any(names.count(names[column]) > 1 for column in found):
+            shown = ", ".join(map(str, names[:20])) or "none"
+            raise ValueError(f"Invalid columns '{shown}' of points. One must be 'lon' and one 'lat', in degrees.")
+        return check_degrees(*(frame[names[column]] for column in found))
     tell_of_frame_in_degrees(frame, "the points")
     geometry = frame.geometry
     missing = (geometry.isna() | geometry.is_empty).to_numpy()
@@ -80,15 +84,6 @@ def places(projection: Projection, frame: Any) -> tuple[FloatArray, FloatArray]:
     _check_all(missing | np.isfinite(lon), f"The point has no longitude and latitude in {frame.crs.name}.")
     tell_of_missing(lon, lat)
     return lon, lat
-
-
-def _columns(frame: Any) -> tuple[FloatArray, FloatArray]:
-    names = list(frame.columns)
-    found = coordinate_columns(names)
-    if found is None or any(names.count(names[column]) > 1 for column in found):
-        shown = ", ".join(map(str, names[:20])) or "none"
-        raise ValueError(f"Invalid columns '{shown}' of points. One must be 'lon' and one 'lat', in degrees.")
-    return check_degrees(*(frame[names[column]] for column in found))
 
 
 def coordinate_columns(header: Sequence[Any]) -> tuple[int, int] | None:

@@ -5,47 +5,34 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping
+import re
+from collections import defaultdict
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import pyproj.exceptions
 
+from projdist.earth import data_rows
+from projdist.projections import projection as names
 from projdist.projections.catalogue import NAMES
+from projdist.projections.crs import is_proj_string
 from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.exports import parameters_of, same_coordinates
-from projdist.projections.names import (
-    WITH_LATITUDE,
-    Turned,
-    Words,
-    has_centre,
-    has_words,
-    known_name,
-    needed_parameters,
-    operation_of,
-    proj_tokens,
-    title_of,
-    turned_tokens,
-    words_of,
-)
 from projdist.projections.operations import CrsOperation, Pipeline
-from projdist.projections.proj_parameters import (
-    ParameterRange,
+from projdist.projections.proj_strings import (
     Stated,
-    check_value,
     defined_by,
     degrees_of,
-    longitude_key,
     number_text,
-    parameters_in,
+    operation_name,
     prime_meridian,
     stated_in,
     string_of,
     tokens_of,
 )
-from projdist.projections.projection import Projection, ProjectionLike
-from projdist.projections.projstrings import is_proj_string, operation_name
+from projdist.projections.projection import NamedMap, Projection, ProjectionLike, Turned, operation_of
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import check_number, close_words, did_you_mean, listed, shown
 
@@ -78,6 +65,73 @@ def run_as(projection: Projection, definition: str, pipeline: str) -> Projection
     return dataclasses.replace(projection, definition=definition, function=changed)
 
 
+# ---- ranges of numeric parameters ----------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterRange:
+    """A numeric parameter of a map: PROJ's key, its label, and the range in which PROJ has a map.
+
+    `unit` is "°", "m" or "". `value` is the map's current one, always within the range; `step` suits a slider.
+    Integer parameters have steps of 1 or more.
+    """
+
+    name: str
+    label: str
+    unit: str
+    low: float
+    high: float
+    step: float
+    value: float
+
+
+@functools.cache
+def _rows() -> Mapping[str, list[dict[str, str]]]:
+    """Rows of the table of ranges by operation.
+
+    Rows of different `form` exclude each other. `where` limits a row to polar maps, to maps of an ellipsoid, or to maps
+    with another parameter stated.
+    """
+    found = defaultdict(list)
+    for row in data_rows("parameter_ranges.csv"):
+        found[row["operation"]].append(row)
+    return found
+
+
+def _ranges(operation: str, stated: Stated, *, sphere: bool) -> tuple[ParameterRange, ...]:
+    """The numeric parameters of an operation with some parameters stated.
+
+    Of alternatives, such as k_0 or lat_ts, those that are stated, else the first. A range is mirrored or extended to
+    include the value.
+    """
+    stated = {"k_0": stated["k"], **stated} if "k" in stated else stated  # PROJ's older word
+    polar = abs(degrees_of(stated.get("lat_0", "0"))) == 90.0
+    there = {"", *stated, *(["polar"] if polar else []), *([] if sphere else ["ellipsoid"])}
+    rows = [row for row in _rows().get(operation, ()) if row["where"] in there]
+    forms = list(dict.fromkeys(row["form"] for row in rows if row["form"]))
+    if forms:
+        stated_forms = [row["form"] for row in rows if row["key"] in stated]
+        form = max(forms, key=stated_forms.count)  # ties: the first
+        rows = [row for row in rows if row["form"] in ("", form)]
+    found = []
+    for row in rows:
+        key, default = row["key"], row["default"]  # a number, or another parameter, whose value it then has
+        low, high, step = (float(row[column]) for column in ("low", "high", "step"))
+        number = default if re.match(r"[-\d]", default) else "0"
+        value = degrees_of(stated.get(key, stated.get(default, number)))
+        if value < 0.0 <= low and row["unit"] == "°" and -high <= value <= -low:
+            low, high = -high, -low
+        low, high, label, unit = min(low, value), max(high, value), row["label"], row["unit"]
+        found.append(ParameterRange(name=key, label=label, unit=unit, low=low, high=high, step=step, value=value))
+    return tuple(found)
+
+
+def _longitude_key(parameters: Collection[ParameterRange]) -> str:
+    """Key of the parameter that moves a map in longitude; "" if there is none."""
+    keys = [parameter.name for parameter in parameters]
+    return next((key for key in ("lonc", "lon_0") if key in keys), "")
+
+
 # ---- sliders and dragging ------------------------------------------------------------------------
 
 
@@ -85,7 +139,7 @@ Centre = tuple[float, float]
 
 _KEPT = 1024  # plans, each of a few kB
 _TRIED = ((-50.0, 35.0), (123.0, 68.0))  # longitudes and latitudes to test whether a map can be centred
-_WITH_LATITUDE = WITH_LATITUDE | {"omerc", "labrd"}
+_WITH_LATITUDE = names.WITH_LATITUDE | {"omerc", "labrd"}
 _LONGITUDES = ("lon_0", "lonc", "asc_lon", "path")  # ignored by PROJ in a rotated map
 _STRINGS = ("ob_tran", "utm")  # names that stand for PROJ strings
 _POLES = ("o_lat_p", "o_lon_p", "o_alpha", "o_lon_c", "o_lat_c", "o_lon_1", "o_lat_1", "o_lon_2", "o_lat_2")
@@ -102,9 +156,9 @@ class Tunable:
     """
 
     definition: str
-    parameters: tuple[ParameterRange, ...]
-    drags: Literal["both", "longitude", "none"]
-    centre: Centre | None
+    parameters: tuple[ParameterRange, ...] = ()
+    drags: Literal["both", "longitude", "none"] = "none"
+    centre: Centre | None = None
 
 
 def tunable(projection: ProjectionLike) -> Tunable:
@@ -141,35 +195,33 @@ class _Plan:
     projection: Projection
     tunable: Tunable
     stated: Stated
-    words: Words | None = None
+    words: NamedMap | None = None
 
     def made(self, values: Stated, centre: Centre | None) -> Projection:
         """The map with other values and another centre."""
         if centre is not None and self.tunable.drags == "longitude":
             lon = _wrapped(centre[0] - prime_meridian(self.stated))
-            values = {**values, longitude_key(self.tunable.parameters): number_text(lon)}
+            values = {**values, _longitude_key(self.tunable.parameters): number_text(lon)}
             centre = None
-        return self._string(values, centre) if self.words is None else self._name(self.words, values, centre)
-
-    def _string(self, values: Stated, centre: Centre | None) -> Projection:
         function = self.projection.function
-        assert isinstance(function, Pipeline)
-        definition, pipeline = (
-            string_of(_moved(_with(stated_in(text.split()), values), centre))
-            for text in (self.projection.definition, function.pipeline)
-        )
-        made = run_as(self.projection, definition, pipeline)
-        return replace(made, name=_operation_name(definition)) if centre is not None else made
-
-    def _name(self, words: Words, values: Stated, centre: Centre | None) -> Projection:
-        changed = _with_values(words, values)
+        if self.words is None:
+            assert isinstance(function, Pipeline)
+            definition, pipeline = (
+                string_of(_moved(_with(stated_in(text.split()), values), centre))
+                for text in (self.projection.definition, function.pipeline)
+            )
+            made = run_as(self.projection, definition, pipeline)
+            if centre is None:
+                return made
+            stated = stated_in(definition.split())
+            inner = [stated["o_proj"]] if "o_proj" in stated else []
+            return replace(made, name=operation_name([stated["proj"]], inner))
+        words = _with_values(self.words, values)
         if centre is not None:
-            changed = _centred(changed, centre)
-        definition = _words_text(changed)
-        if changed.name in WORLD_MAPS:
-            return Projection.from_user_input(definition)
-        pipeline = string_of(stated_in(proj_tokens(changed.name, changed)))
-        return replace(run_as(self.projection, definition, pipeline), name=title_of(changed))
+            words = _centred(words, centre)
+        if words.name in WORLD_MAPS:
+            return Projection.from_user_input(str(words))
+        return replace(run_as(self.projection, str(words), string_of(stated_in(words.tokens))), name=words.title)
 
 
 def _plan(projection: ProjectionLike) -> _Plan:
@@ -178,75 +230,70 @@ def _plan(projection: ProjectionLike) -> _Plan:
     made = Projection.from_user_input(projection)
     if isinstance(made.function, Pipeline | Turned) or made.function in WORLD_MAPS.values():
         return _plan_of_text(made.definition)
-    return _plan_of_operation(made) if isinstance(made.function, CrsOperation) else _idle(made)
+    if isinstance(made.function, CrsOperation):
+        return _plan_of_operation(made)
+    return _Plan(made, Tunable(definition=made.definition), {})
 
 
 @functools.lru_cache(maxsize=_KEPT)
 def _plan_of_text(text: str) -> _Plan:
     """Plan of a name, PROJ string, code or WKT."""
     projection = Projection.from_user_input(text)
-    words = _words(text)
-    if words is not None and words.name in _STRINGS:
-        return _plan_of_text(projection.definition)
-    if words is not None:
-        return _plan_of_name(projection, words)
+    if not is_proj_string(text) and ":" not in text:
+        words = names.named_map(text)
+        words = replace(words, name=names.known_name(words.name))
+        if words.name in _STRINGS:
+            return _plan_of_text(projection.definition)
+        if words.name:  # and not of a CRS
+            return _plan_of_name(projection, words)
     if isinstance(projection.function, CrsOperation):
         return _plan_of_operation(projection)
-    return _plan_of_string(projection)
-
-
-def _words(text: str) -> Words | None:
-    """The words of a named map; None for other text and names of CRSs."""
-    if is_proj_string(text) or ":" in text:
-        return None
-    words = words_of(text) if has_words(text) else Words(text, (), None)
-    name = known_name(words.name)
-    return replace(words, name=name) if name else None
+    stated = stated_in(projection.definition.split())
+    if stated["proj"] == "pipeline":
+        return _plan_of_operation(projection)
+    if stated["proj"] == "utm":  # the transverse Mercator map of a zone
+        rest = {key: value for key, value in stated.items() if key not in ("proj", "zone", "south")}
+        meridian = f"{6 * int(stated['zone']) - 183}" if "zone" in stated else stated.get("lon_0", "0")
+        own = {"lon_0": meridian, "k_0": "0.9996", "x_0": "500000", "y_0": "10000000" if "south" in stated else "0"}
+        return _plan_of_text(string_of({"proj": "tmerc", **rest, **own}))
+    found = Tunable(definition=projection.definition)
+    return _with_drags(_Plan(projection, found, stated), _latitude(stated, sphere=projection.ellipsoid.is_sphere))
 
 
 @functools.lru_cache(maxsize=_KEPT)
 def _plan_of_operation(projection: Projection) -> _Plan:
     """Plan of a CRS or pipeline, by the PROJ string of its only map."""
     text = parameters_of(projection, np.eye(2))
-    return _idle(projection) if text is None else _plan_of_text(text)
+    return _Plan(projection, Tunable(definition=projection.definition), {}) if text is None else _plan_of_text(text)
 
 
-def _idle(projection: Projection) -> _Plan:
-    found = Tunable(definition=projection.definition, parameters=(), drags="none", centre=None)
-    return _Plan(projection, found, {})
-
-
-def _plan_of_string(projection: Projection) -> _Plan:
-    stated = stated_in(projection.definition.split())
-    if stated["proj"] == "pipeline":
-        return _plan_of_operation(projection)
-    if stated["proj"] == "utm":
-        return _plan_of_text(string_of(_as_tmerc(stated)))
-    parameters = _parameters(stated, sphere=projection.ellipsoid.is_sphere)
-    found = Tunable(definition=projection.definition, parameters=parameters, drags="none", centre=None)
-    return _with_drags(_Plan(projection, found, stated), _latitude(stated, sphere=projection.ellipsoid.is_sphere))
-
-
-def _plan_of_name(projection: Projection, words: Words) -> _Plan:
+def _plan_of_name(projection: Projection, words: NamedMap) -> _Plan:
     if words.name in WORLD_MAPS:
-        stated = {"proj": "robin", **stated_in(words.parameters)}  # which also has lon_0 only
+        stated = {"proj": "robin", **words.stated}  # which also has lon_0 only
     else:
-        stated = stated_in(proj_tokens(words.name, replace(words, centre=None)))
+        stated = stated_in(replace(words, centre=None).tokens)
     latitude = _latitude(stated, sphere=projection.ellipsoid.is_sphere)
     if words.centre is not None:
         latitude = words.centre[0]
         stated |= {"lat_0": number_text(latitude), "lon_0": number_text(words.centre[1])}
-    parameters = _parameters(stated, sphere=projection.ellipsoid.is_sphere)
-    found = Tunable(definition=_words_text(words), parameters=parameters, drags="none", centre=None)
-    return _with_drags(_Plan(projection, found, stated, words), latitude)
+    return _with_drags(_Plan(projection, Tunable(definition=str(words)), stated, words), latitude)
 
 
 def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
-    """The plan with `drags` and `centre`, from the latitude at the map's origin (None if it cannot move)."""
-    key = longitude_key(plan.tunable.parameters)
+    """The plan with parameters, `drags` and `centre`, from the latitude at the map's origin (None if it cannot move).
+
+    The parameters of an oblique map are also those of its inner map.
+    """
+    stated, sphere = plan.stated, plan.projection.ellipsoid.is_sphere
+    parameters = _ranges(stated["proj"], stated, sphere=sphere)
+    if stated["proj"] == "ob_tran":
+        inner = _ranges(stated["o_proj"], stated, sphere=sphere)
+        parameters = (*parameters, *(each for each in inner if each.name not in _LONGITUDES))
+    plan = replace(plan, tunable=replace(plan.tunable, parameters=parameters))
+    key = _longitude_key(parameters)
     if not key:
         return plan
-    lon = next(parameter.value for parameter in plan.tunable.parameters if parameter.name == key)
+    lon = next(parameter.value for parameter in parameters if parameter.name == key)
     lon = _wrapped(lon + prime_meridian(plan.stated))
     if latitude is not None:
         both = replace(plan, tunable=replace(plan.tunable, drags="both", centre=(lon, latitude)))
@@ -257,26 +304,15 @@ def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
 
 def _is_centred(plan: _Plan) -> bool:
     """True if other centres come to the origin with north up, and the current one changes nothing."""
-    origin = tuple(degrees_of(plan.stated.get(key, "0")) for key in ("x_0", "y_0"))
+    origin = degrees_of(plan.stated.get("x_0", "0")), degrees_of(plan.stated.get("y_0", "0"))
     try:
         moved = [plan.made({}, centre) for centre in _TRIED]
         here = plan.made({}, plan.tunable.centre)
     except ProjectionError:
         return False
-    centred = (
-        has_centre(map_.function, lat, lon, (origin[0], origin[1]))
-        for map_, (lon, lat) in zip(moved, _TRIED, strict=True)
-    )
-    return all(centred) and same_coordinates(plan.projection, here)
-
-
-def _parameters(stated: Stated, *, sphere: bool) -> tuple[ParameterRange, ...]:
-    """Numeric parameters of a map, and of the inner map of an oblique one."""
-    found = parameters_in(stated["proj"], stated, sphere=sphere)
-    if stated["proj"] != "ob_tran":
-        return found
-    inner = parameters_in(stated["o_proj"], stated, sphere=sphere)
-    return (*found, *(each for each in inner if each.name not in _LONGITUDES))
+    both = zip(moved, _TRIED, strict=True)
+    centred = all(names.has_centre(made.function, lat, lon, origin) for made, (lon, lat) in both)
+    return centred and same_coordinates(plan.projection, here)
 
 
 def _latitude(stated: Stated, *, sphere: bool) -> float | None:
@@ -306,55 +342,41 @@ def _moved(stated: Stated, centre: Centre | None) -> dict[str, str]:
         return {**stated, "lat_0": number_text(lat), longitude: number_text(lon)}
     turned = stated.get("o_proj", operation)
     rest = {key: value for key, value in stated.items() if key not in ("proj", "o_proj", "lon_0", "lat_0", *_POLES)}
-    return stated_in(turned_tokens([f"proj={turned}", *tokens_of(rest)], lat, lon))
+    return stated_in(names.turned_tokens([f"proj={turned}", *tokens_of(rest)], lat, lon))
 
 
-def _with_values(words: Words, values: Stated) -> Words:
-    """Words with other values; a name with fixed parameters gives way to the general operation if these change."""
+def _with_values(words: NamedMap, values: Stated) -> NamedMap:
+    """A named map with other values; a name whose fixed parameters change gives way to the general operation."""
     operation, fixed = operation_of(words.name)
-    name, stated = words.name, stated_in(words.parameters)
-    own = stated_in(fixed)
+    name, stated, own = words.name, words.stated, stated_in(fixed)
     if name in NAMES and own.keys() & values.keys():
         name, stated = operation, own | stated
     if words.centre is None:
-        return Words(name, tuple(tokens_of(_with(stated, values))), None)
+        return NamedMap(name, tuple(tokens_of(_with(stated, values))))
     lat, lon = (float(values.get(key, at)) for key, at in zip(("lat_0", "lon_0"), words.centre, strict=True))
     others = {key: value for key, value in values.items() if key not in ("lat_0", "lon_0")}
-    return _centred(Words(name, tuple(tokens_of(_with(stated, others))), None), (lon, lat))
+    return _centred(NamedMap(name, tuple(tokens_of(_with(stated, others)))), (lon, lat))
 
 
-def _centred(words: Words, centre: Centre) -> Words:
-    """Words of the map with a point at the origin."""
+def _centred(words: NamedMap, centre: Centre) -> NamedMap:
+    """A named map with a point at the origin."""
     lon, lat = centre
     operation, fixed = operation_of(words.name)
-    stated = {key: value for key, value in stated_in(words.parameters).items() if key not in ("lat_0", "lon_0")}
+    stated = {key: value for key, value in words.stated.items() if key not in ("lat_0", "lon_0")}
     name = operation if "lat_0=90" in fixed and lat != 90.0 else words.name
-    if "lat_0" in needed_parameters(name):
+    if "lat_0" in names.needed_parameters(name):
         stated = _moved({"proj": operation, **stated}, centre)
         del stated["proj"]
     elif operation in _WITH_LATITUDE or lat != 0.0:
-        return Words(name, tuple(tokens_of(stated)), (lat, lon))
+        return NamedMap(name, tuple(tokens_of(stated)), (lat, lon))
     else:
         stated["lon_0"] = number_text(lon)
-    return Words(name, tuple(tokens_of(stated)), None)
+    return NamedMap(name, tuple(tokens_of(stated)))
 
 
 def _with(stated: Stated, values: Stated) -> dict[str, str]:
     """Parameters with other values; k is a synonym of k_0."""
     return {key: value for key, value in stated.items() if key != "k" or "k_0" not in values} | dict(values)
-
-
-def _operation_name(definition: str) -> str:
-    stated = stated_in(definition.split())
-    return operation_name([stated["proj"]], [stated["o_proj"]] if "o_proj" in stated else [])
-
-
-def _as_tmerc(stated: Stated) -> dict[str, str]:
-    """Parameters of the transverse Mercator map of a UTM zone."""
-    rest = {key: value for key, value in stated.items() if key not in ("proj", "zone", "south")}
-    meridian = f"{6 * int(stated['zone']) - 183}" if "zone" in stated else stated.get("lon_0", "0")
-    north = "10000000" if "south" in stated else "0"
-    return {"proj": "tmerc", **rest, "lon_0": meridian, "k_0": "0.9996", "x_0": "500000", "y_0": north}
 
 
 def _value_text(found: Tunable, key: str, value: float) -> str:
@@ -365,7 +387,16 @@ def _value_text(found: Tunable, key: str, value: float) -> str:
         hint = did_you_mean(close_words(key, names))
         kind = f"{hint}It must be {listed(names, 'or')}" if names else "This map has none that can be set"
         raise ProjectionError(f"Invalid parameter '{shown(key)}' of '{shown(found.definition)}'. {kind}.")
-    return check_value(parameter, check_number(key, value), found.definition)
+    number, low, high = check_number(key, value), parameter.low, parameter.high
+    stepped = parameter.step >= 1.0 and parameter.unit != "m"
+    if not low <= number <= high or (stepped and number % parameter.step):
+        unit = " m" if parameter.unit == "m" else parameter.unit
+        steps = f" in steps of {parameter.step:g}" if stepped else ""
+        raise ProjectionError(
+            f"Invalid {key} '{number:.12g}' of '{shown(found.definition)}'. It must be {low:.12g} to "
+            f"{high:.12g}{unit}{steps}."
+        )
+    return number_text(number)
 
 
 def _checked(found: Tunable, centre: Centre) -> Centre:
@@ -385,8 +416,3 @@ def _checked(found: Tunable, centre: Centre) -> Centre:
 def _wrapped(lon: float) -> float:
     """A longitude within -180 and 180 degrees; `wrapped` is for arrays, and ten times slower."""
     return lon if abs(lon) <= 180.0 else (lon + 180.0) % 360.0 - 180.0
-
-
-def _words_text(words: Words) -> str:
-    point = "" if words.centre is None else "@" + ",".join(map(number_text, words.centre))
-    return "".join([words.name, *(f"+{token}" for token in words.parameters), point])

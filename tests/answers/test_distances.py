@@ -21,7 +21,7 @@ from projdist.answers.finite_distortions import ScatteredPoints, best_scale_of_d
 from projdist.answers.published_tables import printed
 from projdist.earth.ellipsoid import chord_angle, unit_vectors
 from projdist.projections import compose
-from projdist.projections.geodesy import geodesic_lengths, geodesic_points
+from projdist.projections.coordinates import geodesic_lengths, geodesic_points
 
 _SIGMAS = 4.0  # standard errors: one in 16,000 is further off
 _PRINTED = 5e-4  # half a unit of what is printed with three decimals

@@ -10,7 +10,7 @@ from pyproj import CRS, Transformer
 from tables import each
 
 from projdist import Notice
-from projdist.projections.wkt import crs_of_grid_mapping
+from projdist.projections.crs import crs_of_grid_mapping
 
 SIZES = {"semi_major_axis": 6378137.0, "inverse_flattening": 298.257223563}
 WGS84 = {"horizontal_datum_name": "WGS 84"}  # which pyproj reads forty times as fast

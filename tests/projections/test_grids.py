@@ -16,7 +16,7 @@ NOWHERE = {"PROJ_NETWORK": "ON", "PROJ_NETWORK_ENDPOINT": "http://127.0.0.1:9"}
 BRITAIN = """
 from projdist import Projection
 from projdist.projections import geographic, unprojected
-from projdist.projections.geodesy import to_lonlat
+from projdist.projections.coordinates import to_lonlat
 import numpy as np
 
 x, y = np.array([400000.0]), np.array([300000.0])

@@ -17,7 +17,7 @@ from tables import each
 from projdist import Notice, Projection, ProjectionError
 from projdist.projections import projection_names
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_MAPS
-from projdist.projections.proj_parameters import ANGLES, FLAGS, NUMBERS, WHOLE_NUMBERS
+from projdist.projections.proj_strings import ANGLES, FLAGS, NUMBERS, WHOLE_NUMBERS
 
 # The same arithmetic in another order, of a map of the unit sphere.
 SAME = 1e-14

@@ -3,7 +3,7 @@
 import pytest
 from tables import each
 
-from projdist.projections import database
+from projdist.projections import catalogue
 from projdist.projections.database import facts_of, year_of
 
 
@@ -67,5 +67,5 @@ def test_many_codes_and_none():
 
 def test_no_database(monkeypatch, tmp_path):
     """Where PROJ's database is no file nothing is known."""
-    monkeypatch.setattr(database, "get_data_dir", lambda: str(tmp_path))
+    monkeypatch.setattr(catalogue, "get_data_dir", lambda: str(tmp_path))
     assert facts_of(["EPSG:2056"]) == {}

@@ -51,11 +51,11 @@ def test_others_are_not_the_same() -> None:
 
 def test_no_database(monkeypatch, tmp_path) -> None:
     """Where PROJ's database is no file nothing is known."""
-    monkeypatch.setattr("projdist.projections.database.get_data_dir", lambda: str(tmp_path))
+    monkeypatch.setattr("projdist.projections.catalogue.get_data_dir", lambda: str(tmp_path))
     assert codes_of_same_map("EPSG:2154") == {}
 
 
 @pytest.mark.parametrize(("value", "degrees"), [(52.3, 52.5), (-2.2033, -2.3425), (22.18432, 22.312)])
 def test_sexagesimal_degrees(value: float, degrees: float) -> None:
     """DDD.MMSSsss, as EPSG has it under 9110."""
-    assert database._degrees(value) == pytest.approx(degrees, abs=1e-12)
+    assert database._value(value, 9110, {9102: 1.0}) == pytest.approx(degrees, abs=1e-12)

@@ -10,7 +10,7 @@ from pyproj import CRS, Transformer
 from tables import each
 
 from projdist.projections import Projection, ProjectionError
-from projdist.projections.crs import parse_crs, read_crs
+from projdist.projections.crs import parse_crs, read_crs, registered_code
 from projdist.support import Notice
 
 GEOGCS = (
@@ -145,8 +145,8 @@ LON, LAT_POINTS = (values.ravel() for values in np.meshgrid(np.linspace(-9.0, 33
 
 
 def make(value):
-    """The projection, which is not looked for among the registered ones: that takes PROJ 0.1 s and more."""
-    return Projection(*parse_crs(value, registered=False))
+    """The projection of a CRS."""
+    return Projection(*parse_crs(value))
 
 
 def kinds_of(method):
@@ -524,3 +524,29 @@ def test_a_parallel_about_the_other_pole_is_refused(pole, parallel):
     truth = Transformer.from_pipeline(f"+proj=stere +lat_0={pole} +lat_ts={-parallel} +ellps=WGS84")
     lat = math.copysign(75.0, pole)
     np.testing.assert_allclose(make(mapping(-parallel))(10.0, lat), truth.transform(10.0, lat), atol=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    "code", ["EPSG:25832", "EPSG:2154", "ESRI:102003", "IGNF:LAMB93", "IAU_2015:49910", "EPSG:4258"]
+)
+@pytest.mark.parametrize("name", ["", "A map of mine", "unknown"])
+def test_the_code_of_a_crs_is_that_which_proj_is_sure_of(code, name):
+    """By its id, by its registered name, and none for another name, for which PROJ would search its whole database."""
+    parts = CRS(code).to_json_dict()
+    assert registered_code(CRS(code)) == code
+    crs = CRS.from_json_dict(
+        {key: value for key, value in parts.items() if key != "id"} | ({"name": name} if name else {})
+    )
+    assert registered_code(crs) == ":".join(crs.to_authority(min_confidence=100) or ()) == ("" if name else code)
+
+
+def test_another_name_does_not_send_proj_searching(monkeypatch):
+    """The search takes 0.1 s, and longer for a long name."""
+
+    def searching(*args, **kwargs):
+        raise AssertionError("PROJ searches its database.")
+
+    parts = CRS("EPSG:25832").to_json_dict()
+    crs = CRS.from_json_dict({key: value for key, value in parts.items() if key != "id"} | {"name": "nonsense " * 9999})
+    monkeypatch.setattr(CRS, "to_authority", searching)
+    assert parse_crs(crs).definition.startswith('PROJCRS["nonsense')

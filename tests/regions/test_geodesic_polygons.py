@@ -10,7 +10,7 @@ import shapely
 
 from projdist.earth import WGS84
 from projdist.earth.natural_earth import chords
-from projdist.projections.geodesy import geodesics
+from projdist.projections.coordinates import geodesics
 from projdist.regions import Box
 from projdist.regions.combinations import polygons_of
 from projdist.regions.files import polygons_from_geojson

@@ -15,7 +15,7 @@ from tables import each
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
 from projdist.projections import ProjectionError, projection_names, tunable, tuned
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_IN_METRES, NOT_MAPS
-from projdist.projections.proj_parameters import ANGLES, NUMBERS, WHOLE_NUMBERS, degrees_of
+from projdist.projections.proj_strings import ANGLES, NUMBERS, WHOLE_NUMBERS, degrees_of
 
 R = f"+R={MEAN_EARTH_RADIUS}"
 OPERATIONS = sorted({*pyproj.list.get_proj_operations_map()} - NOT_MAPS - {*NOT_IN_METRES})

@@ -1,0 +1,399 @@
+"""Projections from PROJ strings and pipelines, and their parameters."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pyproj.database
+import pyproj.exceptions
+import pyproj.list
+from pyproj import Transformer
+
+from projdist.earth import Ellipsoid
+from projdist.projections import operations as proj_operations
+from projdist.projections.catalogue import NOT_IN_METRES, NOT_MAPS, close_ids, operation_titles
+from projdist.projections.errors import ProjectionError, proj_reason
+from projdist.projections.operations import Parts, Pipeline, transform
+from projdist.support import close_words, did_you_mean, listed, shown, tell
+
+ANGLES = frozenset(
+    """alpha asc_lon azi gamma inc_angle lat_0 lat_1 lat_2 lat_3 lat_b lat_ts lon_0 lon_1 lon_2 lon_3 lon_wrap lonc
+    o_alpha o_lat_1 o_lat_2 o_lat_c o_lat_p o_lon_1 o_lon_2 o_lon_c o_lon_p phdg_0 plat_0 plon_0 rot theta
+    tilt""".split()
+)
+NUMBERS = frozenset(
+    """M R R_lat_a R_lat_g W a b e es f h h_0 k k_0 m n ps_rev q rf rot_xy s11 s12 s13 s21 s22 s23 s31 s32 s33 scrollx
+    scrolly t_0 toff tscale x_0 xoff y_0 yoff z_0 zoff""".split()
+)
+WHOLE_NUMBERS = frozenset("aperture lsat north_square path resolution south_square zone".split())
+ELLIPSOID_KEYS = frozenset("a b R f rf e es ellps datum R_A R_V R_a R_g R_h R_lat_a R_lat_g".split())
+FLAGS = frozenset("approx exact geoc guam inv no_cut no_rot ns omit_fwd omit_inv over south".split())
+TEXTS = frozenset("algo axis ellps mode no_off no_uoff o_proj orient pm shape sweep to_meter units".split())
+KEYS = ANGLES | NUMBERS | WHOLE_NUMBERS | FLAGS | TEXTS
+"""Parameters of maps by the type that PROJ reads, from its source and the strings in its library."""
+
+# PROJ reads these for every map, whether the map uses them or not.
+_READ_OF_ALL = {"lat_0": 0.0, "lon_0": 0.0, "x_0": 0.0, "y_0": 0.0, "k_0": 1.0, "k": 1.0}
+_OTHERS = {"lat_0": "37.25", "lon_0": "11.75", "x_0": "12345", "y_0": "12345", "k_0": "1.625", "k": "1.625"}
+# Constants of maps, which PROJ writes into their CRSs: no warning is needed for them.
+_CONSTANTS = {
+    "krovak": {"alpha": 30.28813975},
+    "mod_krovak": {"alpha": 30.28813975},
+    "nzmg": {"lat_0": -41.0, "lon_0": 173.0, "x_0": 2510000.0, "y_0": 6023150.0},
+    "peirce_q": {"lat_0": 90.0},
+}
+_SAME = 1e-6  # degrees: EPSG has Krovak's angle to 0.0001", and ESRI another last digit
+# Keys that define a step and its direction, and keys without influence on a map.
+_BESIDE = frozenset(
+    """proj step inv omit_fwd omit_inv title init type no_defs wktext towgs84 nadgrids geoidgrids vunits vto_meter
+    geoid_crs datum""".split()
+)
+
+_OF_STEPS = frozenset("proj step inv init omit_fwd omit_inv title".split())
+_OF_ALL = frozenset("k lon_wrap t_0 x_0 y_0 z_0 h_0 R R_lat_a R_lat_g a b e es f rf".split())
+
+_FIGURE = r"(?:\d+(?:_\d+)*(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = re.compile(rf"[+-]?{_FIGURE}")
+_ANGLE = re.compile(rf"[+-]?(?=[\d.])(?:{_FIGURE}[rR]|(?:{_FIGURE}[dD°])?(?:{_FIGURE}')?(?:{_FIGURE}\"?)?)[NSEWnsew]?")
+_WHOLE = re.compile(r"[+-]?\d+")
+_FLAG = re.compile(r"(?:[TtFf]\w*)?")
+
+
+def check_values(tokens: Iterable[str], text: str) -> None:
+    """Raise ProjectionError for values that do not have the type that PROJ reads."""
+    kinds = (
+        (ANGLES, _ANGLE, "an angle in degrees, as 10.5, 10d30' or 10d30'15\"W, or in radians, as 0.18r"),
+        (NUMBERS, _NUMBER, "a finite number"),
+        (WHOLE_NUMBERS, _WHOLE, "a whole number"),
+        (FLAGS, _FLAG, "without a value, or be T or F"),
+    )
+    for token in tokens:
+        key, _, value = token.partition("=")
+        for keys, form, kind in kinds:
+            if key not in keys:
+                continue
+            figures = (float(figure.replace("_", "")) for figure in re.findall(_FIGURE, value))
+            if not (form.fullmatch(value) and all(map(math.isfinite, figures))):
+                raise ProjectionError(f"Invalid parameter '+{shown(token)}' in '{shown(text)}'. It must be {kind}.")
+
+
+def tell_of_idle(tokens: Sequence[str]) -> None:
+    """Warn of parameters of a PROJ string or its steps that change nothing."""
+    common, *steps = steps_of(tokens)
+    if not steps:
+        common, steps = [], [common]
+    made = [(step, definition) for step in steps if (definition := _definition([*step, *common]))]
+    for token in common:
+        if made and all(_is_unread(token, read) for _, read in made):
+            tell(_message(token, made[0][0]))
+    for step, read in made:
+        for token in step:
+            key, _, value = token.partition("=")
+            constant = _CONSTANTS.get(_operation(step), {}).get(key, math.nan)
+            if _NUMBER.fullmatch(value) and abs(float(value.replace("_", "")) - constant) < _SAME:
+                continue
+            if _is_unread(token, read) or _is_in_vain(token, [*step, *common]):
+                tell(_message(token, step))
+
+
+def check_read(tokens: Sequence[str], added: Iterable[str], text: str) -> None:
+    """Raise ProjectionError, which names the parameters of the map, for added tokens that it does not use."""
+    for token in added:
+        is_read = token.partition("=")[0] not in _OF_STEPS and not _is_unread(token, _definition(tokens))
+        if is_read and not _is_in_vain(token, tokens):
+            continue
+        read = []
+        for key in sorted((ANGLES | NUMBERS | WHOLE_NUMBERS) - _OF_ALL):
+            meant = f"{key}={_OTHERS.get(key, '1')}"
+            more = [*(other for other in tokens if other is not token and other.partition("=")[0] != key), meant]
+            if not _is_unread(meant, _definition(more)) and not _is_in_vain(meant, more):
+                read.append(key)
+        hint = did_you_mean([meant.partition("=")[0] for meant in _meant(token, tokens)])
+        raise ProjectionError(
+            f"Invalid parameter '+{shown(token)}' in '{shown(text)}'. {hint}What changes {_operation(tokens)} is "
+            f"{listed([*read, 'x_0', 'y_0', 'R', 'ellps', 'units'], 'and')}."
+        )
+
+
+def _made(tokens: Iterable[str]) -> Transformer | None:
+    """PROJ's forward operation of one step; None if PROJ refuses it."""
+    words = " ".join(f"+{token}" for token in tokens if token not in ("inv", "proj=pipeline"))
+    try:
+        return Transformer.from_pipeline(words)
+    except pyproj.exceptions.ProjError:
+        return None
+
+
+def _definition(tokens: Iterable[str]) -> set[str]:
+    """Parameters that PROJ read of a step."""
+    made = _made(tokens)
+    return set(made.definition.split()) if made else set()
+
+
+def _is_unread(token: str, read: set[str]) -> bool:
+    key, _, value = token.partition("=")
+    return key not in _BESIDE and (token if value else key) not in read
+
+
+def _is_in_vain(token: str, step: Sequence[str]) -> bool:
+    """True if a parameter that PROJ reads of every map has another value than its default and changes nothing."""
+    key, _, value = token.partition("=")
+    if key not in _READ_OF_ALL or _operation(step) in NOT_MAPS:
+        return False
+    if _NUMBER.fullmatch(value) and float(value.replace("_", "")) == _READ_OF_ALL[key]:
+        return False
+    rest = [other for other in step if other is not token]
+    return _same_map(step, rest) and _same_map(step, [*rest, f"{key}={_OTHERS[key]}"])
+
+
+def _same_map(one: Sequence[str], other: Sequence[str]) -> bool:
+    lon, lat = (values.ravel() for values in np.meshgrid(np.linspace(-170.0, 175.0, 24), np.linspace(-80.0, 85.0, 12)))
+    maps = [made for made in map(_made, (one, other)) if made]
+    if len(maps) < 2:
+        return False
+    here, there = (np.array(transform(made, lon, lat)) for made in maps)
+    return bool(np.array_equal(here, there, equal_nan=True))
+
+
+def _operation(step: Iterable[str]) -> str:
+    return next((token[5:] for token in step if token.startswith("proj=")), "")
+
+
+def _message(token: str, step: Sequence[str]) -> str:
+    hint = did_you_mean(list(_meant(token, step)))
+    return f"PROJ makes no use of '+{shown(token)}' with {_operation(step)}. {hint}".rstrip()
+
+
+def _meant(token: str, step: Sequence[str]) -> Iterator[str]:
+    """Parameters spelt like a token that PROJ reads of this map and that are not set."""
+    key, equals, value = token.partition("=")
+    present = {other.partition("=")[0] for other in step}
+    rest = [other for other in step if other is not token]
+    for name in close_words(key.lower(), sorted(KEYS)):
+        meant = f"{name}{equals}{value}"
+        if name not in present and meant in _definition([*rest, meant]):
+            yield name
+
+
+# ---- PROJ strings as dictionaries ----------------------------------------------------------------
+
+
+Stated = Mapping[str, str]
+"""The parameters of a PROJ string and their values, as texts; "" for flags."""
+
+
+def stated_in(tokens: Iterable[str]) -> dict[str, str]:
+    """Keys and values of tokens; of a repeated key the first value."""
+    found: dict[str, str] = {}
+    for token in tokens:
+        key, _, value = token.lstrip("+").partition("=")
+        found.setdefault(key, value)
+    return found
+
+
+def steps_of(tokens: Sequence[str]) -> list[list[str]]:
+    """The tokens before the first step, then those of each step."""
+    steps: list[list[str]] = [[]]
+    for token in tokens:
+        if token == "step":
+            steps.append([])
+        else:
+            steps[-1].append(token)
+    return steps
+
+
+def tokens_of(stated: Stated) -> list[str]:
+    """The tokens of parameters, `key=value` or a flag."""
+    return [f"{key}={value}" if value else key for key, value in stated.items()]
+
+
+def string_of(stated: Stated) -> str:
+    """The PROJ string of parameters."""
+    return " ".join(f"+{token}" for token in tokens_of(stated))
+
+
+def defined_by(text: str, parameters: Mapping[str, float]) -> str:
+    """A PROJ string of one step with other values of numeric parameters."""
+    for key, value in parameters.items():
+        token = f"+{key}={number_text(value)}"
+        text, count = re.subn(rf"(?<!\S)\+?{re.escape(key)}=\S+", token, text, count=1)
+        if not count:
+            text = f"{text} {token}"
+    return text
+
+
+def number_text(value: float) -> str:
+    """A number for a PROJ string: up to twelve decimals, without trailing zeros."""
+    text = f"{value:.12f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def degrees_of(text: str) -> float:
+    """Degrees of a PROJ value: a plain number, degrees with minutes and seconds, or radians."""
+    sign = -1.0 if text.startswith("-") != text.upper().endswith(("S", "W")) else 1.0
+    figures = text.strip("+-").rstrip("NSEWnsew").replace("_", "")
+    if figures.endswith(("r", "R")):
+        return sign * float(figures[:-1]) * 57.29577951308232
+    parts = re.fullmatch(r"(?:([^dD°']+)[dD°]?)?(?:([^dD°'\"]+)')?(?:([^dD°'\"]+)\"?)?", figures)
+    if parts is None:
+        return sign * float(figures)
+    return sign * sum(float(part or 0.0) / by for part, by in zip(parts.groups(), (1.0, 60.0, 3600.0), strict=True))
+
+
+def prime_meridian(stated: Stated) -> float:
+    """Prime meridian (+pm) of a map, in degrees from Greenwich."""
+    meridian = stated.get("pm") or "0"
+    return degrees_of(pyproj.list.get_prime_meridians_map().get(meridian, meridian))
+
+
+# ---- projections of PROJ strings -----------------------------------------------------------------
+
+
+# These relate a datum to WGS 84 or concern heights: PROJ would apply them, but they are not part of the map.
+_DATUM_SHIFT_KEYS = frozenset("towgs84 nadgrids geoidgrids vunits vto_meter geoid_crs type no_defs wktext".split())
+
+
+def string_of_parameters(parameters: Mapping[str, Any]) -> str:
+    """The PROJ string of a dictionary of parameters; raises ProjectionError without an operation."""
+    if not isinstance(parameters["proj"], str) or not parameters["proj"]:
+        raise ProjectionError(
+            f"Invalid projection '{shown(str(dict(parameters)))}'. Its proj must be the name of an operation, as merc."
+        )
+    return " ".join(
+        f"+{key}" if value in (None, True, "") else f"+{key}={value}"
+        for key, value in parameters.items()
+        if value is not False
+    )
+
+
+def parse_proj_string(text: str) -> Parts:
+    """The projection of a PROJ string or pipeline on one line; raises ProjectionError."""
+    complaint = f"Invalid projection '{shown(text)}'."
+    tokens = [token.lstrip("+") for token in text.split()]
+    check_values(tokens, text)
+    keys = [token.partition("=")[0] for token in tokens]
+    operations = [token.partition("=")[2] for token in tokens if token.startswith("proj=")]
+    is_pipeline = operations[0] == "pipeline"
+    if not is_pipeline:
+        operations = operations[:1]  # PROJ runs the first of several
+    inner = [token.partition("=")[2] for token in tokens if token.startswith("o_proj=")]
+    if "xy_out" in keys and tokens[-1].partition("=")[2] in ("deg", "rad", "grad"):
+        raise ProjectionError(f"{complaint} Its output is an angle, not a plane in metres.")
+    for operation in [*operations, *inner]:
+        if operation in NOT_MAPS and not is_pipeline:
+            raise ProjectionError(f"{complaint} PROJ's {operation} is not a map projection.")
+        if operation in NOT_IN_METRES and "proj=affine" not in tokens:  # a step that may convert it
+            raise ProjectionError(f"{complaint} PROJ's {operation} gives {NOT_IN_METRES[operation]}, not metres.")
+    operation = next((name for name in reversed(operations) if name not in NOT_MAPS), "")
+    definition = text
+    try:
+        if not is_pipeline:
+            tokens = [token for token, key in zip(tokens, keys, strict=True) if key not in _DATUM_SHIFT_KEYS]
+            for k, token in enumerate(tokens):
+                if token.startswith("datum="):  # its ellipsoid, without its transformation to WGS 84
+                    ellps = re.search(r"ellps=\S+", Transformer.from_pipeline(f"+proj=cart +{token}").definition)
+                    tokens[k] = ellps[0] if ellps else token
+            if operation in proj_operations.OWN_ELLIPSOIDS:
+                tokens = _with_own_ellipsoid(operation, tokens)
+                definition = " ".join(f"+{token}" for token in tokens)
+        function = Pipeline(" ".join(f"+{token}" for token in tokens), _metres_per_unit(text, tokens))
+        transformer = function.transformer
+    except pyproj.exceptions.ProjError as error:
+        known = pyproj.list.get_proj_operations_map()
+        unknown = next((name for name in [*operations, *inner] if name not in known), "")
+        reason = f"PROJ says: {proj_reason(error)}. {did_you_mean(close_ids(unknown))}"
+        raise ProjectionError(f"Invalid PROJ string '{shown(text)}'. {reason}".rstrip()) from error
+    is_map = _maps_degrees(text, transformer) if is_pipeline or "inv" in keys else "omit_fwd" not in keys
+    if not is_map:
+        raise ProjectionError(f"{complaint} It must take longitude and latitude and return a plane, as a map does.")
+    tell_of_idle(tokens)
+    ellipsoid = _used_ellipsoid(operation, tokens)
+    if operation in proj_operations.SPHERICAL and not ellipsoid.is_sphere:
+        tell(f"PROJ's {operation} is a map of the sphere; what it draws on an ellipsoid is another map.")
+    return Parts(operation_name(operations, inner), definition, ellipsoid, function)
+
+
+def _with_own_ellipsoid(operation: str, tokens: list[str]) -> list[str]:
+    """Tokens with the operation's own ellipsoid in place of the stated one."""
+    ellipsoid = _used_ellipsoid(operation, tokens)
+    own = proj_operations.ellipsoid_parameters(ellipsoid).replace("+", "").split()
+    if set(own) <= set(tokens):
+        return tokens
+    return [*(token for token in tokens if token.partition("=")[0] not in ELLIPSOID_KEYS), *own]
+
+
+def _used_ellipsoid(operation: str, tokens: list[str]) -> Ellipsoid:
+    """The ellipsoid that PROJ uses, with a warning if another one is stated."""
+    is_stated = any(token.partition("=")[0] in ELLIPSOID_KEYS for token in tokens)
+    used = proj_operations.used_ellipsoid if is_stated else proj_operations.operation_ellipsoid
+    return used(operation, ellipsoid_of(tokens))
+
+
+def operation_name(operations: Iterable[str], rotated: Iterable[str]) -> str:
+    """Title of the last map among the operations, or of the map that ob_tran rotates."""
+    known = operation_titles()
+    maps = [name for name in operations if name not in NOT_MAPS]
+    if not maps:
+        return "pipeline"
+    inner = list(rotated)
+    if maps[-1] == "ob_tran" and inner:
+        return f"Oblique {known.get(inner[-1], inner[-1])}"
+    return str(known.get(maps[-1], maps[-1]))
+
+
+def ellipsoid_of(tokens: list[str]) -> Ellipsoid:
+    """The ellipsoid of the first step that states one, as PROJ reads it; GRS 80 by default."""
+    keys = ([f"+{token}" for token in step if token.partition("=")[0] in ELLIPSOID_KEYS] for step in steps_of(tokens))
+    stated = next(filter(None, keys), [])
+    cart = Transformer.from_pipeline(" ".join(["+proj=cart", *stated]))
+    a = float(cart.transform(0.0, 0.0, 0.0)[0])
+    b = float(cart.transform(0.0, 90.0, 0.0)[2])
+    if not 1e-3 <= a <= 1e12:
+        raise ProjectionError(f"Invalid ellipsoid '{' '.join(stated)}'. Its size must be 1 mm to 1e12 m.")
+    f = (a - b) / a
+    return Ellipsoid(a, f if f > 1e-15 else 0.0)  # less is the rounding of a sphere
+
+
+def _metres_per_unit(text: str, tokens: list[str]) -> float:
+    """Metres per output unit, from the last step that states a unit, back to the projection."""
+    for step in map(stated_in, reversed(steps_of(tokens))):
+        name = step.get("units", step.get("xy_out"))
+        if name is not None:
+            units = pyproj.database.get_units_map(category="linear").values()
+            return next((float(unit.conv_factor) for unit in units if unit.proj_short_name == name), 1.0)
+        if "to_meter" in step:
+            top, _, bottom = step["to_meter"].partition("/")
+            try:
+                return float(top) / float(bottom or 1.0)
+            except (ValueError, ZeroDivisionError) as error:
+                raise ProjectionError(
+                    f"Invalid unit '+to_meter={step['to_meter']}' in '{shown(text)}'. It must be metres, as a number."
+                ) from error
+        if step.get("proj") not in NOT_MAPS:
+            break
+    return 1.0
+
+
+def _maps_degrees(text: str, transformer: Transformer) -> bool:
+    """True for pipelines whose input is angles and whose output is not.
+
+    With `radians` pyproj scales angles only: the same points in degrees and radians give the same output if and only
+    if the input is angular and the output is not. pyproj does not treat grads as angles, so pipelines that begin by
+    converting grads are compared with unscaled input.
+    """
+    lon, lat = np.meshgrid(np.linspace(-170.0, 170.0, 18), np.linspace(-85.0, 85.0, 18))
+    degrees = np.array(transform(transformer, lon, lat))
+    tried = [np.array(transform(transformer, np.radians(lon), np.radians(lat), radians=True))]
+    steps = [step.split() for step in re.split(r"\s\+step\s+", text)[1:] if "+proj=affine" not in step.split()]
+    if steps and "+xy_in=grad" in steps[0]:
+        tried.append(np.array(transform(transformer, lon, lat, radians=True)))
+    for other in tried:
+        both = np.isfinite(degrees) & np.isfinite(other)
+        size = float(np.abs(degrees[both]).max(initial=0.0))
+        if np.allclose(degrees[both], other[both], rtol=1e-6, atol=1e-6 * size):
+            return True
+    return False
