@@ -168,7 +168,7 @@ def info_command(
 
 
 def _report(found: MapInfo, sketch: list[str], picture: Path | None) -> Report:
-    stated, label = found.particulars, label_of(found.given, found.projection.name)
+    stated, label = found.crs_metadata, label_of(found.given, found.projection.name)
     parameters = [one._asdict() for one in stated.parameters]
     title = f"{stated.code or label}: {found.projection.name}"
     return Report(
@@ -199,7 +199,7 @@ _PARAMETERS = [Column("name", "parameter"), Column("value", show=_value), Column
 
 def _card(found: MapInfo) -> Iterator[tuple[str, str]]:
     """Rows (label, text) of the card; unknown facts are left out."""
-    stated = found.particulars
+    stated = found.crs_metadata
     yield "kind", stated.kind
     if stated.deprecated:
         instead = f"; use {listed(stated.replaced_by, 'or')} instead" if stated.replaced_by else ""
@@ -250,7 +250,7 @@ def _bounds(bounds: tuple[float, float, float, float]) -> str:
 
 
 def _ellipsoid(found: MapInfo) -> str:
-    ellipsoid, name = found.projection.ellipsoid, found.particulars.ellipsoid_name
+    ellipsoid, name = found.projection.ellipsoid, found.crs_metadata.ellipsoid_name
     if ellipsoid.is_sphere:
         return f"{name or 'sphere'}, {ellipsoid.a:.11g} m"
     return ", ".join(filter(None, (name, f"a {ellipsoid.a:.11g} m", f"1/f {1.0 / ellipsoid.f:.12g}")))
@@ -258,7 +258,7 @@ def _ellipsoid(found: MapInfo) -> str:
 
 def _coordinates(found: MapInfo) -> str:
     """Axes in order, and their unit."""
-    stated = found.particulars
+    stated = found.crs_metadata
     unit = stated.unit if stated.unit_metres == 1.0 else f"{stated.unit} ({stated.unit_metres:.12g} m)"
     axes = [f"{axis.name.lower()} ({axis.direction})" for axis in stated.axes]
     return f"{', '.join(axes)} in {unit}" if axes else unit

@@ -127,7 +127,7 @@ class MapInfo(Answer):
     ----------
     projection, given
         What was asked for.
-    particulars
+    crs_metadata
         What is stated: kind, code, area of use, datum, ellipsoid, unit, axes, method and parameters, deprecation.
     keeps : tuple of str
         Properties that the map keeps, as measured: "equal-area", "conformal", "equidistant".
@@ -148,7 +148,7 @@ class MapInfo(Answer):
 
     projection: Projection
     given: str
-    particulars: CrsMetadata
+    crs_metadata: CrsMetadata
     keeps: tuple[str, ...]
     departures: dict[str, float]
     promises: str
@@ -164,7 +164,7 @@ class MapInfo(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON; NaN and infinity become None."""
-        stated, ellipsoid, bounds = self.particulars, self.projection.ellipsoid, self.projection.area_of_use
+        stated, ellipsoid, bounds = self.crs_metadata, self.projection.ellipsoid, self.projection.area_of_use
         return {
             "projection": self.given,
             "code": stated.code,
@@ -255,7 +255,7 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
     Returns
     -------
     MapInfo
-        What is stated (`particulars`), what is kept (`keeps`, `departures`), CRSs that draw the same map (`same_map`),
+        What is stated (`crs_metadata`), what is kept (`keeps`, `departures`), CRSs that draw the same map (`same_map`),
         and the errors (`airy_kavrayskiy`, and `measures`: scale errors in ppm, angular deformations in degrees, areal,
         meridional and parallel scales).
 
@@ -274,7 +274,7 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
     Examples
     --------
     >>> europe = info("EPSG:3035")
-    >>> europe.keeps, europe.particulars.ellipsoid_name, [axis.direction for axis in europe.particulars.axes]
+    >>> europe.keeps, europe.crs_metadata.ellipsoid_name, [axis.direction for axis in europe.crs_metadata.axes]
     (('equal-area',), 'GRS 1980', ['north', 'east'])
     """
     given = projection if isinstance(projection, str) else None
@@ -287,7 +287,7 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
     return MapInfo(
         projection=measured,
         given=given or measured.label,
-        particulars=stated,
+        crs_metadata=stated,
         keeps=properties.keeps,
         departures=properties.departures,
         promises=declared.keeps if declared else "",

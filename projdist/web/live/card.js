@@ -76,7 +76,7 @@ export class Card {
       Object.assign(this, { definition: block.definition, resolved: block.resolved, values: {}, centre: null });
       this.good = block.definition;
       this.input.removeAttribute("aria-invalid");
-      this.knobs(block);
+      this.parameterRanges(block);
       this.titled(block);
       this.measure(asked, block.region_title);
       this.say([this.words, ...block.notes].filter(Boolean).join(" "));
@@ -201,7 +201,7 @@ export class Card {
   }
 
   // Sliders of the parameters; those that are there are kept, so that the one in use stays.
-  knobs({ parameters, drags, centre }) {
+  parameterRanges({ parameters, drags, centre }) {
     this.drags = drags;
     this.middle = centre;
     // Maps that are turned have no parameter of PROJ for it.

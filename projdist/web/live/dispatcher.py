@@ -319,7 +319,7 @@ class Dispatcher:
             header, arrays = self.pictures.picture(projection, region, request.beside)
             turned = bool(request.values or request.centre)
             definition = projection.definition if turned else request.projection
-            found = handlers.knobs(definition if turned else self.policy.source(definition))
+            found = handlers.parameter_ranges(definition if turned else self.policy.source(definition))
             return header | {"definition": definition, **found}, arrays
         if request.kind == "figures":
             return {"figures": handlers.figures_of(projection, region)}, {}

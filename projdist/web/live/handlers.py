@@ -132,7 +132,7 @@ def _finite(value: float) -> float | None:
     return float(value) if abs(value) < float("inf") else None
 
 
-def knobs(projection: ProjectionLike) -> dict[str, Any]:
+def parameter_ranges(projection: ProjectionLike) -> dict[str, Any]:
     """Adjustable parameters of a map, and how it can be dragged."""
     found = tunable(projection)
     return {
