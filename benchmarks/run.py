@@ -179,7 +179,7 @@ def worst(found: tuple[np.ndarray, np.ndarray], truth: tuple[np.ndarray, np.ndar
 
 def rasters() -> None:
     try:
-        from projdist.field.on_grids import jacobian_grid
+        from projdist.field.at_points import jacobian_grid
     except ImportError:
         print("\nNo rasters: this projdist has no jacobian_grid.")
         return

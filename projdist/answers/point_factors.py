@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import AnyArray, FloatArray
-from projdist.field import Quality, derivatives, measure_at, named_measures, tell_of_contradiction
+from projdist.field import Quality, check_declared_property, derivatives, measure_at, named_measures
 from projdist.matrices import FACTORS, Measure, factors_of
 from projdist.projections import FrameLike, Projection, ProjectionLike, add_columns, is_frame, places
 from projdist.regions import Box
@@ -154,7 +154,7 @@ def _factors(projection: Projection, lon: ArrayLike, lat: ArrayLike, measures: I
     found = derivatives(projection, lon, lat)
     J = found.jacobian
     _tell_of_elsewhere(projection, lon, lat)
-    tell_of_contradiction(projection, J)
+    check_declared_property(projection, J)
     worst = found.quality.max(initial=0)
     labels = np.array([quality.label for quality in Quality if quality <= worst])
     return Factors(

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import AnyArray, FloatArray, IntArray
 from projdist.earth import Ellipsoid
-from projdist.field import derivatives, measure_at, named_measures, tell_of_contradiction
+from projdist.field import check_declared_property, derivatives, measure_at, named_measures
 from projdist.matrices import Measure
 from projdist.numerics import NODES, WEIGHTS
 from projdist.projections import Projection, ProjectionLike, geodesic_courses, geodesic_lengths
@@ -202,7 +202,7 @@ def profile(
     lon, lat, azimuth = course.places(at)
     found = derivatives(projection, lon, lat)
     J = found.jacobian
-    tell_of_contradiction(projection, J)
+    check_declared_property(projection, J)
     scale = _along(J, azimuth)
     reduced = course.reduction(at, lat)
     map_length, error = _integral(course.scale, course.ends)

@@ -1,11 +1,19 @@
-from .at_points import Derivatives, Quality, derivatives, jacobian
+from .at_points import (
+    Derivatives,
+    Interpolant,
+    Quality,
+    derivatives,
+    interpolant,
+    jacobian,
+    jacobian_grid,
+    measure_at,
+)
 from .cubature import AiryKavrayskiy, GeometricMedian, Samples, Spread, airy_kavrayskiy_of, sample_panels
-from .extremes import Extreme, Goal, find_extremes, measure_at
-from .field import DEFAULT_TOLERANCE, Field, field_resolving, named_measures, sample, tell_of_contradiction
+from .extreme_bounds import Goal
+from .extremes import Extreme, find_extremes
+from .field import DEFAULT_TOLERANCE, Field, check_declared_property, field_resolving, named_measures, sample
 from .figures import FIGURES, AnyFigure, Figure, get_figure
 from .given_fields import Nodes, field_of, nodes_at, nodes_of
-from .interpolants import Interpolant, interpolant
-from .on_grids import jacobian_grid
 from .panel_mesh import Integrand
 from .stencils import hessian
 from .tears import Links, Map, cut_length, drawn, evaluate, find_tears, is_interrupted
@@ -30,6 +38,7 @@ __all__ = [
     "Samples",
     "Spread",
     "airy_kavrayskiy_of",
+    "check_declared_property",
     "cut_length",
     "derivatives",
     "drawn",
@@ -50,5 +59,4 @@ __all__ = [
     "nodes_of",
     "sample",
     "sample_panels",
-    "tell_of_contradiction",
 ]

@@ -1,14 +1,15 @@
-"""Polynomials of a map on panels, from a few evaluations each.
+"""Polynomials of a map on panels of longitudes and latitudes, from a few evaluations each.
 
-Panels of longitudes and latitudes, as wide as resolve the map, are sampled at 14 x 14 Chebyshev nodes. The
-coefficients of x and y tell whether they have died away; those that make no difference are left out, and J is the
-polynomial's own derivative. What no panel resolves, as seams, kinks, noise and singular poles, has none.
+Panels are sampled at 14 x 14 Chebyshev nodes, and cut until the coefficients of x and y have died away. Coefficients
+that make no difference are left out, and J is the polynomial's own derivative. There is no panel where none resolves
+the map: at seams, kinks, noise and singular poles.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,37 +35,28 @@ _TRUNCATION = 3e-13  # of J
 _FLOOR = np.finfo(float).eps  # of x and y; coefficients round to a third of it
 _TOGETHER = 8192  # points at a time, whose arrays stay in the cache
 
-
-def _to_powers() -> FloatArray:
-    """The matrix (p, p) of Chebyshev coefficients to those of powers.
-
-    The powers of what has died away within 14 degrees are no larger than the values themselves.
-    """
-    matrix = np.zeros((ORDER, ORDER))
-    for degree, row in enumerate(np.eye(ORDER)):
-        matrix[degree, : degree + 1] = np.polynomial.chebyshev.cheb2poly(row[: degree + 1])
-    return matrix
-
-
-def _cosines(quarters: IntArray) -> FloatArray:
-    """Cosines of so many pi / (2 p), exact to rounding, which those of large angles are not."""
-    folded = np.abs((quarters + 2 * ORDER) % (4 * ORDER) - 2 * ORDER)
-    beyond = folded > ORDER
-    cos = np.cos(np.pi / (2 * ORDER) * np.where(beyond, 2 * ORDER - folded, folded))
-    return np.where(beyond, -cos, cos)
-
-
 _DEGREES = np.arange(ORDER)
-_PLACES = _cosines(2 * _DEGREES + 1)
-_COEFFICIENTS = np.where(_DEGREES == 0, 1.0, 2.0)[:, None] / ORDER * _cosines(np.outer(_DEGREES, 2 * _DEGREES + 1))
-_POWERS = _to_powers()
+# Cosines of multiples of pi / (2 p), exact to rounding, which those of large angles are not.
+_FOLDED = np.abs((np.outer(_DEGREES, 2 * _DEGREES + 1) + 2 * ORDER) % (4 * ORDER) - 2 * ORDER)
+_COSINES = np.cos(np.pi / (2 * ORDER) * np.minimum(_FOLDED, 2 * ORDER - _FOLDED)) * np.where(_FOLDED > ORDER, -1.0, 1.0)
+_PLACES = _COSINES[1]
+_COEFFICIENTS = np.where(_DEGREES == 0, 1.0, 2.0)[:, None] / ORDER * _COSINES
+# From Chebyshev coefficients to those of powers. Powers of what has died away within 14 degrees are no larger than the
+# values themselves.
+_POWERS = np.array(
+    [
+        np.pad(np.polynomial.chebyshev.cheb2poly(row[: degree + 1]), (0, ORDER - 1 - degree))
+        for degree, row in enumerate(np.eye(ORDER))
+    ]
+)
 
 
 @dataclass(frozen=True)
 class Panels:
-    """A map's polynomials: x, y and their derivatives, and what these may be off by.
+    """A map's polynomials on n panels: x, y, their derivatives, and the errors of these.
 
-    `index` (rows, columns) has the panel of each cell of a graticule from the `corner` west and south, -1 for none.
+    `index` (rows, columns) holds the panel of each cell of a graticule that begins at the south-west `corner`, -1 for
+    none.
     """
 
     projection: Projection
@@ -74,11 +66,11 @@ class Panels:
     half: FloatArray  # (n, 2), degrees
     kept: IntArray  # (n, 2), how many powers of the longitude and of the latitude
     powers: FloatArray  # (n, 6, p, p): of x, y, their derivatives by the longitude and by the latitude, per radian
-    left_out: FloatArray  # (n, 2), what the others do to these, in m per radian
+    left_out: FloatArray  # (n, 2), effect of the powers left out on either derivative, in m per radian
     size: FloatArray  # (n,), of x and y
 
     def at(self, lon: FloatArray, lat: FloatArray) -> NDArray[np.uint16]:
-        """The panel of each point (m,) and one more, 0 where there is none."""
+        """The number of the panel of each point (m,), counted from 1; 0 for none."""
         number = np.pad(self.index + 1, ((0, 1), (0, 1))).astype(np.uint16)
         found = np.empty(lon.size, dtype=np.uint16)
         for part in _parts_of(lon.size):
@@ -88,14 +80,13 @@ class Panels:
 
 
 def _parts_of(count: int) -> Iterator[slice]:
-    """Parts of so many points, whose arrays stay in the cache."""
     return (slice(start, start + _TOGETHER) for start in range(0, count, _TOGETHER))
 
 
 def _cells_of(
     lon: FloatArray, lat: FloatArray, corner: tuple[float, float], shape: tuple[int, ...]
 ) -> tuple[IntArray, IntArray]:
-    """Rows and columns (m,) of points in the graticule of the smallest panels; beyond it, one more than there are.
+    """Rows and columns (m,) of points in the graticule of the smallest panels, one too many for points outside.
 
     The north pole is in the last row.
     """
@@ -108,7 +99,7 @@ def _cells_of(
 
 
 def panels_for(projection: Projection, lon: FloatArray, lat: FloatArray) -> Panels | None:
-    """Polynomials where points (m,) lie densely enough for them to pay; None where nowhere."""
+    """Polynomials where points (m,) are dense enough for them to pay; None if they are so nowhere."""
     west, south, east, north = (float(bound.reduce(values)) for bound in (np.fmin, np.fmax) for values in (lon, lat))
     corner, shape = _graticule(west, south, east, north)
     if shape[1] > _MOST_COLUMNS:
@@ -121,7 +112,7 @@ def panels_for(projection: Projection, lon: FloatArray, lat: FloatArray) -> Pane
 
 
 def panels_over(projection: Projection, bounds: tuple[float, float, float, float]) -> Panels | None:
-    """Polynomials over a box of longitudes and latitudes, west, south, east, north; None where nowhere."""
+    """Polynomials over a box, west, south, east and north in degrees; None if no panel resolves the map."""
     corner, shape = _graticule(*bounds)
     if shape[1] > _MOST_COLUMNS:
         return None
@@ -133,7 +124,7 @@ def panels_over(projection: Projection, bounds: tuple[float, float, float, float
 
 
 def _graticule(west: float, south: float, east: float, north: float) -> tuple[tuple[float, float], tuple[int, int]]:
-    """The corner of the panels that cover a box, and how many rows and columns of cells they have."""
+    """The south-west corner of the panels that cover a box, and their numbers of rows and columns of cells."""
     width, height = _COLUMNS * _CELL_WIDTH, _ROWS * _CELL_HEIGHT
     left, right = (int((lon - _WEST) // width) for lon in (west, east))
     low, high = (int((min(max(lat, -90.0), _NORTH) - _SOUTH) // height) for lat in (south, north))
@@ -141,9 +132,12 @@ def _graticule(west: float, south: float, east: float, north: float) -> tuple[tu
     return corner, ((high - low + 1) * _ROWS, (right - left + 1) * _COLUMNS)
 
 
-@dataclass(frozen=True)
-class _Tiles:
-    """Rectangles of cells: their first rows and columns, and how many they have, (n,) each."""
+# Into how many parts so many cells are cut: a third of all longitudes is hardly ever resolved.
+_PARTS = np.array([9 if cells == _COLUMNS else 3 if cells % 3 == 0 else 2 for cells in range(_COLUMNS + 1)])
+
+
+class _Tiles(NamedTuple):
+    """Rectangles of cells: their first rows and columns, and their numbers of rows and columns, each (n,)."""
 
     row: IntArray
     column: IntArray
@@ -152,7 +146,7 @@ class _Tiles:
 
     @staticmethod
     def covering(counts: IntArray) -> _Tiles:
-        """The largest panels, each shrunk as far as what its cells hold allows."""
+        """The largest panels, each shrunk as far as the points in its cells allow."""
         tiles = []
         for row in range(0, counts.shape[0], _ROWS):
             for column in range(0, counts.shape[1], _COLUMNS):
@@ -162,17 +156,12 @@ class _Tiles:
                 tiles.append((row + low, column + left, rows, columns))
         return _Tiles(*np.array(tiles).T)
 
-    @staticmethod
-    def joined(*parts: _Tiles) -> _Tiles:
-        """Several as one."""
-        return _Tiles(*(np.concatenate(one) for one in zip(*map(astuple, parts), strict=True)))
-
     def take(self, keep: BoolArray | IntArray) -> _Tiles:
         """Some of them."""
-        return _Tiles(self.row[keep], self.column[keep], self.rows[keep], self.columns[keep])
+        return _Tiles(*(values[keep] for values in self))
 
     def cut(self, by_row: BoolArray, by_column: BoolArray) -> _Tiles:
-        """The parts of those that can be cut where that is asked for; the others are left out."""
+        """The parts of the tiles that are to be cut, and can be; the others are left out."""
         by_row, by_column = by_row & (self.rows > 1), by_column & (self.columns > 1)
         some = by_row | by_column
         tiles = self.take(some)
@@ -185,29 +174,16 @@ class _Tiles:
         return _Tiles(tiles.row[each] + up * rows, tiles.column[each] + right * columns, rows, columns)
 
     def sums(self, below: IntArray) -> IntArray:
-        """Sums over the rectangles of what the cells hold, from the sums over all cells to the south and west."""
+        """The points in each rectangle, from the sums over all cells to the south and west."""
         top, right = self.row + self.rows, self.column + self.columns
         return below[top, right] - below[self.row, right] - below[top, self.column] + below[self.row, self.column]
 
-    def slices(self) -> Iterator[tuple[slice, slice]]:
-        """The rows and columns of each."""
-        for row, column, rows, columns in zip(*(one.tolist() for one in astuple(self)), strict=True):
-            yield slice(row, row + rows), slice(column, column + columns)
-
-
-def _parts(cells: int) -> int:
-    """Into how many parts so many cells are cut: a third of all longitudes is hardly ever resolved."""
-    return 9 if cells == _COLUMNS else 3 if cells % 3 == 0 else 2
-
-
-_PARTS = np.array([_parts(cells) for cells in range(_COLUMNS + 1)])
-
 
 def _shrunk(held: IntArray, cells: int) -> tuple[int, int]:
-    """The first cell, and the number of cells, of the least part of a panel that has all cells that hold something."""
+    """The first cell, and the number of cells, of the smallest part of a panel that has all cells with points."""
     first = 0
     while held.size and cells > 1:
-        part = cells // _parts(cells)
+        part = cells // int(_PARTS[cells])
         place = (held[0] - first) // part
         if (held[-1] - first) // part != place:
             break
@@ -218,10 +194,10 @@ def _shrunk(held: IntArray, cells: int) -> tuple[int, int]:
 def _laid(
     projection: Projection, box: tuple[float, float, float, float], corner: tuple[float, float], counts: IntArray
 ) -> Panels | None:
-    """Panels where the cells hold points enough, cut until they resolve the map or the points become too few.
+    """Panels where the cells hold enough points, cut until they resolve the map or the points become too few.
 
-    The fullest come first. A fifth of an evaluation a point may be spent for nothing; each point that a polynomial is
-    found for pays for one more.
+    The panels with most points come first. A fifth of an evaluation a point may be spent in vain, and each point for
+    which a polynomial is found pays for one more.
     """
     below = np.pad(counts.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     allowed = _SPARE * below[-1, -1]
@@ -242,27 +218,17 @@ def _laid(
         kept, left_out = _chopped(coefficients, size, centre, half)
         resolved = (kept <= ORDER - 2) & (half.min(axis=1) >= 0.5 * _NARROWEST)[:, None]
         good = resolved.all(axis=1)
-        for place in tiles.take(good).slices():
-            index[place] = laid
+        for row, column, rows, columns in zip(*(values.tolist() for values in tiles.take(good)), strict=True):
+            index[row : row + rows, column : column + columns] = laid
             laid += 1
         allowed += points[chosen[good]].sum() - chosen.size * _NODES
         powers = _powers(coefficients[good], kept[good], half[good])
         found.append((centre[good], half[good], kept[good], powers, left_out[good], size[good]))
-        tiles = _Tiles.joined(waiting, tiles.take(~good).cut(~resolved[~good, 1], ~resolved[~good, 0]))
+        parts = tiles.take(~good).cut(~resolved[~good, 1], ~resolved[~good, 0])
+        tiles = _Tiles(*(np.concatenate(pair) for pair in zip(waiting, parts, strict=True)))
     if not laid:
         return None
-    centre, half, kept, powers, left_out, size = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    return Panels(
-        projection=projection,
-        corner=corner,
-        index=index,
-        centre=centre,
-        half=half,
-        kept=kept,
-        powers=powers,
-        left_out=left_out,
-        size=size,
-    )
+    return Panels(projection, corner, index, *(np.concatenate(each) for each in zip(*found, strict=True)))
 
 
 def _bounds(
@@ -271,7 +237,7 @@ def _bounds(
     corner: tuple[float, float],
     tiles: _Tiles,
 ) -> tuple[FloatArray, FloatArray]:
-    """Centres and half sides (n, 2) of panels in degrees; those of functions do not reach beyond the points."""
+    """Centres and half sides (n, 2) of panels in degrees; panels of functions do not reach beyond the box of points."""
     low = np.stack([corner[0] + tiles.column * _CELL_WIDTH, corner[1] + tiles.row * _CELL_HEIGHT], axis=1)
     high = low + np.stack([tiles.columns * _CELL_WIDTH, tiles.rows * _CELL_HEIGHT], axis=1)
     if not projection.answers_everywhere:
@@ -297,9 +263,9 @@ def _sampled(projection: Projection, centre: FloatArray, half: FloatArray) -> tu
 def _chopped(
     coefficients: FloatArray, size: FloatArray, centre: FloatArray, half: FloatArray
 ) -> tuple[IntArray, FloatArray]:
-    """How many coefficients (n, 2) are needed along the longitude and the latitude, and what dropping the others does.
+    """The numbers (n, 2) of coefficients needed along longitude and latitude, and the effect of leaving out the others.
 
-    That is (n, 2), in m per radian. Where the map is not defined all are needed, and NaN is told.
+    The effect (n, 2) is in m per radian. Where the map is not defined all are needed, and the effect is NaN.
     """
     with np.errstate(invalid="ignore"):
         c = np.abs(coefficients)
@@ -342,7 +308,7 @@ _MOST = 3 * _TOGETHER // 2
 
 
 class _Scratch:
-    """Arrays that are used again and again: new ones cost more than what is computed in them."""
+    """Memory that is used again and again: to allocate arrays costs more than to compute what is in them."""
 
     def __init__(self) -> None:
         sizes = np.cumsum(
@@ -354,7 +320,7 @@ class _Scratch:
 
     @staticmethod
     def of(array: FloatArray, rows: int, columns: int) -> FloatArray:
-        """A part of one of them, with two rows at least."""
+        """A part of one array, with at least two rows."""
         rows = max(rows, 2)
         return array[: rows * columns].reshape(rows, columns)
 
@@ -398,18 +364,18 @@ def evaluate_points(
     J: FloatArray,
     error: FloatArray,
 ) -> tuple[BoolArray, NDArray[np.uint16], IntArray]:
-    """J (m, 2, 2) and its relative error, written where points (m,) lie in panels and have the map's own x and y.
+    """J (m, 2, 2) and its relative error, written where points (m,) lie in panels that have the map's own x and y.
 
-    What these are off by in a panel, root mean square, counts as an error of J: by Markov's inequality the derivative
-    of a polynomial of p coefficients that is below d on [-1, 1] is below p^2 d. Where they are off by more than the
-    map's own rounding anywhere, the panel has no points. Returned are which points have a J, the number of the panel of
-    each, 0 for none, and some points of every panel.
+    The root mean square by which x and y differ from the polynomial in a panel counts as an error of J: by Markov's
+    inequality the derivative of a polynomial of p coefficients that is below d on [-1, 1] is below p^2 d. Panels that
+    differ by more than the map's own rounding anywhere are not used. Returned are a mask of the points with a J, the
+    number of each point's panel, 0 for none, and the indices of some points of every panel.
     """
     number = panels.at(lon, lat)
     found, good = np.zeros(lon.size, dtype=bool), np.ones(len(panels.centre) + 1, dtype=bool)
     order = np.argsort(number, kind="stable")
     counts = np.bincount(number, minlength=good.size)
-    given = np.stack([lon, lat, *xy], axis=1)  # what is of one point lies together
+    given = np.stack([lon, lat, *xy], axis=1)  # the numbers of a point are contiguous
     scratch = _Scratch()
     for pieces in _groups(counts):
         index = order[pieces[0][1] : pieces[-1][2]]
@@ -430,7 +396,7 @@ def interpolate_points(
     J: FloatArray,
     error: FloatArray,
 ) -> BoolArray:
-    """x, y, J (m, 2, 2) and its relative error, written where points (m,) lie in panels; and which these are."""
+    """x, y, J (m, 2, 2) and its relative error, written where points (m,) lie in panels; True for these points."""
     number, found = panels.at(lon, lat), np.zeros(lon.size, dtype=bool)
     order = np.argsort(number, kind="stable")
     given, scratch = np.stack([lon, lat], axis=1), _Scratch()
@@ -451,7 +417,7 @@ def _evaluate_group(
     found: BoolArray,
     scratch: _Scratch,
 ) -> BoolArray:
-    """J and its error for pieces of panels, whose points have an index; which pieces have x and y as given."""
+    """J and its error at the points of pieces of panels, which have an index; True for pieces with x and y as given."""
     m, first = index.size, pieces[0][1]
     there, begins, sizes = np.array([(number - 1, begin - first, end - begin) for number, begin, end in pieces]).T
     places, out, known = (
@@ -481,13 +447,20 @@ def _evaluate_group(
 def _scaled(
     projection: Projection, places: FloatArray, derivatives: FloatArray, doubt: FloatArray, sizes: IntArray
 ) -> FloatArray:
-    """Derivatives (4, m) by the longitude and the latitude, scaled to those by metres, and the error (m,) of all.
+    """Scale derivatives (4, m) by longitude and latitude to derivatives by metres; returns their relative error (m,).
 
-    That is made of the doubt of each panel (n, 2) in as many points as it has. The places are overwritten.
+    The error comes from the doubt (n, 2) of each panel, which has `sizes` points. The places are overwritten.
     """
     cos = np.cos(np.radians(places[1], out=places[0]), out=places[0])
     inverse = 1.0 / cos
-    east, north = _radians_per_metre(projection, cos, inverse)
+    # Radians per metre along the parallel and the meridian (Snyder 1987, 4-18 and 4-20).
+    a, e2 = projection.ellipsoid.a, projection.ellipsoid.eccentricity_squared
+    if e2 == 0.0:
+        east, north = inverse * (1.0 / a), 1.0 / a
+    else:
+        w2 = 1.0 - e2 * (1.0 - cos * cos)
+        w = np.sqrt(w2) * (1.0 / a)
+        east, north = w * inverse, w * w2 * (1.0 / (1.0 - e2))
     derivatives[:2] *= east
     derivatives[2:] *= north
     total = np.abs(derivatives[0])
@@ -503,9 +476,9 @@ def _scaled(
 
 
 def _groups(counts: IntArray) -> Iterator[list[tuple[int, int, int]]]:
-    """Pieces of panels that are evaluated together: the number, and the first and the end of its points in their order.
+    """Groups of pieces of panels that are evaluated together: a panel's number, and the range of its points in order.
 
-    Number 0 are points without a panel, which come first.
+    The points without a panel, number 0, come first and are left out.
     """
     group: list[tuple[int, int, int]] = []
     done = int(counts[0])
@@ -520,15 +493,3 @@ def _groups(counts: IntArray) -> Iterator[list[tuple[int, int, int]]]:
             done = stop
     if group:
         yield group
-
-
-def _radians_per_metre(
-    projection: Projection, cos: FloatArray, inverse: FloatArray
-) -> tuple[FloatArray, FloatArray | float]:
-    """Along the parallel and the meridian at the latitude with this cosine and inverse (Snyder 1987, 4-18 and 4-20)."""
-    a, e2 = projection.ellipsoid.a, projection.ellipsoid.eccentricity_squared
-    if e2 == 0.0:
-        return inverse * (1.0 / a), 1.0 / a
-    w2 = 1.0 - e2 * (1.0 - cos * cos)
-    w = np.sqrt(w2) * (1.0 / a)
-    return w * inverse, w * w2 * (1.0 / (1.0 - e2))

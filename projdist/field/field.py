@@ -1,4 +1,4 @@
-"""A check of every answer: a map whose method is known to be conformal or equal-area measures so."""
+"""The Jacobian field of a map over a region, all figures that are made of it, and a check of declared properties."""
 
 from __future__ import annotations
 
@@ -10,97 +10,65 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from projdist import matrices
 from projdist._typing import FloatArray
-from projdist.field.cubature import (
-    MAX_EVALUATIONS,
-    UNDEFINED,
-    UNDEFINED_AT_KINKS,
-    AiryKavrayskiy,
-    DenseJacobians,
-    GeometricMedian,
-    Samples,
-    Spread,
-    airy_kavrayskiy_of,
-    dense,
-    sample_panels,
-)
-from projdist.field.extremes import Extreme, Goal, find_extremes
-from projdist.field.figures import AnyFigure, Figure, get_figure
+from projdist.field import cubature
+from projdist.field.cubature import AiryKavrayskiy, GeometricMedian, Samples, Spread
+from projdist.field.extreme_bounds import Goal
+from projdist.field.extremes import Extreme, find_extremes
+from projdist.field.figures import AnyFigure, get_figure
 from projdist.field.panel_mesh import Integrand
-from projdist.matrices import (
-    Measure,
-    Modes,
-    areal_scale,
-    field_modes,
-    get_measure,
-    listed_measures,
-    log_anisotropy,
-    log_areal_scale,
-    orientation,
-)
-from projdist.numerics import Estimate, get_criterion
+from projdist.matrices import Measure, Modes, get_measure
+from projdist.numerics import Estimate, get_criterion, mean, median
 from projdist.projections import DeclaredProperty, Projection, ProjectionLike, declared_property_of
 from projdist.regions import Place, PointSet, RegionLike, region_for
 from projdist.support import check_numbers, tell
+
+# ---- declared properties -------------------------------------------------------------------------
+
 
 _MOST = 60  # matrices, so that it costs nothing
 # PROJ's iterations and elliptic functions leave 1e-6; the wrong ellipsoid, or a series far from home, 1e-4 and more.
 _EXACT = 1e-5
 
 
-def tell_of_contradiction(
+def check_declared_property(
     projection: Projection, J: FloatArray, weight: FloatArray | None = None, error: float = 0.0
 ) -> None:
-    """Tell where most of some Jacobians (..., 2, 2) of an error are not what the method of a map promises.
+    """Give a notice if most Jacobians (..., 2, 2) lack the property that the map's method is declared to keep.
 
-    Of those with weights (...) the heaviest count: nodes crowd where a map is singular, and PROJ's rounding is large.
+    They may be wrong by `error`. Of Jacobians with weights (...) the heaviest count, because nodes crowd where a map is
+    singular and PROJ's rounding is large.
     """
-    nature = declared_property_of(projection)
-    if nature is None:
+    declared = declared_property_of(projection)
+    if declared is None:
         return
     J = J.reshape(-1, 2, 2)
     if weight is not None:
         J = J[np.argsort(-np.abs(weight), axis=None)[: max(_MOST, len(J) // 4)]]
     J = J[:: max(1, len(J) // _MOST)]
     J = J[np.isfinite(J).all(axis=(-1, -2))]
-    if not len(J):
+    if not len(J) or not (off := departure(declared, J)) > max(_EXACT, error):
         return
-    off = departure(nature, J)
-    if off > max(_EXACT, error):
-        tell(
-            f"{projection.label} is not {nature.keeps} here, as {nature.name} should be: {_told(nature, off)}. "
-            "It may be too far from where the map is meant for."
-        )
+    if declared.keeps == "conformal":  # tan^2 of (90 degrees + omega) / 4 is the ratio of the scales
+        size, text = np.degrees(2.0 * np.arcsin(np.tanh(off / 2.0))), "angles are off by {} degrees"
+    else:
+        size, text = 100.0 * np.expm1(off), "areas differ by {} %"
+    digits = f"{size:.2g}" if size < 99.5 else f"{size:,.0f}"
+    tell(
+        f"{projection.label} is not {declared.keeps} here, as {declared.name} should be: {text.format(digits)}. "
+        "It may be too far from where the map is meant for."
+    )
 
 
-def _told(nature: DeclaredProperty, off: float) -> str:
-    if nature.keeps == "conformal":  # tan^2 of (90 degrees + omega) / 4 is the ratio of the scales
-        return f"angles are off by {_figure(np.degrees(2.0 * np.arcsin(np.tanh(off / 2.0))))} degrees"
-    return f"areas differ by {_figure(100.0 * np.expm1(off))} %"
-
-
-def _figure(value: float) -> str:
-    """Two digits, or all of those before the point."""
-    return f"{value:.2g}" if value < 99.5 else f"{value:,.0f}"
-
-
-def departure(nature: DeclaredProperty, J: FloatArray) -> float:
-    """How far most Jacobians (n, 2, 2) are from what a method keeps, as a logarithm of scales."""
-    return _DEPARTURES[nature.keeps](J)
-
-
-def _of_angles(J: FloatArray) -> float:
-    return float(np.median(log_anisotropy(J)))
-
-
-def _of_areas(J: FloatArray) -> float:
-    """Half the points are within this of one another: equal-area maps have one areal scale, which need not be 1."""
-    values = np.sort(log_areal_scale(J))  # `np.quantile` takes ten times as long for so few
+def departure(declared: DeclaredProperty, J: FloatArray) -> float:
+    """How far most Jacobians (n, 2, 2) are from a declared property, as a logarithm of scales."""
+    if declared.keeps == "conformal":
+        return float(np.median(matrices.log_anisotropy(J)))
+    # Equal-area maps have one areal scale, which need not be 1: the range of half of the points.
+    values = np.sort(matrices.log_areal_scale(J))  # `np.quantile` takes ten times as long for so few
     low, high = np.interp([0.25 * (values.size - 1), 0.75 * (values.size - 1)], np.arange(values.size), values)
     return float(high - low) if np.isfinite(values[-1]) else np.nan
-
-
-_DEPARTURES: dict[str, Callable[[FloatArray], float]] = {"conformal": _of_angles, "equal-area": _of_areas}
 
 
 # ---- the field of a map --------------------------------------------------------------------------
@@ -108,6 +76,7 @@ _DEPARTURES: dict[str, Callable[[FloatArray], float]] = {"conformal": _of_angles
 
 DEFAULT_TOLERANCE = 1e-8
 _STEEPNESS = 2.0  # a measure's change with the logarithms of the scales, over itself: of second degree at most
+_NOISE = 1e-7  # of logarithms of scales, as interpolation leaves them
 _SLACK = 0.5  # of the tolerance that would do where the error falls in proportion to it, which it may miss a little
 
 AnyMeasure = str | Measure | Callable[..., FloatArray]
@@ -117,26 +86,26 @@ AnyMeasure = str | Measure | Callable[..., FloatArray]
 class Field:
     """The Jacobian of a map over a region, at n nodes with weights, and every figure that is made of it.
 
-    Measures are named as everywhere, or functions of J (n, 2, 2), or given by their values (n,) at the nodes. Figures
-    are those of the whole region, not of the nodes: the nodes' weights, which along the edges of polygons may be
-    negative, integrate a polynomial through them.
+    A measure is given by its name, as a function of J (n, 2, 2), or by its values (n,) at the nodes. Figures are those
+    of the whole region, not of the nodes: the weights, which may be negative along the edges of polygons, integrate a
+    polynomial through the nodes.
 
     Attributes
     ----------
     projection, region
-        What was sampled; None for a field of given Jacobians.
+        The map and the place; None for a field of given Jacobians.
     measures : dict
-        The measures that the samples resolve, by the names that they were asked for.
+        The measures whose means the nodes resolve, by the names that they were asked for.
     """
 
     projection: Projection | None
     region: Place | None
     measures: dict[str, Measure]
     _samples: Samples
-    _coarser: Field | None = None  # of the same region, by whose figures ours may be wrong
+    _coarser: Field | None = None  # of the same region; figures are as uncertain as they differ from its own
 
     def __repr__(self) -> str:
-        """One line."""
+        """The map, the region and the number of nodes."""
         of = self.projection.name if self.projection else "Jacobians"
         over = f" over {self.region.name}" if self.region else ""
         return f"Field({of}{over}: {self.lon.size} nodes)"
@@ -173,28 +142,28 @@ class Field:
 
     @property
     def evaluations(self) -> int:
-        """How many points were projected."""
+        """Number of points that were projected."""
         return self._samples.evaluations + (self._coarser.evaluations if self._coarser else 0)
 
     @property
     def limit(self) -> str:
-        """Why the refinement stopped: "" at the tolerance, "rounding" at the projection's own noise, or "budget"."""
+        """What stopped the refinement: "" the tolerance, "rounding" the projection's own noise, or "budget"."""
         return self._samples.limit
 
     @property
     def mirrored(self) -> float:
-        """The share of what is covered that the map turns over."""
-        return float(self.weight[orientation(self.jacobian) < 0].sum() / self.weight.sum())
+        """The share of the covered area that the map shows mirrored."""
+        return float(self.weight[matrices.orientation(self.jacobian) < 0].sum() / self.weight.sum())
 
     @property
     def error(self) -> float:
-        """By how much the Airy-Kavrayskiy errors may be wrong."""
+        """The largest error of the Airy-Kavrayskiy errors."""
         return self.airy_kavrayskiy.error
 
     @functools.cached_property
     def airy_kavrayskiy(self) -> AiryKavrayskiy:
         """The Airy-Kavrayskiy errors, raw, scaled and affine; the largest of their errors; and the MDT (2, 2)."""
-        found = airy_kavrayskiy_of(self._samples)
+        found = cubature.airy_kavrayskiy_of(self._samples)
         if self._coarser is None:
             return found
         cost = float(np.max(np.abs(np.subtract(found[:3], self._coarser.airy_kavrayskiy[:3]))))
@@ -202,13 +171,13 @@ class Field:
 
     @functools.cached_property
     def angles_and_areas(self) -> tuple[float, float]:
-        """The two parts of the Airy-Kavrayskiy error after the best scale; infinite where one diverges.
+        """The two parts of the scaled Airy-Kavrayskiy error, due to angles and to areas; infinite if one diverges.
 
-        They are the RMS of ln(a/b) and the standard deviation of ln(ab), both over the root of two.
+        They are the RMS of ln(a/b) and the standard deviation of ln(ab), both divided by sqrt(2).
         """
         angular = self.statistic("log_anisotropy", "rms").value / np.sqrt(2.0)
         areal = self.statistic("log_areal_scale", "std").value / np.sqrt(2.0)
-        if np.isnan(areal):  # of noise about a singular point: what angles leave of the whole is known
+        if np.isnan(areal):  # due to noise about a singular point; what angles leave of the whole is known
             areal = np.sqrt(max(self.airy_kavrayskiy.scaled**2 - angular**2, 0.0))
         angular, areal = (float(value) if np.isfinite(value) else np.inf for value in (angular, areal))
         return angular, areal
@@ -221,47 +190,59 @@ class Field:
         Modes(100 % horizontal)
         """
         T = self.airy_kavrayskiy.mdt  # raises where the map is singular everywhere
-        defined = areal_scale(self.jacobian) > 0
-        return field_modes(self.jacobian[defined], self.weight[defined], T)
+        defined = matrices.areal_scale(self.jacobian) > 0
+        return matrices.field_modes(self.jacobian[defined], self.weight[defined], T)
 
     @functools.cached_property
     def geometric_median(self) -> GeometricMedian:
-        """The linear map T (2, 2) of the least mean of Dist_F(T^-1 J), its error, and whether it is the only one.
+        """The linear map T (2, 2) with the least mean of Dist_F(T^-1 J), its error, and whether it is unique.
 
         >>> round(float(sample("plate-carree").geometric_median.T[0, 0]), 3)  # half of the globe has less: 2 / sqrt(3)
         1.155
         """
-        return self._dense_jacobians.median()
+        noise = 0.0 if self._half_factors is None else _NOISE
+        found = matrices.field_median(*self.dense_factors, noise)
+        if self._half_factors is None:
+            return GeometricMedian(found.T, 0.0, bool(found.unique))
+        other = matrices.field_median(*self._half_factors, noise)
+        return GeometricMedian(found.T, 0.5 * float(matrices.factor_distance(found.T, other.T)), True)
 
     def spread(self, T: ArrayLike = ((1.0, 0.0), (0.0, 1.0))) -> Spread:
-        """The mean Fisher distortion of T^-1 J by area, and what half of the area is below; each with its error."""
-        return self._dense_jacobians.spread(np.asarray(T, dtype=float))
+        """The mean and the median Fisher distortion of T^-1 J by area, each with its error."""
+        whole, half = (
+            (matrices.fisher(np.asarray(np.linalg.solve(np.asarray(T, dtype=float), L), dtype=float)), weights)
+            for L, weights in (self.dense_factors, self._half_factors or self.dense_factors)
+        )
+        return Spread(*(Estimate(figure(*whole), abs(figure(*whole) - figure(*half))) for figure in (mean, median)))
 
-    @property
+    @functools.cached_property
     def dense_factors(self) -> tuple[FloatArray, FloatArray]:
         """Factors L (m, 2, 2), lower triangular with L L^T = J J^T, at very many points, and their weights (m,)."""
-        return self._dense_jacobians.whole
+        return cubature.dense_factors(self.region, self._samples)
+
+    @functools.cached_property
+    def _half_factors(self) -> tuple[FloatArray, FloatArray] | None:
+        """`dense_factors` at half of the points, from which errors are estimated; None for points."""
+        if self.region is None or self._samples.weight.shape[-1] == 1:
+            return None
+        return cubature.dense_factors(self.region, self._samples, thinned=True)
 
     @functools.cached_property
     def dense_jacobian(self) -> tuple[FloatArray, FloatArray]:
         """J (m, 2, 2) at very many points, interpolated entry by entry, and their weights (m,)."""
         entries = np.moveaxis(self._samples.jacobian, (-2, -1), (0, 1)).reshape(4, *self._samples.weight.shape)
-        dense_entries, weights = dense(self.region, self._samples, entries)
+        dense_entries, weights = cubature.quantile_samples(self.region, self._samples, entries)
         return dense_entries.T.reshape(-1, 2, 2), weights
-
-    @functools.cached_property
-    def _dense_jacobians(self) -> DenseJacobians:
-        return DenseJacobians(self.region, self._samples)
 
     def values(self, measure: AnyMeasure) -> FloatArray:
         """The values (n,) of a measure at the nodes; raises ValueError."""
         return self._values(self._measure(measure)).ravel()
 
     def mean(self, measure: AnyMeasure | ArrayLike, *, slope: ArrayLike | None = None) -> Estimate:
-        """The mean by true area; NaN where it diverges. Raises ValueError.
+        """The mean by true area; NaN if it diverges. Raises ValueError.
 
-        `slope` (n,) is the change of the values with the logarithms of the scales, for the error; without it, twice the
-        values.
+        `slope` (n,) is the derivative of the values by the logarithms of the scales, from which the error follows; by
+        default it is twice the values.
 
         >>> sample("plate-carree", "globe").mean("s").value  # the mean of 1 / cos(lat) by area is pi / 2
         1.57079632...
@@ -270,15 +251,15 @@ class Field:
         return self._with_coarser(*self._given(measure), lambda field, one, values: field._mean(one, values, known))
 
     def rms(self, measure: AnyMeasure | ArrayLike) -> Estimate:
-        """The root mean square by true area; NaN where it diverges. Raises ValueError."""
+        """The root mean square by true area; NaN if it diverges. Raises ValueError."""
         return self._with_coarser(*self._given(measure), lambda field, one, values: field._rms(one, values))
 
     def maximum(self, measure: AnyMeasure) -> Extreme:
-        """The largest value over the region, its place, and by how much it may be missed. Raises ValueError."""
+        """The largest value over the region, its place, and its error. Raises ValueError."""
         return self._extremes([(self._measure(measure), True)])[0]
 
     def minimum(self, measure: AnyMeasure) -> Extreme:
-        """The smallest value over the region, its place, and by how much it may be missed. Raises ValueError."""
+        """The smallest value over the region, its place, and its error. Raises ValueError."""
         return self._extremes([(self._measure(measure), False)])[0]
 
     def extremes(self, measures: Iterable[AnyMeasure]) -> list[tuple[Extreme, Extreme]]:
@@ -287,9 +268,9 @@ class Field:
         return list(zip(found[0::2], found[1::2], strict=True))
 
     def statistic(self, measure: AnyMeasure | ArrayLike, criterion: Any = "mean") -> Estimate:
-        """A figure by the name of its criterion (mean, rms, std, median, pNN, max, min), or a function.
+        """A statistic of a measure: mean, rms, std, median, pNN, max or min, or a function.
 
-        A function takes values (m,) and weights (m,) of many points of the region. Raises ValueError.
+        A function takes the values (m,) and weights (m,) of many points of the region. Raises ValueError.
 
         >>> round(sample("mercator", "box:-10,0,10,60").statistic("k", "max").value, 9)
         2.0
@@ -309,7 +290,7 @@ class Field:
         return Estimate(whole, abs(whole - half))
 
     def figure(self, figure: AnyFigure) -> Estimate:
-        """A figure of `FIGURES` by its name, or one of your own: a function of J, as `get_figure` takes them.
+        """A figure of `FIGURES` by its name, or your own, as `get_figure` takes it.
 
         Raises ValueError.
 
@@ -319,7 +300,7 @@ class Field:
         return next(iter(self.figures([figure]).values()))
 
     def figures(self, figures: Iterable[AnyFigure]) -> dict[str, Estimate]:
-        """Several figures by their names; largest values are searched for together, which costs little more than one.
+        """Several figures by their names; their maxima are searched together, which costs little more than one.
 
         Raises ValueError.
 
@@ -330,21 +311,18 @@ class Field:
         chosen = [get_figure(one) for one in figures]
         searched = list(dict.fromkeys(one.measure for one in chosen if one.is_maximum))
         largest = dict(zip(searched, self._extremes([(one, True) for one in searched]), strict=True))
-        return {
-            one.name: Estimate(largest[one.measure].value, largest[one.measure].error)
-            if one.is_maximum
-            else self._mean_figure(one)
-            for one in chosen
-        }
-
-    def _mean_figure(self, figure: Figure) -> Estimate:
-        """A figure that is a mean or a root mean square."""
-        if figure.is_airy_kavrayskiy:
-            return Estimate(getattr(self.airy_kavrayskiy, figure.version or "raw"), self.error)
-        return self.statistic(figure.measure, figure.statistic)
+        found = {}
+        for one in chosen:
+            if one.is_maximum:
+                found[one.name] = Estimate(largest[one.measure].value, largest[one.measure].error)
+            elif one.is_airy_kavrayskiy:
+                found[one.name] = Estimate(getattr(self.airy_kavrayskiy, one.version or "raw"), self.error)
+            else:
+                found[one.name] = self.statistic(one.measure, one.statistic)
+        return found
 
     def many(self, measure: AnyMeasure | ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Values (m,) and weights (m,) at very many points, none of them negative: for quantiles and shares."""
+        """Values (m,) and weights (m,), none of them negative, at very many points: for quantiles and shares."""
         return self._many(self._given(measure)[1])
 
     # ---- how they are computed --------------------------------------------------------------
@@ -359,7 +337,7 @@ class Field:
         return measure
 
     def _given(self, figure: Any) -> tuple[Measure | None, FloatArray]:
-        """The measure, if it is one, and its values at the nodes in the samples' own shape."""
+        """The measure, None for given values, and its values at the nodes in the samples' shape."""
         if isinstance(figure, str | Measure) or callable(figure):
             measure = self._measure(figure)
             return measure, self._values(measure)
@@ -379,7 +357,7 @@ class Field:
         values: FloatArray,
         figure: Callable[[Field, Measure | None, FloatArray], Estimate],
     ) -> Estimate:
-        """A figure whose error counts what it would be of the coarser field."""
+        """A figure whose error includes its difference from the coarser field's."""
         found = figure(self, measure, values)
         if self._coarser is None or measure is None:
             return found
@@ -387,15 +365,22 @@ class Field:
         return found._replace(error=found.error + abs(found.value - other.value))
 
     def _extremes(self, wanted: Sequence[tuple[Measure, bool]]) -> list[Extreme]:
-        """The extreme of each measure, the largest or the smallest as is wanted, from one search."""
+        """The extreme of each measure, the largest if True, from one search."""
+        if not wanted:
+            return []
         goals = [Goal(one, self._values(one), largest) for one, largest in wanted]
         found = find_extremes(self.projection, self._samples, goals)
         if self._coarser is not None and self.projection is None:
-            found = [_missed(*both) for both in zip(found, self._coarser._extremes(wanted), strict=True)]
+            # Coarser nodes lie twice as far from the true extreme: it is missed by at most twice what they miss more.
+            coarse = self._coarser._extremes(wanted)
+            found = [
+                one._replace(error=one.error + 2.0 * abs(one.value - other.value))
+                for one, other in zip(found, coarse, strict=True)
+            ]
         return [self._unbounded(goal, one) for goal, one in zip(goals, found, strict=True)]
 
     def _unbounded(self, goal: Goal, found: Extreme) -> Extreme:
-        """An extreme, infinite where the integral of its measure diverges to that side."""
+        """An extreme, infinite if the integral of its measure diverges to that side."""
         if goal.measure.bounded or not self._samples.diverges(goal.values):
             return found
         upward = np.nansum(self._samples.weight * goal.values) >= 0
@@ -417,23 +402,19 @@ class Field:
         return self._rms(None, values - self._mean(None, values).value)
 
     def _many(self, values: FloatArray, thinned: bool = False) -> tuple[FloatArray, FloatArray]:
-        (many,), weights = dense(self.region, self._samples, values[None], thinned=thinned)
+        (many,), weights = cubature.quantile_samples(self.region, self._samples, values[None], thinned=thinned)
         return many, weights
 
 
-def _missed(fine: Extreme, coarse: Extreme) -> Extreme:
-    """An extreme of nodes, which lie half as far from the true one as coarser nodes: twice what these miss more."""
-    return fine._replace(error=fine.error + 2.0 * abs(fine.value - coarse.value))
-
-
 def _undefined(measure: Measure | None) -> float:
-    return UNDEFINED_AT_KINKS if measure and measure.needs_hessian else UNDEFINED
+    """The share of the area on which a measure may be undefined."""
+    return cubature.UNDEFINED_AT_KINKS if measure and measure.needs_hessian else cubature.UNDEFINED
 
 
 def named_measures(measures: Any) -> dict[str, Measure]:
-    """Measures by the text that they were asked for; raises ValueError where two have the same."""
+    """Measures by the names that they were asked for; raises ValueError if two have the same."""
     chosen: dict[str, Measure] = {}
-    for given in listed_measures(measures):
+    for given in matrices.listed_measures(measures):
         measure = get_measure(given)
         name = given if isinstance(given, str) else measure.name
         if chosen.get(name, measure) != measure:
@@ -459,11 +440,10 @@ def sample(
         Anything that `get_region` takes. Without one it is the area of use of a CRS, and the globe for other
         projections.
     measures : iterable of str, Measure or callable, or one of them
-        Whose means are resolved besides the Airy-Kavrayskiy errors: to max(tolerance, 1e-6) of themselves where they
-        are above 1, those of second derivatives to 1e-5. Other measures may be asked of the field, too; their errors
-        tell how well they are resolved.
+        Measures whose means m are resolved to max(tolerance, 1e-6) * max(1, |m|), those of second derivatives to 1e-5.
+        The field gives other measures, too; their errors tell how well they are resolved.
     tolerance : float, default 1e-8
-        To which the Airy-Kavrayskiy errors are resolved, where the projection's rounding allows.
+        The error to which the Airy-Kavrayskiy errors are resolved, if the projection's rounding allows.
 
     Returns
     -------
@@ -475,7 +455,7 @@ def sample(
     ValueError
         For an unknown region or measure, and a tolerance that is not positive.
     ProjectionError
-        For what is no projection, and where no point of the region can be projected.
+        For what is no projection, and if no point of the region can be projected.
 
     References
     ----------
@@ -501,22 +481,21 @@ def sample(
 
 def _resolved(projection: Projection, region: Place, measures: dict[str, Measure], tolerance: float) -> Field:
     """The field with all three Airy-Kavrayskiy errors to a tolerance."""
-    field = _field(projection, region, measures, tolerance)
-    error = field.airy_kavrayskiy.error
-    tell_of_contradiction(projection, field.jacobian, field.weight, max(tolerance, error))
-    if error > tolerance and not field.limit:
-        # The affine error is no goal of the refinement, and seldom larger than the others.
-        field = _field(projection, region, measures, _SLACK * tolerance * tolerance / error)
-    return field
-
-
-def _field(projection: Projection, region: Place, measures: dict[str, Measure], tolerance: float) -> Field:
     of_J = [measure for measure in measures.values() if not measure.needs_hessian]
-    integrands = [integrand for measure in of_J for integrand in (measure, _squared(measure))]
     # The squares of flexion and skewness diverge on most maps.
     of_H = [measure for measure in measures.values() if measure.needs_hessian]
-    field = field_resolving(projection, region, integrands, of_H, tolerance=tolerance)
-    return replace(field, measures=measures)
+    integrands = [integrand for measure in of_J for integrand in (measure, _squared(measure))]
+
+    def resolved(to: float) -> Field:
+        return replace(field_resolving(projection, region, integrands, of_H, tolerance=to), measures=measures)
+
+    field = resolved(tolerance)
+    error = field.airy_kavrayskiy.error
+    check_declared_property(projection, field.jacobian, field.weight, max(tolerance, error))
+    if error > tolerance and not field.limit:
+        # The affine error is no goal of the refinement, and seldom larger than the others.
+        field = resolved(_SLACK * tolerance * tolerance / error)
+    return field
 
 
 def _squared(measure: Measure) -> Integrand:
@@ -530,15 +509,15 @@ def field_resolving(
     second_order: Sequence[Measure] = (),
     *,
     tolerance: float,
-    max_evaluations: int = MAX_EVALUATIONS,
+    max_evaluations: int = cubature.MAX_EVALUATIONS,
 ) -> Field:
-    """The field of a projection over a region, without the notice and the second pass that `sample` has.
+    """The field of a projection over a region, without `sample`'s notice and second pass.
 
-    It resolves the raw and the scaled Airy-Kavrayskiy error to `tolerance`, the mean m of each integrand, a function of
-    J (n, p, p, 2, 2), to max(tolerance, 1e-6) * max(1, |m|), and that of each measure of `second_order` to 1e-5. The
-    means may take a quarter of `max_evaluations` each beyond these. Raises ValueError and ProjectionError as `sample`.
+    The raw and the scaled Airy-Kavrayskiy error are resolved to `tolerance`, the mean m of each integrand, a function
+    of J (n, p, p, 2, 2), to max(tolerance, 1e-6) * max(1, |m|), and that of each measure of `second_order` to 1e-5.
+    Each mean may take another quarter of `max_evaluations`. Raises ValueError and ProjectionError as `sample`.
     """
-    samples = sample_panels(
+    samples = cubature.sample_panels(
         projection,
         region,
         tolerance=tolerance,

@@ -1,10 +1,10 @@
-"""Figures: numbers of a map over a region, by which maps are measured, ranked and made better; one registry of them."""
+"""Figures of a map over a region, such as the largest scale error, by which maps are ranked and optimised."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -25,16 +25,19 @@ from projdist.support import Registry, check_choice, check_text
 
 # 0.1 ppm, in each unit: derivatives are good to 1e-10 and better, true differences begin at 1e-6.
 _ROUNDING = {"ppm": 0.1, "deg": float(np.degrees(1e-7))}
-_STATISTICS = ("rms", "mean", "max")
+
+_Statistic = Literal["rms", "mean", "max"]
+_Aspect = Literal["distortion", "scales", "angles", "areas", ""]
+_Version = Literal["", "scaled", "affine"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A number of a map over a region, smaller is better; also one of your own.
+    """A number of a map over a region, for which smaller is better; built in or your own.
 
-    It is a `statistic` (rms, mean or max, by true area) of a `measure`, which is a name or a function of J that is
-    never below 0, or the RMS of one; of the map as it is, or, with the measure fisher, of its best `version`, "scaled"
-    or "affine". `aspect` is what of the map it knows, "" where nobody has said.
+    It is a `statistic` (rms, mean or max, by true area) of a `measure`: the name of one, or a function of J that is
+    never below 0. The RMS of fisher may be taken after the best linear correction of a kind, the `version` "scaled" or
+    "affine" of the map. `aspect` is the property of the map that is measured, "" if unknown.
 
     >>> from projdist import sample
     >>> square = Figure(name="square", measure=lambda J: J[..., 0, 0] ** 2, statistic="max")
@@ -45,14 +48,14 @@ class Figure:
     name: str
     description: str = ""
     measure: Measure
-    statistic: Literal["rms", "mean", "max"]
-    aspect: Literal["distortion", "scales", "angles", "areas", ""] = ""
-    version: Literal["", "scaled", "affine"] = ""
+    statistic: _Statistic
+    aspect: _Aspect = ""
+    version: _Version = ""
     source: str = ""
 
     def __post_init__(self) -> None:
         check_text("name of a figure", self.name)
-        check_choice("statistic", self.statistic, _STATISTICS)
+        check_choice("statistic", self.statistic, get_args(_Statistic))
         object.__setattr__(self, "measure", get_measure(self.measure))
         if self.measure.needs_hessian:
             raise ValueError(f"Invalid figure '{self.name}'. Its measure must be one of J, not of second derivatives.")
@@ -62,7 +65,7 @@ class Figure:
             )
 
     def __call__(self, J: FloatArray, weights: FloatArray) -> float:
-        """The figure of Jacobians (n, 2, 2) with weights (n,); one of weight 0 counts for the largest value only."""
+        """The figure of Jacobians (n, 2, 2) with weights (n,); those of weight 0 count for maxima only."""
         if self.version == "scaled":
             return float(
                 np.sqrt(max(mean(fisher(J) ** 2, weights) - 0.5 * mean(log_areal_scale(J), weights) ** 2, 0.0))
@@ -74,43 +77,43 @@ class Figure:
 
     @property
     def unit(self) -> str:
-        """The measure's: ppm, deg, or "" for logarithms and ratios."""
+        """The measure's unit: ppm, deg, or "" for logarithms and ratios."""
         return self.measure.unit
 
     @property
     def essence(self) -> tuple[Measure, str, str]:
-        """What makes it the number that it is, whatever it is called."""
+        """All that determines the number; figures that only differ in name have the same."""
         return self.measure, self.statistic, self.version
 
     @property
     def is_airy_kavrayskiy(self) -> bool:
-        """Whether it is one of the Airy-Kavrayskiy errors."""
+        """True for the raw, scaled and affine Airy-Kavrayskiy errors."""
         return self.measure == MEASURES["fisher"] and self.statistic == "rms"
 
     @property
     def is_maximum(self) -> bool:
-        """Whether it is the largest value of its measure, and no mean."""
+        """True if it is the largest value of its measure, not a mean."""
         return self.statistic == "max"
 
     @property
     def may_vanish(self) -> bool:
-        """Whether whole families may have none of it: angles, or areas, or something unknown."""
+        """True if it may be 0 for all maps of a family, as angles are for conformal maps."""
         return self.aspect in ("angles", "areas", "")
 
     @property
     def rounding(self) -> float:
-        """What a map has at most that keeps true, to 0.1 ppm, what the figure is of."""
+        """Largest value that rounding leaves on a map without this distortion."""
         return _ROUNDING.get(self.unit, 1e-7)
 
     def without_rounding(self, value: float) -> float:
-        """A value to order maps by: 0 for all that are no more than rounding, which would order them."""
+        """The value, or 0 where it is only rounding, so that rounding does not order maps."""
         return value if value > self.rounding else 0.0
 
 
 AnyFigure = str | Figure | Measure | Callable[[FloatArray], FloatArray]
 
 
-# ---- measures that have figures, and no names of their own ----------------------------------
+# ---- measures that only figures use ---------------------------------------------------------
 
 
 def _scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -164,225 +167,87 @@ _TISSOT = "Tissot 1881, Memoire sur la representation des surfaces"
 _CHEBYSHEV = "Chebyshev 1856, Sur la construction des cartes geographiques"
 _CANTERS = "Canters & Decleir 1989, The World in Perspective"
 _GOTT = "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth, Cartographica 42:297"
-_KLINGATSCH = "weights of angles and areas as Klingatsch has them, of logarithms; not read in the original"
+_WEIGHTS = "weights of angles and areas as Klingatsch has them, of logarithms; not read in the original"
+_JORDAN = "Jordan 1896, Zeitschrift fuer Vermessungswesen 25:249"
+_KUNIMUNE = "Kunimune, Map-Projections, output/parameters.txt"
+_BALANCE = "sqrt(((a/b - 1)^2 + (ab - 1)^2) / 2)"
+_VERSIONS: dict[str, _Version] = {"airy_kavrayskiy_scaled": "scaled", "airy_kavrayskiy_affine": "affine"}
 
-_FIGURES = {
-    figure.name: figure
-    for figure in (
-        Figure(
-            name="airy_kavrayskiy",
-            description="RMS of sqrt(ln^2 a + ln^2 b) by true area.",
-            measure=MEASURES["fisher"],
-            statistic="rms",
-            aspect="distortion",
-            source=_KAVRAYSKIY,
-        ),
-        Figure(
-            name="airy_kavrayskiy_scaled",
-            description="The same after the best uniform scale.",
-            measure=MEASURES["fisher"],
-            statistic="rms",
-            aspect="distortion",
-            version="scaled",
-            source=_KAVRAYSKIY,
-        ),
-        Figure(
-            name="airy_kavrayskiy_affine",
-            description="The same after the best linear map (MDT).",
-            measure=MEASURES["fisher"],
-            statistic="rms",
-            aspect="distortion",
-            version="affine",
-            source=_OZERI,
-        ),
-        Figure(
-            name="kavrayskiy",
-            description="RMS of sqrt((ln^2 a + ln^2 b) / 2), as much of the literature has it.",
-            measure=MEASURES["kavrayskiy"],
-            statistic="rms",
-            aspect="distortion",
-            source=_KAVRAYSKIY,
-        ),
-        Figure(
-            name="airy",
-            description="RMS of sqrt(((a - 1)^2 + (b - 1)^2) / 2).",
-            measure=MEASURES["airy"],
-            statistic="rms",
-            aspect="distortion",
-            source=_AIRY,
-        ),
-        Figure(
-            name="airy_balance",
-            description="RMS of sqrt(((a/b - 1)^2 + (ab - 1)^2) / 2), Airy's balance of errors of shape and area.",
-            measure=Measure("airy_balance", _balance),
-            statistic="rms",
-            aspect="distortion",
-            source=_AIRY,
-        ),
-        Figure(
-            name="jordan",
-            description="RMS over all places and directions of scale - 1.",
-            measure=MEASURES["jordan"],
-            statistic="rms",
-            aspect="distortion",
-            source="Jordan 1896, Zeitschrift fuer Vermessungswesen 25:249",
-        ),
-        Figure(
-            name="jordan_kavrayskiy",
-            description="RMS over all places and directions of ln of the scale.",
-            measure=MEASURES["jordan_kavrayskiy"],
-            statistic="rms",
-            aspect="distortion",
-            source=_KAVRAYSKIY,
-        ),
-        Figure(
-            name="klingatsch_angles",
-            description="RMS of sqrt((2 ln^2(a/b) + ln^2(ab)) / 3): angles count twice.",
-            measure=Measure("klingatsch_angles", _angles_twice),
-            statistic="rms",
-            aspect="distortion",
-            source=_KLINGATSCH,
-        ),
-        Figure(
-            name="klingatsch_areas",
-            description="RMS of sqrt((ln^2(a/b) + 2 ln^2(ab)) / 3): areas count twice.",
-            measure=Measure("klingatsch_areas", _areas_twice),
-            statistic="rms",
-            aspect="distortion",
-            source=_KLINGATSCH,
-        ),
-        Figure(
-            name="canters_ab",
-            description="Mean of (max(a, 1/a) + max(b, 1/b)) / 2 - 1.",
-            measure=Measure("canters_ab", _relative_scales),
-            statistic="mean",
-            aspect="distortion",
-            source=_CANTERS,
-        ),
-        Figure(
-            name="max_scale_error_ppm",
-            description="Largest |scale - 1| in any direction.",
-            measure=MEASURES["scale_error_ppm"],
-            statistic="max",
-            aspect="scales",
-            source=_TISSOT,
-        ),
-        Figure(
-            name="mean_scale_error_ppm",
-            description="Mean over the area of the largest |scale - 1|.",
-            measure=MEASURES["scale_error_ppm"],
-            statistic="mean",
-            aspect="scales",
-            source=_TISSOT,
-        ),
-        Figure(
-            name="rms_scale_error_ppm",
-            description="RMS over the area of the largest |scale - 1|.",
-            measure=MEASURES["scale_error_ppm"],
-            statistic="rms",
-            aspect="scales",
-            source=_TISSOT,
-        ),
-        Figure(
-            name="max_log_scale",
-            description="Largest |ln scale| in any direction (Chebyshev's criterion).",
-            measure=Measure("max_log_scale", _log_scale),
-            statistic="max",
-            aspect="scales",
-            source=_CHEBYSHEV,
-        ),
-        Figure(
-            name="angular_distortion",
-            description="RMS of the maximum angular deformation.",
-            measure=MEASURES["angular_distortion"],
-            statistic="rms",
-            aspect="angles",
-            source=_TISSOT,
-        ),
-        Figure(
-            name="max_omega",
-            description="Largest angular deformation.",
-            measure=MEASURES["angular_distortion"],
-            statistic="max",
-            aspect="angles",
-            source=_TISSOT,
-        ),
-        Figure(
-            name="mean_omega",
-            description="Mean over the area of the angular deformation.",
-            measure=MEASURES["angular_distortion"],
-            statistic="mean",
-            aspect="angles",
-            source=_TISSOT,
-        ),
-        Figure(
-            name="isotropy",
-            description="RMS of ln(a/b).",
-            measure=MEASURES["log_anisotropy"],
-            statistic="rms",
-            aspect="angles",
-            source=_GOTT,
-        ),
-        Figure(
-            name="kunimune_shape",
-            description="Mean over the area of ln(a/b).",
-            measure=MEASURES["log_anisotropy"],
-            statistic="mean",
-            aspect="angles",
-            source="Kunimune, Map-Projections, output/parameters.txt",
-        ),
-        Figure(
-            name="log_areal_scale",
-            description="RMS of ln(ab).",
-            measure=MEASURES["log_areal_scale"],
-            statistic="rms",
-            aspect="areas",
-            source=_KAVRAYSKIY,
-        ),
-        Figure(
-            name="max_areal_error_ppm",
-            description="Largest |ab - 1|.",
-            measure=MEASURES["areal_error_ppm"],
-            statistic="max",
-            aspect="areas",
-            source=_TISSOT,
-        ),
-        Figure(
-            name="mean_areal_error_ppm",
-            description="Mean over the area of |ab - 1|.",
-            measure=MEASURES["areal_error_ppm"],
-            statistic="mean",
-            aspect="areas",
-            source=_TISSOT,
-        ),
-        Figure(
-            name="canters_ar",
-            description="Mean of max(s, 1/s) - 1.",
-            measure=Measure("canters_ar", _relative_area),
-            statistic="mean",
-            aspect="areas",
-            source=_CANTERS,
-        ),
-    )
+_OWN = {
+    "airy_balance": _balance,
+    "klingatsch_angles": _angles_twice,
+    "klingatsch_areas": _areas_twice,
+    "canters_ab": _relative_scales,
+    "max_log_scale": _log_scale,
+    "canters_ar": _relative_area,
+}
+_BY_NAME = MEASURES | {name: Measure(name, function) for name, function in _OWN.items()}
+
+# By aspect: name, measure ("" for the one of the same name), statistic, source, description.
+_ROWS: dict[_Aspect, list[tuple[str, str, _Statistic, str, str]]] = {
+    "distortion": [
+        ("airy_kavrayskiy", "fisher", "rms", _KAVRAYSKIY, "RMS of sqrt(ln^2 a + ln^2 b) by true area."),
+        ("airy_kavrayskiy_scaled", "fisher", "rms", _KAVRAYSKIY, "The same after the best uniform scale."),
+        ("airy_kavrayskiy_affine", "fisher", "rms", _OZERI, "The same after the best linear map (MDT)."),
+        ("kavrayskiy", "", "rms", _KAVRAYSKIY, "RMS of sqrt((ln^2 a + ln^2 b) / 2), as much of the literature has it."),
+        ("airy", "", "rms", _AIRY, "RMS of sqrt(((a - 1)^2 + (b - 1)^2) / 2)."),
+        ("airy_balance", "", "rms", _AIRY, f"RMS of {_BALANCE}, Airy's balance of errors of shape and area."),
+        ("jordan", "", "rms", _JORDAN, "RMS over all places and directions of scale - 1."),
+        ("jordan_kavrayskiy", "", "rms", _KAVRAYSKIY, "RMS over all places and directions of ln of the scale."),
+        ("klingatsch_angles", "", "rms", _WEIGHTS, "RMS of sqrt((2 ln^2(a/b) + ln^2(ab)) / 3): angles count twice."),
+        ("klingatsch_areas", "", "rms", _WEIGHTS, "RMS of sqrt((ln^2(a/b) + 2 ln^2(ab)) / 3): areas count twice."),
+        ("canters_ab", "", "mean", _CANTERS, "Mean of (max(a, 1/a) + max(b, 1/b)) / 2 - 1."),
+    ],
+    "scales": [
+        ("max_scale_error_ppm", "scale_error_ppm", "max", _TISSOT, "Largest |scale - 1| in any direction."),
+        ("mean_scale_error_ppm", "scale_error_ppm", "mean", _TISSOT, "Mean over the area of the largest |scale - 1|."),
+        ("rms_scale_error_ppm", "scale_error_ppm", "rms", _TISSOT, "RMS over the area of the largest |scale - 1|."),
+        ("max_log_scale", "", "max", _CHEBYSHEV, "Largest |ln scale| in any direction (Chebyshev's criterion)."),
+    ],
+    "angles": [
+        ("angular_distortion", "", "rms", _TISSOT, "RMS of the maximum angular deformation."),
+        ("max_omega", "angular_distortion", "max", _TISSOT, "Largest angular deformation."),
+        ("mean_omega", "angular_distortion", "mean", _TISSOT, "Mean over the area of the angular deformation."),
+        ("isotropy", "log_anisotropy", "rms", _GOTT, "RMS of ln(a/b)."),
+        ("kunimune_shape", "log_anisotropy", "mean", _KUNIMUNE, "Mean over the area of ln(a/b)."),
+    ],
+    "areas": [
+        ("log_areal_scale", "", "rms", _KAVRAYSKIY, "RMS of ln(ab)."),
+        ("max_areal_error_ppm", "areal_error_ppm", "max", _TISSOT, "Largest |ab - 1|."),
+        ("mean_areal_error_ppm", "areal_error_ppm", "mean", _TISSOT, "Mean over the area of |ab - 1|."),
+        ("canters_ar", "", "mean", _CANTERS, "Mean of max(s, 1/s) - 1."),
+    ],
 }
 
 FIGURES: Registry[Figure] = Registry(
     "criterion",
-    _FIGURES,
+    {
+        name: Figure(
+            name=name,
+            description=description,
+            measure=_BY_NAME[measure or name],
+            statistic=statistic,
+            aspect=aspect,
+            version=_VERSIONS.get(name, ""),
+            source=source,
+        )
+        for aspect, rows in _ROWS.items()
+        for name, measure, statistic, source, description in rows
+    },
     rule="It must be one of airy_kavrayskiy, airy, max_scale_error_ppm, mean_omega, ... (see 'projdist list figures', "
     "or projdist.FIGURES), or a function of J.",
 )
 
 
 def get_figure(figure: AnyFigure) -> Figure:
-    """The figure of a name, of a function of J, or itself: what every `criterion` is.
+    """The figure of a name or of a function of J, as every `criterion` is given.
 
     Parameters
     ----------
     figure : str, Figure, Measure or callable
-        A name in `FIGURES`. A function takes Jacobians J (n, 2, 2), metre per metre, and gives values (n,) that are
-        never below 0, and NaN where it is undefined: its figure is their mean by true area. For the RMS or the largest
-        value there is `Figure(name=..., measure=function, statistic="rms")`, or "max".
+        A name in `FIGURES`, or a function of Jacobians J (n, 2, 2), metre per metre, that returns values (n,) of at
+        least 0, or NaN where they are undefined. The figure of a function is the mean by true area; for the RMS or the
+        maximum pass `Figure(name=..., measure=function, statistic="rms")`, or "max".
 
     Returns
     -------
@@ -392,7 +257,7 @@ def get_figure(figure: AnyFigure) -> Figure:
     Raises
     ------
     ValueError
-        For an unknown name, with close matches, and a measure of second derivatives.
+        For an unknown name, and for a measure of second derivatives.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Fields at fixed nodes, and fields whose Jacobians are given by arrays or by a function."""
+"""Jacobians at fixed nodes of a region, and fields whose Jacobians are given by arrays or by a function."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ _STEP, _POLAR_STEP, _SHORTEST = 5e-4, 0.05, 1e-8
 # The second and the fourth order differ by a seventh or more of the derivative across a seam, and by step^2 / 3 d^2 at
 # the distance d of a singular point. There the careful differences of `derivatives` step in.
 _DOUBTFUL = 0.02
-_NOTHING = 1e-10  # of the area: nodes next to a pole, which cost much to settle and mean nothing
+_NOTHING = 1e-10  # of the area: nodes next to a pole, which take long and make no difference
 _HIGHEST = 20  # Gauss nodes along a side of a panel: enough for whole hemispheres of smooth maps
 
 
 @dataclass(frozen=True, kw_only=True)
 class Nodes:
-    """Points in degrees, their share of the area, and stencils (8, n) about them.
+    """Points in degrees, their shares of the area, and stencils (8, n) about them.
 
-    Nodes of weight 0 lie on the edges of panels; they count for extremes only.
+    Nodes of weight 0 lie on edges and count for extremes only.
     """
 
     lon: FloatArray
@@ -44,7 +44,7 @@ class Nodes:
     step: FloatArray = field(repr=False)
 
     def jacobian(self, projection: Projection) -> tuple[FloatArray, BoolArray]:
-        """Jacobians (n, 2, 2), NaN where the map is torn or undefined; and where it is defined."""
+        """Jacobians (n, 2, 2), NaN where the map is torn or undefined, and a mask of where it is defined."""
         x, y = projection(self.stencil_lon, self.stencil_lat)
         J = np.empty((self.lon.size, 2, 2))
         change = np.zeros(self.lon.size)
@@ -67,11 +67,11 @@ class Nodes:
         return J, shown
 
     def joined(self, lon: float, lat: float) -> Nodes:
-        """These nodes and one of no weight."""
+        """These nodes and one of weight 0."""
         return nodes_at(np.append(self.lon, lon), np.append(self.lat, lat), np.append(self.weight, 0.0), self.ellipsoid)
 
     def meridional_scale(self, projection: Projection) -> FloatArray:
-        """The scale along the meridian, at half the cost; on a conformal map it is that in all directions."""
+        """The scale along the meridian, at half the cost of J; on conformal maps it is the scale in all directions."""
         x, y = projection(self.stencil_lon[4:], self.stencil_lat[4:])
         meridian, _ = self.ellipsoid.radii(self.lat)
         moved = [(8.0 * (value[0] - value[1]) - (value[2] - value[3])) / 12.0 for value in (x, y)]
@@ -79,7 +79,7 @@ class Nodes:
 
 
 def nodes_at(lon: FloatArray, lat: FloatArray, weight: FloatArray, ellipsoid: Ellipsoid) -> Nodes:
-    """Nodes at points in degrees, with weights of any sum."""
+    """Nodes at points in degrees; their weights need not add up to 1."""
     lam, phi = np.radians(lon), np.radians(lat)
     sin_lam, cos_lam, sin_phi, cos_phi = np.sin(lam), np.cos(lam), np.sin(phi), np.cos(phi)
     point = np.stack([cos_phi * cos_lam, cos_phi * sin_lam, sin_phi])
@@ -110,82 +110,65 @@ _POLE = 90.0 - 1e-9  # degrees
 
 
 def nodes_of(region: Place, ellipsoid: Ellipsoid, count: int, *, edges: bool = False, all_ends: bool = False) -> Nodes:
-    """About `count` nodes of a region; with `edges` also nodes of no weight where it ends.
+    """About `count` nodes of a region; with `edges` also nodes of weight 0 where it ends.
 
-    Of the edges of polygons those are some, so that small islands may have none; with `all_ends` every vertex is one.
-
-    Where its panels lie wholly in it, as those of boxes and caps do, the nodes are the panels' Gauss points. Else there
-    is a node in each of so many cells, at the middle of the cell's part of the region and with its area: means are good
-    to the square of a cell, and an island counts for what it is. Of a set of points the nodes are points.
+    Where the panels lie wholly in the region, as those of boxes and caps do, the nodes are the panels' Gauss points.
+    Otherwise each of `count` cells has a node at the middle of its part of the region, with the area of that part, so
+    that means are good to the square of a cell, and islands count. Of a set of points the nodes are some of its points.
+    Nodes on the edges of polygons are a selection, and small islands may have none; with `all_ends` every vertex has
+    one.
     """
     if isinstance(region, PointSet):
         every = max(1, region.lon.size // count)
         return nodes_at(region.lon[::every], region.lat[::every], region.weight[::every], ellipsoid)
-    patch, rectangles = region.panels()
     if region.edges.size:
-        return _cell_nodes(region, ellipsoid, count, edges, all_ends)
-    patch, rectangles = _split(patch, rectangles, count)
-    order = int(np.clip(round(np.sqrt(count / len(rectangles))), 2, _HIGHEST))
-    lon, lat, weight = (values.ravel() for values in _panel_nodes(region, patch, rectangles, order))
-    weight = weight * _radii_squared(ellipsoid, lat)
-    if edges:
-        lon, lat, weight = _appended((lon, lat, weight), _edge_nodes(region, patch, rectangles, 4 * order + 1))
+        cells = cells_of(region, ellipsoid, count)
+        points = region.chart(cells.patch, cells.u, cells.v)
+        lon, lat, weight = np.asarray(points.lon), np.asarray(points.lat), cells.area
+        beside = _along_edges(region, all_ends) if edges else None
+    else:
+        patch, rectangles = _split(*region.panels(), count)
+        order = int(np.clip(round(np.sqrt(count / len(rectangles))), 2, _HIGHEST))
+        nodes, weights = np.polynomial.legendre.leggauss(order)
+        r, s = (axis.ravel() for axis in np.meshgrid(nodes, nodes, indexing="ij"))
+        lon, lat, density = _chart(region, patch, rectangles, r, s)
+        weight = (density * np.outer(weights, weights).ravel()).ravel()
+        lon, lat = lon.ravel(), lat.ravel()
+        meridian, vertical = ellipsoid.radii(lat)
+        weight = weight * (meridian * vertical)
+        beside = None
+        if edges:  # denser towards the corners, which are among them
+            t = -np.cos(np.pi * np.arange(4 * order + 1) / (4 * order))
+            one = np.ones_like(t)
+            r, s = np.concatenate([t, t, one, -one]), np.concatenate([one, -one, t, t])
+            beside = _chart(region, patch, rectangles, r, s)[:2]
+    if beside:
+        lon, lat = np.append(lon, beside[0]), np.append(lat, beside[1])
+        weight = np.append(weight, np.zeros(beside[0].size))
     return nodes_at(lon, lat, weight, ellipsoid)
 
 
-def _radii_squared(ellipsoid: Ellipsoid, lat: FloatArray) -> FloatArray:
-    meridian, vertical = ellipsoid.radii(lat)
-    return meridian * vertical
+def _along_edges(region: Region, all_ends: bool) -> tuple[FloatArray, FloatArray]:
+    """Points on the edges: every end and points between where ends are far apart, or else a selection of them.
 
-
-def _appended(
-    nodes: tuple[FloatArray, FloatArray, FloatArray], more: tuple[FloatArray, FloatArray]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Nodes, and more of no weight."""
-    lon, lat, weight = nodes
-    return np.append(lon, more[0]), np.append(lat, more[1]), np.append(weight, np.zeros(more[0].size))
-
-
-def _cell_nodes(region: Region, ellipsoid: Ellipsoid, count: int, edges: bool, all_ends: bool) -> Nodes:
-    """The middles of cells, and points on the region's edges."""
-    cells = cells_of(region, ellipsoid, count)
-    points = region.chart(cells.patch, cells.u, cells.v)
-    nodes = np.asarray(points.lon), np.asarray(points.lat), cells.area
-    if edges:
-        nodes = _appended(nodes, _all_along(region) if all_ends else _some_along(region))
-    return nodes_at(*nodes, ellipsoid)
-
-
-def _some_along(region: Region) -> tuple[FloatArray, FloatArray]:
-    """Some of the points on the edges, each at an end or a step from the next one."""
-    west, south, east, north = region.bounds
-    lon, lat = _stepped(region.edges, max(east - west, north - south) / _ALONG)
-    every = max(1, lon.size // _MOST_ALONG)
-    return lon[::every], lat[::every]
-
-
-def _all_along(region: Region) -> tuple[FloatArray, FloatArray]:
-    """All ends of the edges, and points between where these are far apart."""
-    lon0, lat0, lon1, lat1 = region.edges.T
-    return _stepped(region.edges, float(np.hypot(lon1 - lon0, lat1 - lat0).sum()) / _ALL_ALONG)
-
-
-def _stepped(edges: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
-    """Points on edges (n, 4), each at an end or a step from the next one.
-
-    None at a pole, where polygons around it have edges that are no ends of theirs.
+    There are none at a pole, because polygons around it have edges there at which they do not end.
     """
-    lon0, lat0, lon1, lat1 = edges.T
-    parts = np.maximum(np.ceil(np.hypot(lon1 - lon0, lat1 - lat0) / step), 1.0).astype(int)
+    lon0, lat0, lon1, lat1 = region.edges.T
+    length = np.hypot(lon1 - lon0, lat1 - lat0)
+    west, south, east, north = region.bounds
+    step = float(length.sum()) / _ALL_ALONG if all_ends else max(east - west, north - south) / _ALONG
+    parts = np.maximum(np.ceil(length / step), 1.0).astype(int)
     which = np.repeat(np.arange(parts.size), parts)
     share = (np.arange(which.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[which]
     lon, lat = lon0[which] + share * (lon1 - lon0)[which], lat0[which] + share * (lat1 - lat0)[which]
     apart = np.abs(lat) < _POLE
-    return lon[apart], lat[apart]
+    lon, lat = lon[apart], lat[apart]
+    every = 1 if all_ends else max(1, lon.size // _MOST_ALONG)
+    return lon[::every], lat[::every]
 
 
 def _split(patch: IntArray, rectangles: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
-    """Panels in so many equal parts that none needs more nodes than the highest order has."""
+    """Panels cut into equal parts, so that none needs more nodes than the highest order has."""
     parts = int(np.ceil(np.sqrt(count / (len(rectangles) * _HIGHEST**2))))
     if parts == 1:
         return patch, rectangles
@@ -196,30 +179,10 @@ def _split(patch: IntArray, rectangles: FloatArray, count: int) -> tuple[IntArra
     return np.repeat(patch, parts**2), np.stack([u[:, i], u[:, i + 1], v[:, j], v[:, j + 1]], axis=-1).reshape(-1, 4)
 
 
-def _panel_nodes(
-    region: Region, patch: IntArray, rectangles: FloatArray, order: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Longitudes, latitudes and areas on the unit sphere of the Gauss nodes, shape (n, order^2)."""
-    nodes, weights = np.polynomial.legendre.leggauss(order)
-    r, s = (axis.ravel() for axis in np.meshgrid(nodes, nodes, indexing="ij"))
-    lon, lat, density = _chart(region, patch, rectangles, r, s)
-    return lon, lat, density * np.outer(weights, weights).ravel()
-
-
-def _edge_nodes(region: Region, patch: IntArray, rectangles: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """Points on the four sides of panels, denser towards the corners, which are among them."""
-    t = -np.cos(np.pi * np.arange(count) / (count - 1))
-    one = np.ones(count)
-    lon, lat, _ = _chart(
-        region, patch, rectangles, np.concatenate([t, t, one, -one]), np.concatenate([one, -one, t, t])
-    )
-    return lon.ravel(), lat.ravel()
-
-
 def _chart(
     region: Region, patch: IntArray, rectangles: FloatArray, r: FloatArray, s: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points of panels at r, s in [-1, 1], and their area on the unit sphere by dr ds; shape (n, r.size)."""
+    """Points (n, m) of panels at r, s (m,) in [-1, 1], and area on the unit sphere per area of r and s."""
     u0, u1, v0, v1 = (side[:, None] for side in rectangles.T)
     u, v = 0.5 * (u0 + u1 + (u1 - u0) * r), 0.5 * (v0 + v1 + (v1 - v0) * s)
     points = region.chart(patch[:, None], u, v)
@@ -250,25 +213,25 @@ def field_of(
     jacobian : array_like (n, 2, 2), or callable
         Jacobians; or a function of lon (n,) and lat (n,) in degrees that gives them, with a region.
     weight : array_like (n,), optional
-        What each Jacobian counts, not negative; equal ones if there are none. Not with a function.
+        The weight of each Jacobian, not negative; equal by default. Not with a function.
     lon, lat : array_like (n,), optional
-        Where they are in degrees, for the places of extremes. Not with a function.
+        The points in degrees, for the places of extremes. Not with a function.
     hessian : array_like (n, 2, 2, 2), optional
         Second derivatives per radian of the semi-major axis, for measures that need them. Not with a function.
     region : RegionLike, optional
-        Anything that `get_region` takes, for a function: it is asked at 10,000 nodes of it, and the figures' errors are
-        what 2,500 would change.
+        Anything that `get_region` takes, for a function, which is evaluated at 10,000 nodes of it. The errors are the
+        differences from figures of 2,500 nodes.
 
     Returns
     -------
     Field
-        Of arrays the figures are those of the Jacobians themselves, each extreme the largest of them.
+        Figures of arrays are those of the given Jacobians, and an extreme is the largest of their values.
 
     Raises
     ------
     ValueError
-        For arrays of other shapes, weights that are negative or all 0, Jacobians of which none is finite, and a
-        function without a region.
+        For arrays of other shapes, weights that are negative or all 0, no finite Jacobian, and a function without a
+        region.
 
     References
     ----------
@@ -296,13 +259,17 @@ def _field_of_points(jacobian: Any, weight: Any, lon: Any, lat: Any, hessian: An
     J = check_numbers("Jacobians", jacobian)
     if J.ndim != 3 or J.shape[1:] != (2, 2) or not len(J):
         raise ValueError(f"Invalid shape {J.shape} of Jacobians. It must be (n, 2, 2) with n at least 1.")
-    shapes = {
-        "weight": (weight, 1.0, ()),
-        "lon": (lon, np.nan, ()),
-        "lat": (lat, np.nan, ()),
-        "hessian": (hessian, 0.0, (2, 2, 2)),
-    }
-    arrays = {name: _of_shape(name, given, (len(J), *rest), usual) for name, (given, usual, rest) in shapes.items()}
+    arrays: dict[str, FloatArray] = {}
+    for name, given, default, rest in (
+        ("weight", weight, 1.0, ()),
+        ("lon", lon, np.nan, ()),
+        ("lat", lat, np.nan, ()),
+        ("hessian", hessian, 0.0, (2, 2, 2)),
+    ):
+        shape = (len(J), *rest)
+        arrays[name] = np.full(shape, default) if given is None else check_numbers(name, given)
+        if arrays[name].shape != shape:
+            raise ValueError(f"Invalid shape {arrays[name].shape} of {name}. It must be {shape}.")
     w = arrays["weight"]
     if not (w.min() >= 0.0 and 0.0 < w.sum() < np.inf):
         raise ValueError("Invalid weights. They must be finite and not negative, and not all 0.")
@@ -311,12 +278,3 @@ def _field_of_points(jacobian: Any, weight: Any, lon: Any, lat: Any, hessian: An
     if samples is None:
         raise ValueError("Invalid Jacobians. None of those with a weight is finite.")
     return Field(projection=None, region=None, measures={}, _samples=samples)
-
-
-def _of_shape(name: str, given: Any, shape: tuple[int, ...], usual: float) -> FloatArray:
-    if given is None:
-        return np.full(shape, usual)
-    values = check_numbers(name, given)
-    if values.shape != shape:
-        raise ValueError(f"Invalid shape {values.shape} of {name}. It must be {shape}.")
-    return values

@@ -7,13 +7,14 @@ patch like others. Interrupted, oblique and limited maps then converge as fast a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.field.panels import Partial, Pieces, sample_pieces
+from projdist.field.panels import Partials, Pieces, lay, pieces_of
 from projdist.numerics import DIFFERENTIATE, LEGENDRE, NODES, PLANE_WEIGHTS
 from projdist.projections import Projection
 from projdist.regions import Region
@@ -24,30 +25,33 @@ _TRIAL, _REST = 7, 29  # halvings: a steep place is told from a tear after a few
 _STATIONS = np.concatenate([[-1.0], NODES, [1.0]])
 
 
-def jumps(x: FloatArray, y: FloatArray, smallest: float) -> BoolArray:
-    """Panels in which the speed of f along the last axis breaks out between two nodes.
+def jumps(xy: FloatArray, smallest: float) -> BoolArray:
+    """True for the panels in which the speed of x, y (2, n, p, p) along either axis breaks out between two nodes.
 
-    Out of line with its neighbours by more than twice what they differ, or eight times at either
-    end: a smooth map, even one with a singularity near by, does that only where it is already
-    resolved. `smallest` is the least jump that counts, in metres.
+    It does so if it is out of line with its neighbours by more than twice what they differ, or eight times at either
+    end. Smooth maps, even with a singularity near by, do that only where they are already resolved. `smallest` is the
+    least jump that counts, in metres.
     """
+    found = np.zeros(xy.shape[1], dtype=bool)
     gap = np.diff(NODES)
-    speeds = np.stack([np.diff(x, axis=-1), np.diff(y, axis=-1)]) / gap
-    change = np.hypot(*np.diff(speeds, axis=-1))
-    outbreak = np.hypot(*(speeds[..., 1:-1] - 0.5 * (speeds[..., :-2] + speeds[..., 2:])))
-    around = np.hypot(*(speeds[..., 2:] - speeds[..., :-2]))
-    inside = (outbreak > 2.0 * around) & (outbreak * gap[1:-1] > smallest)
-    at_ends = (change[..., [0, -1]] > 8.0 * change[..., [1, -2]]) & (change[..., [0, -1]] * gap[0] > smallest)
-    return np.asarray(inside.any(axis=(-1, -2)) | at_ends.any(axis=(-1, -2)))
+    for f in (xy, xy.swapaxes(-1, -2)):
+        speeds = np.diff(f, axis=-1) / gap
+        change = np.hypot(*np.diff(speeds, axis=-1))
+        outbreak = np.hypot(*(speeds[..., 1:-1] - 0.5 * (speeds[..., :-2] + speeds[..., 2:])))
+        around = np.hypot(*(speeds[..., 2:] - speeds[..., :-2]))
+        inside = (outbreak > 2.0 * around) & (outbreak * gap[1:-1] > smallest)
+        at_ends = (change[..., [0, -1]] > 8.0 * change[..., [1, -2]]) & (change[..., [0, -1]] * gap[0] > smallest)
+        found |= inside.any(axis=(-1, -2)) | at_ends.any(axis=(-1, -2))
+    return found
 
 
 @dataclass
 class Cuts:
-    """What came of trying to cut panels.
+    """Result of trying to cut n panels.
 
-    `pieces` stand for the panels of the mask `done`. `split_at` (n, 2) tells at which u and at
-    which v to split a panel further, NaN for a direction that would not help: a panel that could
-    not be cut where the seam leaves it, one that was cut clear of the seam or across it.
+    `pieces` stand for the panels of the mask `done`. `split_at` (n, 2) is the u and the v at which to split a panel
+    further, NaN for a direction that would not help: where the seam leaves a panel that could not be cut, and beside
+    or across the seam of one that was cut.
     """
 
     pieces: list[Pieces]
@@ -68,7 +72,7 @@ def cut(
 ) -> Cuts:
     """Cut panels across v or across u, along the seam or the edge of the map that crosses them.
 
-    `whole` are those that lie within the region; pieces that are `curved` are for second derivatives.
+    `whole` panels lie within the region. `curved` pieces are for second derivatives.
     """
     n = len(rectangles)
     result = Cuts([], np.zeros(n, dtype=bool), np.full((n, 2), np.nan), 0)
@@ -107,7 +111,7 @@ def cut(
     return result
 
 
-# What happens along a line: nothing that can be cut; the map ends; it starts; it is torn.
+# What happens along a line: no single cut; the map ends; it starts; it is torn.
 _NONE, _END, _START, _SEAM = range(4)
 _SIDES = np.array([-1.0, 1.0]) * (1.0 - 1e-9)  # the sides of a panel, as seen from within
 
@@ -145,7 +149,7 @@ class _Lines:
         return np.stack(self.projection(points.lon, points.lat))
 
     def find_cuts(self, count: Cuts, *, every: bool) -> tuple[FloatArray, IntArray]:
-        """Where each line (n, k) is cut, and how; of `every` line of a panel or none, or of any.
+        """Where each line (n, k) is cut, and how; with `every` only in panels whose lines may all be cut.
 
         Evaluations are added to `count`.
         """
@@ -196,7 +200,7 @@ class _Lines:
         return a, b, fa, fb
 
     def beside(self, where: FloatArray) -> FloatArray:
-        """Where to split along the lines without touching the cut: in the wider gap, NaN if neither is wide."""
+        """Where to split along the lines without touching the cut: in the wider of two gaps, NaN if neither is wide."""
         low, high = where.min(axis=1), where.max(axis=1)
         # The curve goes on beyond the outermost nodes.
         margin = 0.1 * (high - low) + 0.01 * (self.high - self.low)
@@ -206,7 +210,7 @@ class _Lines:
 
 
 def _exit(lines: _Lines, count: Cuts) -> tuple[FloatArray, FloatArray]:
-    """Where on either of two opposite sides a seam or edge leaves the panels (NaN: nowhere), and how centrally."""
+    """Where a seam or edge leaves the panels on either of two opposite sides (NaN if nowhere), and how centrally."""
     where, kind = lines.find_cuts(count, every=False)
     share = (where - lines.low[:, None]) / (lines.high - lines.low)[:, None]
     # None so near to a corner that the split would be no gain.
@@ -231,10 +235,10 @@ def _slices(
     *,
     curved: bool,
 ) -> list[Pieces]:
-    """What lies between one side of the panels, at `side` (n,) along the lines, and the cut at `where` (n, p) on them.
+    """The pieces between one side of the panels, at `side` (n,) along the lines, and the cut at `where` (n, p) on them.
 
-    The node axes are r in [-1, 1] across the lines, and s in [-1, 1] along them, in which t goes
-    from one of the grades to the next; t is 0 on the side and 1 on the cut: along = side + t reach(r).
+    The node axes are r in [-1, 1] across the lines, and s in [-1, 1] along them. In each slice t goes from one of the
+    grades to the next, 0 being the side and 1 the cut: along = side + t reach(r).
     """
     reach = (where - side[:, None])[..., None]
     reach_r = (where @ DIFFERENTIATE.T)[..., None]
@@ -247,47 +251,45 @@ def _slices(
         across = np.broadcast_to(lines.across[..., None], along.shape)
         along_r, along_s = t * reach_r, t_s * reach
         u, v = across, along
-        partials: tuple[Partial, Partial, Partial, Partial] = (across_r, 0.0, along_r, along_s)
+        partials: Partials = (across_r, 0.0, along_r, along_s)
         if lines.along == 0:  # the first node axis is that of u, as in whole panels: here that of s
             u, v = along.swapaxes(1, 2), across.swapaxes(1, 2)
             partials = (along_s.swapaxes(1, 2), along_r.swapaxes(1, 2), 0.0, across_r)
         rule, held = np.broadcast_to(PLANE_WEIGHTS, u.shape).copy(), whole.copy()
         for k in np.flatnonzero(~whole):
-            square = _Square(lines, int(k), float(side[k]), where[k], start, stop)
+            square = _square(lines, int(k), float(side[k]), where[k], start, stop)
             rule[k] = lines.region.rule(int(lines.patch[k]), lines.rectangles[k], square)
             held[k] = rule[k].sum() > 4.0 * _SLIVER
         if not held.any():
             continue
         u_r, u_s, v_r, v_s = (p[held] if isinstance(p, np.ndarray) else p for p in partials)
-        piece = sample_pieces(
-            lines.projection,
+        layout = lay(
             lines.region,
-            panel[held],
+            lines.projection.ellipsoid,
             lines.patch[held],
             u[held],
             v[held],
             (u_r, u_s, v_r, v_s),
             rule[held],
             whole[held],
-            curved=curved,
         )
+        piece = pieces_of(lines.projection, panel[held], layout, curved=curved)
         piece.doubt[:] = 0.0  # the tear that it might come from is the cut
         pieces.append(piece)
     return pieces
 
 
-class _Square:
-    """The node coordinates r, s of chart coordinates u, v in a slice of one panel."""
+def _square(
+    lines: _Lines, k: int, side: float, where: FloatArray, start: float, stop: float
+) -> Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    """The function from chart coordinates u, v to the node coordinates r, s in a slice of one panel."""
+    middle, half, curve = float(lines.middle_across[k]), float(lines.half_across[k]), LEGENDRE @ where
 
-    def __init__(self, lines: _Lines, k: int, side: float, where: FloatArray, start: float, stop: float) -> None:
-        self.along, self.side, self.start, self.stop = lines.along, side, start, stop
-        self.middle = float(lines.middle_across[k])
-        self.half = float(lines.half_across[k])
-        self.curve = LEGENDRE @ where
+    def to_square(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        across, along = (u, v) if lines.along == 1 else (v, u)
+        first = (across - middle) / half
+        share = (along - side) / (np.polynomial.legendre.legval(first, curve) - side)
+        second = 2.0 * (share - start) / (stop - start) - 1.0
+        return (first, second) if lines.along == 1 else (second, first)
 
-    def __call__(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        across, along = (u, v) if self.along == 1 else (v, u)
-        first = (across - self.middle) / self.half
-        share = (along - self.side) / (np.polynomial.legendre.legval(first, self.curve) - self.side)
-        second = 2.0 * (share - self.start) / (self.stop - self.start) - 1.0
-        return (first, second) if self.along == 1 else (second, first)
+    return to_square

@@ -1,37 +1,27 @@
-"""The panels of a cubature in progress: evaluated, and split where a goal needs it."""
+"""The panels of an adaptive cubature: evaluated, and split where a goal needs it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
-from typing import Protocol
+from dataclasses import dataclass
 
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.field import panels as spectral
 from projdist.field.at_points import jacobian
 from projdist.field.panel_cuts import TEAR, cut, jumps
-from projdist.field.panels import (
-    Layout,
-    Pieces,
-    blurred,
-    pieces_of,
-    plan_of,
-    second_derivatives,
-    tails,
-    torn_sides,
-    with_strips,
-)
+from projdist.field.panels import Layout, Pieces, Rows, tails
 from projdist.matrices import log_scales
 from projdist.numerics import NODES, PLANE_WEIGHTS
 from projdist.projections import Projection, discontinuities_of
 from projdist.regions import Clips, Region
 
 Integrand = Callable[[FloatArray], FloatArray]
-"""A function of Jacobians (n, p, p, 2, 2) whose mean over the region shall be resolved."""
+"""A function of Jacobians (n, p, p, 2, 2) whose mean over the region is to be resolved."""
 
 SecondOrder = Callable[[FloatArray, FloatArray], FloatArray]
-"""The same of Jacobians, and of second derivatives (n, p, p, 2, 2, 2) in units of the semi-major axis."""
+"""The same of Jacobians and second derivatives (n, p, p, 2, 2, 2), per radian of the semi-major axis."""
 
 _BATCH = 1500  # panels in one call: 150,000 points
 _SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
@@ -50,27 +40,36 @@ _BORDER = (1.0 - 1e-9) * np.array(
 ).T
 
 
-class MeshGoal(Protocol):
-    """What a refinement is after."""
+@dataclass(frozen=True)
+class MeshGoal:
+    """What a refinement resolves: the Airy-Kavrayskiy errors if `column` is 0, else the mean of another integrand.
 
-    @property
-    def column(self) -> int:
-        """The integrand whose progress is watched."""
+    The mean is resolved relative to itself where it is above 1. A family of panels is at the level of rounding if it
+    keeps the share `stuck` of its error when it is split. With `gives_up` the refinement goes on beside such panels.
+    """
 
-    @property
-    def stuck(self) -> float:
-        """A family of panels that keeps this share of its error when split is at the level of rounding."""
-
-    @property
-    def gives_up(self) -> bool:
-        """Whether the refinement goes on beside panels that are at the level of rounding, and worse."""
+    column: int
+    tolerance: float
+    stuck: float = 0.8  # singular points and lines halve their errors, cuts and resolved parts do far better
+    gives_up: bool = False
 
     def sensitivity(self, means: FloatArray) -> FloatArray:
         """What an error of each integrand's mean counts, in tolerances."""
+        result = np.zeros(len(means))
+        if self.column:
+            result[self.column] = 1.0 / (self.tolerance * max(1.0, abs(float(means[self.column]))))
+            return result
+        square, log_area = float(means[0]), float(means[1])
+        # d sqrt(q) = dq / (2 sqrt q). Where the scaled error nearly vanishes its relative accuracy is enough.
+        scaled = np.sqrt(max(square - 0.5 * log_area**2, 0.0))
+        # Over polygons weights may be negative, and so may the mean of a square that is next to nothing.
+        root = max(scaled, 0.01 * np.sqrt(max(square, 0.0)), self.tolerance)
+        result[:2] = 0.5 / root, 0.5 * abs(log_area) / root
+        return result / self.tolerance
 
 
 @dataclass(kw_only=True)
-class _Panels:
+class _Panels(Rows):
     """What is known of each panel; the first axis is that of the panels."""
 
     patch: IntArray
@@ -90,11 +89,6 @@ class _Panels:
     def __len__(self) -> int:
         return len(self.patch)
 
-    @staticmethod
-    def joined(parts: Sequence[_Panels]) -> _Panels:
-        names = [field.name for field in fields(_Panels)]
-        return _Panels(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
-
 
 class Mesh:
     """The panels of a region under a projection, and the integrals over them.
@@ -109,30 +103,33 @@ class Mesh:
         integrands: Sequence[Integrand],
         second_order: Sequence[SecondOrder] = (),
     ) -> None:
-        self.plan = plan_of(region, projection.ellipsoid)
-        self.projection, self.region = projection, self.plan.region  # which keeps the parts that the plan is of
+        self.plan = spectral.plan_of(region, projection.ellipsoid)
+        self.projection, self.region = projection, self.plan.region  # the plan's own has its parts at hand
         self.integrands, self.second_order = tuple(integrands), tuple(second_order)
         self.limited = False  # whether the map is known to end within the region
-        self.peaks = np.zeros(2 + len(self.integrands) + len(self.second_order))  # the largest of each integrand seen
+        self.peaks = np.zeros(2 + len(self.integrands) + len(self.second_order))  # largest value seen of each integrand
         self.pieces: list[Pieces] = []
         first = self.plan.first(discontinuities_of(projection))
         self.evaluations = first.lon.size
-        xy, sides = first.parts(np.stack(projection(first.lon, first.lat)))
-        patch, rectangles = first.layout.patch, first.clips.rectangles
-        torn = torn_sides(projection, region, patch, rectangles, xy, sides)
+        patch, rectangles, layout = first.layout.patch, first.clips.rectangles, first.layout
+        every = np.stack(projection(first.lon, first.lat))
+        xy = every[:, : layout.lon.size].reshape(2, *layout.lon.shape)
+        sides = every[:, layout.lon.size :].reshape(2, len(patch), 2, 2, -1)
+        lines = np.stack([xy[..., spectral.LINES], xy[..., spectral.LINES, :].swapaxes(-1, -2)], axis=2)
+        torn = spectral.torn_sides(projection, region, patch, rectangles, lines, sides)
         if torn.any():
-            patch, rectangles, evaluations = with_strips(projection, region, patch, rectangles, torn)
+            patch, rectangles, evaluations = spectral.without_seams(projection, region, patch, rectangles, torn)
             self.evaluations += evaluations
             self.panels = _Panels.joined(self._evaluated(0, patch, rectangles)[0])
         else:
-            self.panels = self._assessed(0, first.clips, first.layout, xy)
+            self.panels = self._assessed(0, first.clips, layout, xy)
 
     def _evaluated(
         self, first: int, patch: IntArray, rectangles: FloatArray, within: FloatArray | None = None
     ) -> tuple[list[_Panels], IntArray]:
-        """New panels, in batches; the first is number `first`. With the numbers of the rectangles that they are of.
+        """New panels, in batches, numbered from `first`, and the indices of the rectangles that they are of.
 
-        `within` are the panels that the rectangles were split from; those that hold nothing of the region are left out.
+        Rectangles that hold nothing of the region have no panel. `within` are the panels that they were split from.
         """
         clips = self.region.clip(patch, rectangles, within)
         parts = []
@@ -148,25 +145,19 @@ class Mesh:
         """Panels of a layout where the map is x, y (2, n, p, p)."""
         _, rectangles, _, filled = clips
         n, patch = len(rectangles), layout.patch
-        pieces = pieces_of(np.arange(n), layout, xy, self.projection.ellipsoid, curved=bool(self.second_order))
+        curved = bool(self.second_order)
+        pieces = spectral.pieces_of(self.projection, np.arange(n), layout, xy, curved=curved)
         area = layout.area
-        x, y = xy
         split_at = 0.5 * (rectangles[:, 0::2] + rectangles[:, 1::2])
-        whole, empty = self._inside(patch, rectangles, x)
+        whole, empty = self._inside(patch, rectangles, xy[0])
         undecided = ~(whole | empty)
         done = np.zeros(n, dtype=bool)
-        torn = self._torn(pieces, x, y) & whole
+        torn = whole & (pieces.unresolved > TEAR)
+        if torn.any():
+            torn[torn] = jumps(xy[:, torn], TEAR * self.projection.ellipsoid.a)
         hard = np.flatnonzero(torn | undecided)
         if hard.size:
-            cuts = cut(
-                self.projection,
-                self.region,
-                hard,
-                patch[hard],
-                rectangles[hard],
-                filled[hard],
-                curved=bool(self.second_order),
-            )
+            cuts = cut(self.projection, self.region, hard, patch[hard], rectangles[hard], filled[hard], curved=curved)
             self.evaluations += cuts.evaluations
             done[hard] = cuts.done
             guided = np.isfinite(cuts.split_at).any(axis=-1)
@@ -205,7 +196,7 @@ class Mesh:
         return panels
 
     def _inside(self, patch: IntArray, rectangles: FloatArray, x: FloatArray) -> tuple[BoolArray, BoolArray]:
-        """Which panels the map holds wholly, and which not at all."""
+        """The panels that the map covers wholly, and those that it does not cover at all."""
         inside = np.isfinite(x)
         whole, empty = np.asarray(inside.all(axis=(1, 2))), np.asarray(~inside.any(axis=(1, 2)))
         if not self.limited and whole.all():
@@ -220,21 +211,11 @@ class Mesh:
         self.evaluations += border.size
         return whole & border.all(axis=1), empty & ~border.any(axis=1)
 
-    def _torn(self, pieces: Pieces, x: FloatArray, y: FloatArray) -> BoolArray:
-        """Which panels look as if a seam crossed them."""
-        torn = np.asarray(pieces.unresolved > TEAR)
-        some = np.flatnonzero(torn)
-        if some.size:
-            smallest = TEAR * self.projection.ellipsoid.a
-            x, y = x[some], y[some]
-            torn[some] = jumps(x, y, smallest) | jumps(x.swapaxes(1, 2), y.swapaxes(1, 2), smallest)
-        return torn
-
     def _mend(self, pieces: Pieces, suspects: BoolArray) -> None:
-        """Where seams are too tangled to cut, take the Jacobian point by point, which sees one side only.
+        """Take the Jacobian point by point, which sees one side only, where seams are too tangled to cut.
 
-        It costs 20 times as much, so in small pieces only. Where there are few, as about a singular point, splitting
-        them soon leaves next to nothing.
+        That costs 20 times as much, so it is done in small pieces only, and in very small ones where there are few, as
+        about a singular point: splitting these soon leaves next to nothing.
         """
         # Areas as shares of the globe: those of the pieces are on the map's own ellipsoid, which may be another one.
         share = pieces.weight.sum(axis=(1, 2)) / self.projection.ellipsoid.area
@@ -272,19 +253,19 @@ class Mesh:
 
     def second_derivatives(self, pieces: Pieces) -> FloatArray:
         """H (n, p, p, 2, 2, 2) along geodesics at the nodes of pieces, in units of the semi-major axis."""
-        H = second_derivatives(pieces, self.projection.ellipsoid) * self.projection.ellipsoid.a
+        H = spectral.second_derivatives(pieces, self.projection.ellipsoid) * self.projection.ellipsoid.a
         self._forget(H, pieces, pieces.weight.sum(axis=(1, 2)) < _MINUTE * self.projection.ellipsoid.area)
         return H
 
     def _forget(self, H: FloatArray, pieces: Pieces, some: BoolArray) -> None:
-        """Put NaN where, in some pieces, J has no derivatives: at a kink, a snap or beside a singular point."""
+        """Put NaN into H in those of some pieces where J has no derivatives: at kinks, and beside singular points."""
         index = np.flatnonzero(some)
-        H[index[blurred(pieces, index, self.projection.ellipsoid)]] = np.nan
+        H[index[spectral.blurred(pieces, index, self.projection.ellipsoid)]] = np.nan
 
     # ---- splitting ----------------------------------------------------------------------
 
     def refine(self, goal: MeshGoal, most: int) -> str:
-        """Split panels until the goal is met ("") or rounding or the number of evaluations stops it (which)."""
+        """Split panels until the goal is met (""), or "rounding" or the number of evaluations ("budget") stops it."""
         self.panels.strikes[:] = 0
         while True:
             chosen, limit = self._to_split(goal)
@@ -300,10 +281,18 @@ class Mesh:
         return float(self.panels.area[self.panels.alive].sum())
 
     def _to_split(self, goal: MeshGoal) -> tuple[IntArray, str]:
-        """Which panels to split next, and what limits the accuracy if there are none."""
+        """The panels to split next, and what limits the accuracy if there are none."""
         panels = self.panels
-        error = np.where(panels.alive, self._error(goal), 0.0)
         none = np.empty(0, dtype=int)
+        covered = float(panels.covered[panels.alive].sum())
+        if covered > 0.0:
+            sensitivity = goal.sensitivity(panels.integrals[panels.alive].sum(axis=0) / covered)
+            # A panel whose edge is not found yet may hold as much as the worst.
+            unknown = np.where(panels.undecided, (self.peaks @ sensitivity) * panels.area, 0.0)
+            error = (panels.errors.sum(axis=-1) @ sensitivity + unknown) / covered  # in tolerances
+        else:
+            error = np.where(panels.undecided | (panels.area > _SMALL * self.region_area), np.inf, 0.0)
+        error = np.where(panels.alive, error, 0.0)
         if error.sum() <= 1.0:
             return none, ""
         can = panels.alive & (panels.strikes < _STRIKES) & (panels.area > _SMALLEST * self.region_area)
@@ -314,17 +303,6 @@ class Mesh:
         order = np.argsort(error)
         small = np.searchsorted(np.cumsum(error[order]), max(0.5, _MARKING * error[can].sum()))
         return order[small:][can[order[small:]]], "rounding"
-
-    def _error(self, goal: MeshGoal) -> FloatArray:
-        """Error of each panel in units of the tolerance."""
-        panels = self.panels
-        covered = float(panels.covered[panels.alive].sum())
-        if covered == 0.0:
-            return np.where(panels.undecided | (panels.area > _SMALL * self.region_area), np.inf, 0.0)
-        sensitivity = goal.sensitivity(panels.integrals[panels.alive].sum(axis=0) / covered)
-        # A panel whose edge is not found yet may hold as much as the worst.
-        unknown = np.where(panels.undecided, (self.peaks @ sensitivity) * panels.area, 0.0)
-        return np.asarray((panels.errors.sum(axis=-1) @ sensitivity + unknown) / covered)
 
     def _split(self, chosen: IntArray, goal: MeshGoal) -> None:
         """Replace panels by halves, or by quarters where both directions need it."""
@@ -345,14 +323,14 @@ class Mesh:
         ]
         rectangles = np.concatenate([np.stack(edges, axis=-1)[mask] for mask, edges in parts])
         parent = np.concatenate([np.flatnonzero(mask) for mask, _ in parts])
-        first = len(panels)
+        first = len(panels.patch)
         panels.alive[chosen] = False
         new, kept = self._evaluated(first, panels.patch[chosen][parent], rectangles, panels.rectangle[chosen][parent])
         self.panels = _Panels.joined([panels, *new])
         self._judge(chosen, parent[kept], first + np.arange(len(kept)), goal)
 
     def _judge(self, chosen: IntArray, parent: IntArray, children: IntArray, goal: MeshGoal) -> None:
-        """Find the families of panels that resolve the map and yet made no progress: rounding grows in small panels."""
+        """Give strikes to panels that resolve the map and yet gained nothing when split: they are at rounding."""
         panels = self.panels
         before = panels.tails[chosen, goal.column].sum(axis=-1)
         after = _summed(panels.tails[children, goal.column].sum(axis=-1), parent, chosen.size)
@@ -375,7 +353,7 @@ class Mesh:
     # ---- the result ---------------------------------------------------------------------
 
     def leaves(self) -> tuple[Pieces, FloatArray | None]:
-        """The pieces of the panels that are left, and their second derivatives where these were needed."""
+        """The pieces of all panels that were not split, and their second derivatives if integrands need them."""
         pieces = Pieces.joined(self.pieces)
         pieces = pieces.take(self.panels.alive[pieces.panel])
         if not self.second_order:
@@ -388,14 +366,9 @@ class Mesh:
         self._forget(H, pieces, given_up[pieces.panel])
         return pieces, H
 
-    @property
-    def undecided_area(self) -> float:
-        """Area in m^2 of panels that an edge of the map crosses, and whose parts are not known."""
-        return float(self.panels.area[self.panels.alive & self.panels.undecided].sum())
-
 
 def _summed(values: FloatArray, index: IntArray, n: int, ufunc: np.ufunc = np.add) -> FloatArray:
-    """Values gathered into n places by their index."""
+    """Values (m, ...) added up, or gathered by another ufunc, into the n places of an index (m,)."""
     total = np.zeros((n, *values.shape[1:]))
     ufunc.at(total, index, values)
     return total

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Self
 
 import numpy as np
 
@@ -14,31 +16,39 @@ from projdist.numerics import DIFFERENTIATE, LEGENDRE, NODES, ORDER
 from projdist.projections import Projection
 from projdist.regions import Clips, Region
 
+
+class Rows:
+    """Base of dataclasses whose fields are arrays with one first axis."""
+
+    def take(self, index: IntArray | BoolArray) -> Self:
+        """The rows of an index or a mask."""
+        if index.dtype == bool and index.all():
+            return self
+        return type(self)(**{name: values[index] for name, values in vars(self).items()})
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """Several tables, one below the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
+
+
+# ---- seams along the sides of panels -------------------------------------------------------------
+
+
 _DEEPEST = 8  # strips of strips: each is a 38th as wide, the last one rounding
 _INSET = 1e-9  # of half a panel: a seam on the side itself does no harm
-_CHOSEN = [1, 4, 8]
-_LINES = NODES[_CHOSEN]
+LINES = [1, 4, 8]  # the nodes through which lines are laid from side to side
+_LINES = NODES[LINES]
 _SIDES = np.array([_INSET - 1.0, 1.0 - _INSET])
 _STATIONS = np.concatenate([_SIDES, NODES])
 _EXTRAPOLATE = np.polynomial.legendre.legvander(_SIDES, ORDER - 1) @ LEGENDRE
-_LAST = LEGENDRE[-2:]
 _STRIP = 1.0 + NODES[0]  # of half a panel: as far as the first node
 _LEAST = 1e-3  # of the semi-major axis; a smaller jump over so small a strip does not matter
 _EIGHTHS = np.arange(9.0)[:, None] / 8.0
 _DIVISIONS, _MOST_OF_IT = 4, 0.1
 _UNRESOLVED = 10.0  # times the last coefficients; what is left out of series that fall slowly is as large
-
-
-def side_points(region: Region, patch: IntArray, rectangles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes (n, 2, 2, 3) of points just within the sides of panels, on lines through their nodes.
-
-    For lines along u and along v, at the low and at the high side.
-    """
-    along_u = _places(rectangles, 0, _SIDES)
-    along_v = _places(rectangles, 1, _SIDES)
-    u, v = (np.stack(pair, axis=1) for pair in zip(along_u, along_v, strict=True))
-    points = region.chart(patch[:, None, None, None], u, v)
-    return np.asarray(points.lon), np.asarray(points.lat)
 
 
 def torn_sides(
@@ -49,27 +59,47 @@ def torn_sides(
     nodes: FloatArray,
     sides: FloatArray,
 ) -> BoolArray:
-    """Whether the map is another at the sides of panels than its nodes tell: (n, 2, 2), by u and v, low and high.
+    """True where a seam lies between the outermost nodes and the side of a panel: (n, 2, 2), by u and v, low and high.
 
-    `nodes` (2, n, p, p) are x and y at the nodes, `sides` (2, n, 2, 2, 3) those at `side_points`.
+    `nodes` (2, n, 2, p, 3) are x and y on three lines along u and three along v, `sides` (2, n, 2, 2, 3) those where
+    the lines meet the sides. A suspect step is divided until it turns out to be steep or torn.
     """
-    lines = np.stack([nodes[..., _CHOSEN], nodes[..., _CHOSEN, :].swapaxes(-1, -2)], axis=2)
-    return _torn(projection, region, patch, rectangles, sides, lines)
+    jump_x, jump_y = sides - _EXTRAPOLATE @ nodes
+    jump = np.hypot(jump_x, jump_y)
+    last = np.hypot(*np.abs(LEGENDRE[-2:] @ nodes).max(axis=-2))
+    suspect = jump > np.maximum(_LEAST * projection.ellipsoid.a, _UNRESOLVED * last[..., None, :])
+    if not suspect.any():
+        return np.zeros(suspect.shape[:-1], dtype=bool)
+    for axis in (0, 1):
+        panel, side, line = np.nonzero(suspect[:, axis])
+        if not panel.size:
+            continue
+        # From the last node to the side.
+        u, v = _places(rectangles, axis, _STATIONS)
+        last = np.where(side == 0, 0, NODES.size - 1)
+        places = [(each[panel, side, line], each[panel, len(_SIDES) + last, line]) for each in (u, v)]
+        values = sides[:, panel, axis, side, line], nodes[:, panel, axis, last, line]
+        left = _smallest_step(projection, region, patch[panel], np.array(places), np.stack(values, axis=1))
+        suspect[panel, axis, side, line] = left > _MOST_OF_IT * jump[panel, axis, side, line]
+    return np.asarray(suspect.any(axis=-1))
 
 
-def with_strips(
+def without_seams(
     projection: Projection, region: Region, patch: IntArray, rectangles: FloatArray, torn: BoolArray
 ) -> tuple[IntArray, FloatArray, int]:
-    """Panels (n, 4) with the strips cut off in which there is a seam, and the evaluations that it took to know.
+    """Panels (n, 4) with the strips along their `torn` sides cut off, and the evaluations that this took.
 
-    `torn` is what `torn_sides` knows of them.
+    A strip may hold a seam along its own side, and is cut in turn.
     """
     finished: list[tuple[IntArray, FloatArray]] = []
     evaluations = 0
     for turn in range(_DEEPEST):
         if turn:
-            torn = _probed(projection, region, patch, rectangles)
-            evaluations += 2 * len(patch) * len(_LINES) * len(_STATIONS)
+            points = _on_lines(region, patch, rectangles, _STATIONS)
+            xy = np.stack(projection(*points))
+            nodes, sides = xy[..., len(_SIDES) :, :], xy[..., : len(_SIDES), :]
+            torn = torn_sides(projection, region, patch, rectangles, nodes, sides)
+            evaluations += points[0].size
         hit = torn.any(axis=(1, 2))
         finished.append((patch[~hit], rectangles[~hit]))
         patch, rectangles = patch[hit], rectangles[hit]
@@ -82,61 +112,32 @@ def with_strips(
     return np.concatenate([one for one, _ in finished]), np.concatenate([one for _, one in finished]), evaluations
 
 
-def _probed(projection: Projection, region: Region, patch: IntArray, rectangles: FloatArray) -> BoolArray:
-    """`torn_sides` of panels of which nothing is known yet."""
-    both = [_places(rectangles, axis, _STATIONS) for axis in (0, 1)]
+def _on_lines(
+    region: Region, patch: IntArray, rectangles: FloatArray, stations: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Longitudes and latitudes (n, 2, k, 3) at stations in [-1, 1] on the lines along u and along v."""
+    both = [_places(rectangles, axis, stations) for axis in (0, 1)]
     u, v = (np.stack(pair, axis=1) for pair in zip(*both, strict=True))
     points = region.chart(patch[:, None, None, None], u, v)
-    f = np.stack(projection(points.lon, points.lat))
-    return _torn(projection, region, patch, rectangles, f[..., : len(_SIDES), :], f[..., len(_SIDES) :, :])
+    return np.asarray(points.lon), np.asarray(points.lat)
 
 
-def _torn(
-    projection: Projection,
-    region: Region,
-    patch: IntArray,
-    rectangles: FloatArray,
-    sides: FloatArray,
-    nodes: FloatArray,
-) -> BoolArray:
-    """Of x and y on lines along u and v, at the sides (2, n, 2, 2, k) and at the nodes (2, n, 2, p, k)."""
-    jump_x, jump_y = sides - _EXTRAPOLATE @ nodes
-    jump = np.hypot(jump_x, jump_y)
-    last = np.hypot(*np.abs(_LAST @ nodes).max(axis=-2))
-    a = projection.ellipsoid.a
-    suspect = jump > np.maximum(_LEAST * a, _UNRESOLVED * last[..., None, :])
-    if not suspect.any():
-        return np.zeros(suspect.shape[:-1], dtype=bool)
-    for axis in (0, 1):
-        panel, side, line = np.nonzero(suspect[:, axis])
-        if not panel.size:
-            continue
-        # From the last node to the side.
-        u, v = _places(rectangles, axis, _STATIONS)
-        last = np.where(side == 0, 0, NODES.size - 1)
-        places = [(each[panel, side, line], each[panel, len(_SIDES) + last, line]) for each in (u, v)]
-        values = sides[:, panel, axis, side, line], nodes[:, panel, axis, last, line]
-        left = _left(projection, region, patch[panel], np.array(places), np.stack(values, axis=1))
-        suspect[panel, axis, side, line] = left > _MOST_OF_IT * jump[panel, axis, side, line]
-    return np.asarray(suspect.any(axis=-1))
-
-
-def _places(rectangles: FloatArray, axis: int, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """u and v (n, k, 3) at stations in [-1, 1] on lines through panels along u (0) or v (1)."""
+def _places(rectangles: FloatArray, axis: int, stations: FloatArray) -> list[FloatArray]:
+    """u and v (n, k, 3) at stations on the lines along u (0) or v (1)."""
     shares = (stations[:, None], _LINES) if axis == 0 else (_LINES, stations[:, None])
-    u, v = np.broadcast_arrays(*(_at(rectangles[:, 2 * k : 2 * k + 2], shares[k]) for k in (0, 1)))
-    return u, v
+    ends = rectangles.T[:, :, None, None]
+    pairs = zip(ends[0::2], ends[1::2], shares, strict=True)
+    return list(np.broadcast_arrays(*(0.5 * (low + high) + 0.5 * (high - low) * share for low, high, share in pairs)))
 
 
-def _left(
-    projection: Projection, region: Region, patch: IntArray, places: FloatArray, values: FloatArray
+def _smallest_step(
+    projection: Projection, region: Region, patch: IntArray, ends: FloatArray, f: FloatArray
 ) -> FloatArray:
-    """What is left of the steps between places u, v (2, 2, n), with x, y (2, 2, n) there, in a tiny part of them.
+    """What is left of the steps of f, x and y (2, 2, n) at places u, v (2, 2, n), in a tiny part of the way.
 
     It is the part with the largest step of eight, again and again: a kink or a steep place leaves next to nothing, a
     tear all of it.
     """
-    ends, f = places, values
     rows = np.arange(len(patch))
     for _ in range(_DIVISIONS):
         u, v = ends[:, :1] + (ends[:, 1:] - ends[:, :1]) * _EIGHTHS
@@ -150,14 +151,8 @@ def _left(
     return np.asarray(np.hypot(*(f[:, 1] - f[:, 0])))
 
 
-def _at(ends: FloatArray, share: FloatArray) -> FloatArray:
-    """Coordinates at shares in [-1, 1] of intervals (n, 2), the intervals on the first of three axes."""
-    low, high = (ends[:, k].reshape(-1, 1, 1) for k in (0, 1))
-    return np.asarray(0.5 * (low + high) + 0.5 * (high - low) * share)
-
-
 def _divided(rectangles: FloatArray, torn: BoolArray) -> tuple[IntArray, FloatArray]:
-    """Each rectangle's number, and the parts into which the strips along its torn sides, (n, 2, 2), divide it."""
+    """The parts into which strips along torn sides (n, 2, 2) divide rectangles, with the rectangle's index of each."""
     index, parts = [], []
     for k, (rectangle, sides) in enumerate(zip(rectangles, torn, strict=True)):
         edges = []
@@ -166,8 +161,8 @@ def _divided(rectangles: FloatArray, torn: BoolArray) -> tuple[IntArray, FloatAr
             width = 0.5 * (high - low) * _STRIP
             inner = [at for at, cut in zip((low + width, high - width), sides[axis], strict=True) if cut]
             edges.append([low, *inner, high])
-        for u0, u1 in zip(edges[0][:-1], edges[0][1:], strict=True):
-            for v0, v1 in zip(edges[1][:-1], edges[1][1:], strict=True):
+        for u0, u1 in pairwise(edges[0]):
+            for v0, v1 in pairwise(edges[1]):
                 index.append(k)
                 parts.append((u0, u1, v0, v1))
     return np.array(index, dtype=int), np.array(parts)
@@ -176,7 +171,8 @@ def _divided(rectangles: FloatArray, torn: BoolArray) -> tuple[IntArray, FloatAr
 # ---- panels without a map ------------------------------------------------------------------------
 
 
-Partial = FloatArray | float
+Partials = tuple[FloatArray | float, FloatArray | float, FloatArray | float, FloatArray | float]
+"""du/dr, du/ds, dv/dr and dv/ds, with r and s in [-1, 1] along the two node axes."""
 
 _REGIONS = 16  # whose plans are kept
 _MOST = 400  # panels of a plan: 6 to 8 kB each, and those of the first generation besides
@@ -187,7 +183,7 @@ _SHARE, _AREA, _ALONG = 0, 1, slice(2, 4)
 
 @dataclass(frozen=True)
 class Layout:
-    """Panels, or smooth pieces of them, as an ellipsoid has them.
+    """The nodes of panels, or of smooth pieces of them, on an ellipsoid, whatever the map.
 
     `grids` (k, n, p, p) are the chart coordinates u, v, longitudes and latitudes in degrees, m^2 in the unit square of
     the nodes, m^2 by node, and d(east, north) / d(r, s) in metres, of which the mixed ones are left out where they
@@ -197,9 +193,6 @@ class Layout:
     patch: IntArray
     grids: FloatArray
     numbers: FloatArray
-
-    def __len__(self) -> int:
-        return len(self.patch)
 
     u = property(lambda self: self.grids[_U])
     v = property(lambda self: self.grids[_V])
@@ -221,7 +214,7 @@ class Layout:
         return sides
 
     def jacobian(self, f_r: FloatArray, f_s: FloatArray) -> FloatArray:
-        """J (n, p, p, 2, 2) of derivatives (2, n, p, p) of x and y along the node axes."""
+        """J (n, p, p, 2, 2) from the derivatives (2, n, p, p) of x and y along r and s."""
         east_r, north_s = self.grids[_EAST_R], self.grids[_NORTH_S]
         J = np.empty((*self.lon.shape, 2, 2))
         by_east, by_north = J[..., 0], J[..., 1]
@@ -244,14 +237,13 @@ def lay(
     patch: IntArray,
     u: FloatArray,
     v: FloatArray,
-    partials: tuple[Partial, Partial, Partial, Partial],
+    partials: Partials,
     rule: FloatArray,
     whole: BoolArray,
 ) -> Layout:
     """The layout of pieces with chart coordinates u, v at their nodes (n, p, p).
 
-    `partials` are du/dr, du/ds, dv/dr, dv/ds, with r and s in [-1, 1] along the two node axes; `rule` holds the
-    nodes' weights on that square, which are Gauss's where a piece is `whole`.
+    `rule` holds the nodes' weights on the square of r and s; a `whole` piece has Gauss's.
     """
     points = region.chart(patch[:, None, None], u, v)
     meridian, vertical = ellipsoid.radii(points.lat)
@@ -283,21 +275,19 @@ def lay(
 
 @dataclass(frozen=True)
 class First:
-    """The first panels of a region, and all points at which a map of them is evaluated: nodes, then side points."""
+    """The first panels of a region, and the points at which a map of them is evaluated: nodes, then points on sides.
+
+    The latter are (n, 2, 2, 3), just within the low and the high side, on lines along u and along v.
+    """
 
     clips: Clips
     layout: Layout
     lon: FloatArray
     lat: FloatArray
 
-    def parts(self, xy: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Of x and y (2, m) those at the nodes (2, n, p, p), and those at `side_points` (2, n, 2, 2, k)."""
-        shape, count = self.layout.lon.shape, self.layout.lon.size
-        return xy[:, :count].reshape(2, *shape), xy[:, count:].reshape(2, shape[0], 2, 2, -1)
-
 
 class Plan:
-    """The layouts of a region's panels on an ellipsoid: laid when they are asked for, and kept."""
+    """The layouts of a region's panels on an ellipsoid, each kept once it has been asked for."""
 
     def __init__(self, region: Region, ellipsoid: Ellipsoid) -> None:
         self.region, self.ellipsoid = region, ellipsoid
@@ -309,19 +299,14 @@ class Plan:
         if breaks not in self._first:
             if len(self._first) == _WAYS:
                 self._first.pop(next(iter(self._first)))
-            self._first[breaks] = self._started(breaks)
+            patch, rectangles = self.region.panels(breaks)
+            clips = self.region.clip(patch, rectangles)
+            layout = self._laid(patch[clips.kept], clips)
+            beside = _on_lines(self.region, layout.patch, clips.rectangles, _SIDES)
+            pairs = zip((layout.lon, layout.lat), beside, strict=True)
+            lon, lat = (np.concatenate([at_nodes.ravel(), at_sides.ravel()]) for at_nodes, at_sides in pairs)
+            self._first[breaks] = First(clips, layout, lon, lat)
         return self._first[breaks]
-
-    def _started(self, breaks: Discontinuities) -> First:
-        patch, rectangles = self.region.panels(breaks)
-        clips = self.region.clip(patch, rectangles)
-        layout = self._laid(patch[clips.kept], clips)
-        beside = side_points(self.region, layout.patch, clips.rectangles)
-        lon, lat = (
-            np.concatenate([at_nodes.ravel(), at_sides.ravel()])
-            for at_nodes, at_sides in zip((layout.lon, layout.lat), beside, strict=True)
-        )
-        return First(clips, layout, lon, lat)
 
     def layout(self, patch: IntArray, clips: Clips) -> Layout:
         """The layout of clipped panels of patches (n,)."""
@@ -353,7 +338,7 @@ class Plan:
 
 @functools.lru_cache(maxsize=_REGIONS)  # compared maps, and those of an optimisation, have a region in common
 def plan_of(region: Region, ellipsoid: Ellipsoid) -> Plan:
-    """The plan of a region."""
+    """The plan of a region, one of the last sixteen."""
     return Plan(region, ellipsoid)
 
 
@@ -370,10 +355,10 @@ _SLOPE = 1.0  # their slopes reach 45 at the ends, but most of it integrates to 
 
 
 @dataclass(kw_only=True)
-class Pieces:
-    """Smooth pieces of panels: the whole of a panel, or what lies on one side of a cut.
+class Pieces(Rows):
+    """Smooth pieces of panels: whole panels, or what lies on one side of a cut.
 
-    All arrays have the pieces on the first axis, and the nodes, where there are any, on the next two.
+    The first axis of each array is that of the pieces; those with values at nodes have two more, of the nodes.
     """
 
     panel: IntArray
@@ -388,50 +373,28 @@ class Pieces:
     weight: FloatArray  # m^2; of either sign in panels that the region's edge crosses
     share: FloatArray  # (n,), of the piece that is in the region; 1 for the whole of it
     unresolved: FloatArray  # last Legendre coefficients of x and y, in semi-major axes: rounding, or a seam
-    doubt: FloatArray  # (n, 2): by how much, along u and v, they may have changed the logarithms of the scales
-
-    def take(self, keep: BoolArray) -> Pieces:
-        """The pieces of a mask."""
-        if keep.all():
-            return self
-        return Pieces(**{field.name: getattr(self, field.name)[keep] for field in fields(self)})
-
-    @staticmethod
-    def joined(parts: Sequence[Pieces]) -> Pieces:
-        """Several batches as one."""
-        if len(parts) == 1:
-            return parts[0]
-        names = [field.name for field in fields(Pieces)]
-        return Pieces(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+    doubt: FloatArray  # (n, 2): by how much, along u and v, these may have changed the logarithms of the scales
 
 
-def sample_pieces(
-    projection: Projection,
-    region: Region,
-    panel: IntArray,
-    patch: IntArray,
-    u: FloatArray,
-    v: FloatArray,
-    partials: tuple[Partial, Partial, Partial, Partial],
-    rule: FloatArray,
-    whole: BoolArray,
-    *,
-    curved: bool,
+def pieces_of(
+    projection: Projection, panel: IntArray, layout: Layout, xy: FloatArray | None = None, *, curved: bool
 ) -> Pieces:
-    """The pieces that `lay` lays; those that are `curved` have sides, for second derivatives."""
-    layout = lay(region, projection.ellipsoid, patch, u, v, partials, rule, whole)
-    return pieces_of(panel, layout, np.stack(projection(layout.lon, layout.lat)), projection.ellipsoid, curved=curved)
+    """The pieces of a layout under a projection, whose x and y (2, n, p, p) may be known.
 
-
-def pieces_of(panel: IntArray, layout: Layout, xy: FloatArray, ellipsoid: Ellipsoid, *, curved: bool) -> Pieces:
-    """Pieces of a layout, with x and y (2, n, p, p) there; those that are `curved` have sides."""
+    `curved` ones have `sides`, which second derivatives need.
+    """
+    ellipsoid = projection.ellipsoid
+    xy = np.stack(projection(layout.lon, layout.lat)) if xy is None else xy
     # Less a constant, there is less to round, and nothing where PROJ snaps to a pole line.
     moved = xy - xy[..., :1, :1]
     shape = moved.shape
     along_s = (moved.reshape(-1, ORDER) @ _FROM_RIGHT).reshape(*shape[:-1], -1)
     along_r = _FROM_LEFT @ moved
     J = layout.jacobian(along_r[..., :ORDER, :], along_s[..., :ORDER])
-    pairs = _pairs(np.abs(along_r[..., ORDER:, :]).max(axis=(0, 3)), np.abs(along_s[..., ORDER:]).max(axis=(0, 2)))
+    last = np.stack(
+        [np.abs(along_r[..., ORDER:, :]).max(axis=(0, 3)), np.abs(along_s[..., ORDER:]).max(axis=(0, 2))], axis=1
+    )
+    pairs = np.maximum(last[..., ::2], last[..., 1::2])
     left, decay = pairs[..., -1], _decay(pairs)
     # Rounding of x and y is white, and the integrand's own coefficients see it.
     size = np.abs(xy).reshape(2, shape[1], -1).max(axis=(0, 2))
@@ -451,7 +414,7 @@ def pieces_of(panel: IntArray, layout: Layout, xy: FloatArray, ellipsoid: Ellips
         lon=layout.lon,
         lat=layout.lat,
         jacobian=J,
-        sides=layout.sides if curved else np.empty((len(layout), 0)),
+        sides=layout.sides if curved else np.empty((len(layout.patch), 0)),
         density=layout.density,
         weight=layout.weight,
         share=layout.share,
@@ -482,9 +445,9 @@ def second_derivatives(pieces: Pieces, ellipsoid: Ellipsoid) -> FloatArray:
 
 
 def blurred(pieces: Pieces, index: IntArray, ellipsoid: Ellipsoid) -> BoolArray:
-    """Whether J, in the pieces of an index, varies so little smoothly that its derivatives are none.
+    """True for the pieces of an index in which J is not smooth enough for derivatives of it.
 
-    They count where they would make a difference to flexion and skewness.
+    Roughness counts where it would make a difference to flexion and skewness.
     """
     J = np.moveaxis(pieces.jacobian[index], (-2, -1), (1, 2))
     along = np.stack([np.abs(LEGENDRE @ J).max(axis=(1, 2, 4)), np.abs(J @ LEGENDRE.T).max(axis=(1, 2, 3))], axis=1)
@@ -500,16 +463,8 @@ def _along(axis: int, f: FloatArray) -> FloatArray:
     return DIFFERENTIATE @ f if axis == 0 else f @ DIFFERENTIATE.T
 
 
-def _pairs(along_r: FloatArray, along_s: FloatArray) -> FloatArray:
-    """The larger of each two of the last six coefficients along either axis, (n, 6) each: (n, 2, 3)."""
-    pairs = np.empty((len(along_r), 2, 3))
-    np.maximum(along_r[:, ::2], along_r[:, 1::2], out=pairs[:, 0])
-    np.maximum(along_s[:, ::2], along_s[:, 1::2], out=pairs[:, 1])
-    return pairs
-
-
 def _decay(pairs: FloatArray) -> FloatArray:
-    """By how much less the next pair of coefficients will be, from the last three; 1 where they do not fall."""
+    """Estimated ratio of the next pair of coefficients to the last, from the last three; 1 where they do not fall."""
     before, last = pairs[..., :-1], pairs[..., 1:]
     ratio = np.divide(last, before, out=np.zeros_like(last), where=before > 0).max(axis=-1)
     return np.where(ratio < _FALLING, ratio, 1.0)
@@ -518,10 +473,10 @@ def _decay(pairs: FloatArray) -> FloatArray:
 def tails(values: FloatArray, density: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Sizes (..., 2) of the integrands' last Legendre coefficients along the two node axes, and the integrals' errors.
 
-    The rule is exact for twice as many coefficients as there are nodes, so that those seen are far larger than those
-    that do the harm: where the last pairs fall, they count as much as the next but one would (Berntsen &
-    Espelid 1991, ACM TOMS 17:233; there the next but three or more). In a piece of which only a share is in the
-    region, the integral is that of the polynomial through the nodes, whose error is as large as the next pair.
+    Gauss's rule is exact for twice as many coefficients as there are nodes. So where the last pairs fall, the error is
+    taken to be as large as the next pair but one (Berntsen & Espelid 1991, ACM TOMS 17:233, take the next but three or
+    more). In a piece of which only a share is in the region, the integral is that of the polynomial through the nodes,
+    and its error is as large as the next pair.
     """
     c = LEGENDRE @ (values * density) @ LEGENDRE.T
     square = c * c

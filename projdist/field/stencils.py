@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,44 +32,83 @@ _FORWARD = np.array(
 _FORWARD_OFFSETS = np.arange(1.0, 7.0)
 _FORWARD_STEPS = (1.5e-3, 1.5e-4, 1.5e-5)
 _AT_ONCE = 4096  # points whose arrays have some megabytes
-_TOGETHER = 400  # points, each with a step, that are worked on together: as few points cost what their calls do
+_TOGETHER = 400  # points, each with a step, in one call: few points cost as much as a call does
 
 
 @dataclass(frozen=True)
-class Settled:
-    """Jacobians (n, 2, 2), their relative errors (infinite: none found), and which are one-sided."""
+class Refined:
+    """Jacobians (n, 2, 2), their relative errors (infinite if there is none), and which are one-sided."""
 
     jacobian: FloatArray
     error: FloatArray
     one_sided: BoolArray
 
 
-def settle(points: StencilPoints, centre: FloatArray) -> Settled:
+def refine(points: StencilPoints, centre: FloatArray) -> Refined:
     """Jacobians at hard points, where the projection has the values `centre` (2, n)."""
     n = points.lon.size
-    best = Settled(np.full((n, 2, 2), np.nan), np.full(n, np.inf), np.zeros(n, dtype=bool))
-    _improve(best, np.arange(n), _central_levels(points, centre, _CENTRAL_STEPS))
+    best = Refined(np.full((n, 2, 2), np.nan), np.full(n, np.inf), np.zeros(n, dtype=bool))
+    _improve(best, np.arange(n), points, centre, _CENTRAL_STEPS)
     # Where central stencils lose digits to a seam near by, a one-sided one may keep them.
     poor = np.flatnonzero(~(best.error <= 10 * TARGET))
-    if poor.size:
-        _improve(best, poor, _one_sided_levels(points.take(poor), centre[:, poor]), one_sided=True)
+    _improve(best, poor, points, centre, _FORWARD_STEPS, one_sided=True)
     # Where neither does, a singularity may be nearer than the first steps were.
     lost = np.flatnonzero(~(best.error <= _ROUGH) & ~points.tangent)
-    if lost.size:
-        _improve(best, lost, _central_levels(points.take(lost), centre[:, lost], _CENTRAL_STEPS[4:], patient=True))
-    # A pole that is drawn as a line is no point of the tangent plane like others.
+    _improve(best, lost, points, centre, _CENTRAL_STEPS[4:], patient=True)
+    # A pole that is drawn as a line is no point of the tangent plane like others: lines follow the graticule there.
     lined = np.flatnonzero(~(best.error <= 10 * TARGET) & points.tangent & (np.abs(points.lat) < _LINE_LATITUDE))
-    if lined.size:
-        _improve(best, lined, _central_levels(points.take(lined).graticule(), centre[:, lined], _CENTRAL_STEPS))
+    _improve(best, lined, replace(points, tangent=np.zeros_like(points.tangent)), centre, _CENTRAL_STEPS)
     return best
 
 
-def _improve(best: Settled, index: IntArray, levels: Iterator[_Level], *, one_sided: bool = False) -> None:
-    """Take over the Jacobians that are better; one-sided ones by a factor of ten."""
-    found = _best_of(levels, index.size)
-    better = found[1] < (0.1 if one_sided else 1.0) * best.error[index]
+def _improve(
+    best: Refined,
+    index: IntArray,
+    points: StencilPoints,
+    centre: FloatArray,
+    steps: tuple[float, ...],
+    *,
+    patient: bool = False,
+    one_sided: bool = False,
+) -> None:
+    """Take over better Jacobians of ever smaller steps at the points of an index; one-sided ones if ten times better.
+
+    They are sixth-order differences: central ones, or the best one-sided ones of the four quadrants. Points where a
+    smaller central step does not help are given up, unless `patient`: near a smooth singularity the error falls by 4^6,
+    beside a seam it does not. All further steps of few points are computed together.
+    """
+    if not index.size:
+        return
+    points, centre = points.take(index), centre[:, index]
+    J, error, noise = np.full((index.size, 2, 2), np.nan), np.full(index.size, np.inf), np.zeros(index.size)
+    left, count = np.arange(index.size), 0
+    previous = np.full(index.size, np.inf)
+    while left.size and count < len(steps):
+        n, number = left.size, max(1, min(count, _TOGETHER // left.size))
+        some = np.array(steps[count : count + number])
+        each = np.tile(left, some.size)
+        found = _in_parts(_one_sided if one_sided else _central, points.take(each), centre[:, each], np.repeat(some, n))
+        at = np.arange(n)
+        for level in range(some.size):
+            count += 1
+            own = left[at]
+            new_J, new, new_noise = (part[level * n + at] for part in found)
+            better = new < error[own]
+            J[own[better]], error[own[better]], noise[own[better]] = new_J[better], new[better], new_noise[better]
+            if one_sided:
+                on = ~(new <= 10 * TARGET)
+            else:
+                # Rounding sets in where a small error rises.
+                on = ~(new <= TARGET) & ~((new > 2.0 * previous) & (previous < _ROUGH))
+                if not patient and count > 3:
+                    on &= (new < 0.1 * previous) | points.tangent[own]
+            # An infinite error is no reason to hope: it counts as one that a second step must beat.
+            at, previous = at[on], np.minimum(new[on], 1.0)
+        left = left[at]
+    error = error + noise
+    better = error < (0.1 if one_sided else 1.0) * best.error[index]
     chosen = index[better]
-    best.jacobian[chosen], best.error[chosen], best.one_sided[chosen] = found[0][better], found[1][better], one_sided
+    best.jacobian[chosen], best.error[chosen], best.one_sided[chosen] = J[better], error[better], one_sided
 
 
 @dataclass(frozen=True)
@@ -83,28 +122,21 @@ class StencilPoints:
 
     @staticmethod
     def of(projection: Projection, lon: FloatArray, lat: FloatArray) -> StencilPoints:
-        """The points, with lines in the tangent plane where a pole is near."""
+        """The points, with lines in the tangent plane near the poles."""
         return StencilPoints(projection, lon, lat, np.asarray(np.abs(lat) > _TANGENT_LATITUDE))
 
     def take(self, index: IntArray | BoolArray) -> StencilPoints:
         """Some of the points."""
         return StencilPoints(self.projection, self.lon[index], self.lat[index], self.tangent[index])
 
-    def graticule(self) -> StencilPoints:
-        """The same points, with lines along the parallels and meridians however near a pole is."""
-        return StencilPoints(self.projection, self.lon, self.lat, np.zeros_like(self.tangent))
-
     def along(self, directions: Sequence[tuple[float, float]], steps: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """f at signed steps (m, n) or (m, 1) along k directions (east, north), and the distances in metres.
+        """f (2, k, m, n) at signed steps (m, n) or (m, 1) along k directions (east, north), and metres (k, m, n).
 
-        The shapes are (2, k, m, n) and (k, m, n). All in one call of the projection, which for a few points costs more
-        than the points.
-
-        Up to 89.99 degrees the lines are straight in longitude and latitude, so that those along
-        a parallel or a meridian do not cross the seams and kinks that lie on parallels and
-        meridians. Nearer the poles they are straight in the tangent plane, where a pole is a
-        point like others. Both have the unit velocity of their direction at the point itself. A step is
-        1 equatorial radius up to 87 degrees, and shrinks with the distance to the pole beyond.
+        The projection is called once, because for few points the call costs more than the points. Up to 89.99 degrees
+        the lines are straight in longitude and latitude, so that those along a parallel or a meridian do not cross the
+        seams and kinks that lie on parallels and meridians. Nearer the poles they are straight in the tangent plane,
+        where a pole is a point like others. Either has the unit velocity of its direction at the point itself. A step
+        of 1 is an equatorial radius up to 87 degrees, and shrinks with the distance to the pole beyond.
         """
         ellipsoid, polar = self.projection.ellipsoid, self.tangent
         cos = np.cos(np.radians(self.lat))
@@ -134,8 +166,8 @@ def drop(
 ) -> tuple[FloatArray, FloatArray]:
     """Geographic coordinates of points of the tangent planes at (lon, lat), dropped to the ellipsoid.
 
-    `east` and `north` are in units of the semi-major axis. The drop is along the normal at the
-    tangent point, which makes straight lines of the plane geodesics to second order.
+    `east` and `north` are in units of the semi-major axis. The drop is along the normal at the tangent point, so that
+    straight lines of the plane become geodesics to second order.
     """
     # In the frame of the point's own meridian the tangent plane at latitude phi has axes
     # east (0, 1, 0) and north (-sin, 0, cos), and the normal is (cos, 0, sin).
@@ -165,77 +197,8 @@ _RAYS = tuple(dict.fromkeys(ray for rays in zip(*_RAYS_OF, strict=True) for ray 
 _PLACES = np.array([[_RAYS.index(ray) for ray in rays] for rays in _RAYS_OF])  # (3, 4), of the quadrants' lines
 
 
-_Level = tuple[IntArray, FloatArray, FloatArray, FloatArray]
-"""Index of the points, J, its relative error, and the noise of f in it that no step avoids."""
-
-
-def _best_of(levels: Iterator[_Level], n: int) -> tuple[FloatArray, FloatArray]:
-    """The Jacobians of least error among levels; a level is computed only when it is asked for."""
-    best_J = np.full((n, 2, 2), np.nan)
-    best_error, best_noise = np.full(n, np.inf), np.zeros(n)
-    for index, J, error, noise in levels:
-        better = error < best_error[index]
-        chosen = index[better]
-        best_J[chosen], best_error[chosen], best_noise[chosen] = J[better], error[better], noise[better]
-    return best_J, best_error + best_noise
-
-
-def _central_levels(
-    points: StencilPoints, centre: FloatArray, steps: tuple[float, ...], *, patient: bool = False
-) -> Iterator[_Level]:
-    """Sixth-order central differences with ever smaller steps, for the points not yet settled.
-
-    Points where a smaller step does not help are given up, unless `patient`: near a smooth
-    singularity the error falls by 4^6, beside a seam it does not.
-    """
-
-    def goes_on(index: IntArray, count: int, error: FloatArray, previous: FloatArray) -> BoolArray:
-        # Rounding sets in where a small error rises.
-        on = ~(error <= TARGET) & ~((error > 2.0 * previous) & (previous < _ROUGH))
-        if not patient and count > 3:
-            on &= (error < 0.1 * previous) | points.tangent[index]
-        return np.asarray(on)
-
-    return _levels(_central, points, centre, steps, goes_on)
-
-
-def _one_sided_levels(points: StencilPoints, centre: FloatArray) -> Iterator[_Level]:
-    """Sixth-order one-sided differences, the best of the four quadrants, for the points not yet settled."""
-
-    def goes_on(index: IntArray, count: int, error: FloatArray, previous: FloatArray) -> BoolArray:
-        return np.asarray(~(error <= 10 * TARGET))
-
-    return _levels(_one_sided, points, centre, _FORWARD_STEPS, goes_on)
-
-
 _Found = tuple[FloatArray, FloatArray, FloatArray]
 """J (n, 2, 2), its relative error (n,), and the noise of f in it."""
-
-
-def _levels(
-    differences: Callable[[StencilPoints, FloatArray, FloatArray], _Found],
-    points: StencilPoints,
-    centre: FloatArray,
-    steps: tuple[float, ...],
-    goes_on: Callable[[IntArray, int, FloatArray, FloatArray], BoolArray],
-) -> Iterator[_Level]:
-    """What differences give step by step, at those points that go on; all further steps of few points together."""
-    index, count = np.arange(points.lon.size), 0
-    previous = np.full(index.size, np.inf)
-    while index.size and count < len(steps):
-        n, number = index.size, max(1, min(count, _TOGETHER // index.size))
-        some = np.array(steps[count : count + number])
-        each = np.tile(index, some.size)
-        found = _in_parts(differences, points.take(each), centre[:, each], np.repeat(some, n))
-        at = np.arange(n)
-        for level in range(some.size):
-            count += 1
-            J, error, noise = (part[level * n + at] for part in found)
-            yield index[at], J, error, noise
-            on = goes_on(index[at], count, error, previous)
-            # An infinite error is no reason to hope: it counts as one that a second step must beat.
-            at, previous = at[on], np.minimum(error[on], 1.0)
-        index = index[at]
 
 
 def _in_parts(
@@ -244,9 +207,9 @@ def _in_parts(
     centre: FloatArray,
     steps: FloatArray,
 ) -> _Found:
-    """Differences of some thousand points at a time: one-sided ones have a hundred numbers a point at once.
+    """Differences of some thousand points at a time, because one-sided ones need a hundred numbers a point.
 
-    Functions are asked for all, as what they answer may hang on what else they are asked.
+    Functions are called for all points at once, because their answers may depend on the other points.
     """
     if not points.projection.answers_everywhere:
         return differences(points, centre, steps)
@@ -295,9 +258,9 @@ def _one_sided(points: StencilPoints, centre: FloatArray, steps: FloatArray) -> 
 
 
 def fourth_order(values: FloatArray, metre: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """First derivatives (n,) of values (4, n) at h, -h, 2 h and -2 h, one over h being `metre`; and what that corrects.
+    """First derivatives (n,) of values (4, n) at h, -h, 2 h and -2 h, where `metre` is 1 / h, and their correction.
 
-    Fourth order is second order at h plus a third of its change from 2 h to h.
+    The correction is what fourth order adds to second order: a third of its change from 2 h to h.
     """
     ahead, behind, far_ahead, far_behind = values
     near = ahead - behind
@@ -306,19 +269,18 @@ def fourth_order(values: FloatArray, metre: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _white(fourth: FloatArray, sixth: FloatArray) -> FloatArray:
-    """The sixth difference where it is white noise: on smooth maps it is well below the fourth, in noise above it.
+    """The sixth difference where it is white noise, else 0: on smooth maps it is well below the fourth difference.
 
-    Noise is told, but does not choose the step: a smaller one is no better.
+    Noise counts as an error, but not in the choice of the step: a smaller one is no better.
     """
     fourth, sixth = np.max(np.abs(fourth), axis=0), np.max(np.abs(sixth), axis=0)
     return np.where(sixth > 0.3 * fourth, sixth, 0.0)
 
 
 def _slopes(f: FloatArray, t: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Derivatives (o, 2, k, n) along k lines by stencils of o orders, and the metres of the last one, (k, n).
+    """Derivatives (o, 2, k, n) along k lines by stencils of o orders, and the metres (k, n) of the last stencil.
 
-    `f` (2, k, m, n) are samples at distances `t` (k, m, n). The derivative is the stencil of f over the same stencil of
-    the distance.
+    They are the stencil of f (2, k, m, n) divided by that of the distances `t` (k, m, n) at which f is sampled.
     """
     metres = weights @ t
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -328,10 +290,7 @@ def _slopes(f: FloatArray, t: FloatArray, weights: FloatArray) -> tuple[FloatArr
 def _jacobian_of(
     slopes: FloatArray, metres: FloatArray, weights: FloatArray, centre: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """J (2, 2, ..., n) and its relative error (..., n), from slopes (o, 2, 3, ..., n) as `_slopes` has them.
-
-    The lines go east, north and along their diagonal.
-    """
+    """J (2, 2, ..., n) and its relative error (..., n), from slopes (o, 2, 3, ..., n) to east, north and between."""
     low, high = slopes[-2:]
     J = high[:, :2]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -350,7 +309,7 @@ def _jacobian_of(
 
 
 def is_torn(points: StencilPoints, centre: FloatArray) -> BoolArray:
-    """Whether f jumps within 1e-7 radii of the point (against a change in proportion to the distance)."""
+    """True if f jumps within 1e-7 radii of the point, instead of changing in proportion to the distance."""
     jumps = []
     for distance in (1e-5, 1e-7):
         f, _ = points.along((EAST, NORTH), distance * np.array([[1.0], [-1.0]]))
@@ -381,15 +340,15 @@ def hessian(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> Float
     Returns
     -------
     ndarray (..., 2, 2, 2)
-        H[..., i, j, k], i of x and y, j and k of east and north, per radian of the semi-major axis. That is Goldberg
-        and Gott's unit, in which flexion and skewness want them; over the axis in metres it is 1/m.
+        H[..., i, j, k], with i for x and y, j and k for east and north, per radian of the semi-major axis. That is
+        Goldberg and Gott's unit for flexion and skewness; divided by the axis in metres it is 1/m.
 
     Raises
     ------
     ProjectionError
         For what is no projection.
     ValueError
-        For points that are no numbers, or of shapes that do not broadcast.
+        For points that are no numbers, or whose shapes do not broadcast.
 
     References
     ----------

@@ -21,11 +21,11 @@ _JUMP = 1e-3  # of the link's length
 
 @dataclass(frozen=True)
 class Links:
-    """What is between pairs of neighbouring points.
+    """What a map does between n pairs of neighbouring points.
 
-    `torn` where the map jumps, or where it is not drawn at one end or both. `bent` where the
-    midpoint is off the middle of the image, yet nothing is torn. `start` and `stop` are (n, 4):
-    u, v, x, y of the seam's images on the side of either end; NaN where there is none.
+    A link is `torn` where the map jumps, or is not drawn at one end or both, and `bent` where it is not torn but the
+    image of its midpoint is off the middle. `start` and `stop` (n, 4) are u, v, x, y on either side of the seam, beside
+    the link's start and its stop; NaN if there is no seam.
     """
 
     torn: BoolArray
@@ -35,7 +35,7 @@ class Links:
 
 
 def evaluate(function: Map, u: FloatArray, v: FloatArray) -> FloatArray:
-    """Points u, v and their images, shape (n, 4)."""
+    """Points u, v and their images x, y: (n, 4)."""
     x, y = function(u, v)
     return np.stack([u, v, x, y], axis=-1)
 
@@ -51,9 +51,8 @@ def find_tears(
 ) -> Links:
     """The tears between evaluated points `start` and `stop`, both (n, 4), on an Earth of `radius` metres.
 
-    Where a link has several tears, up to `most`, the images are those nearest to its ends. Links that are bent are
-    looked into, and jumps of a thousandth of their length count; with `smallest`, all links, and jumps of so many
-    metres.
+    Of several tears in a link, up to `most`, those nearest to its ends are given. Only bent links are examined, in
+    which jumps of a thousandth of their length count; with `smallest` all links are, and jumps of as many metres count.
     """
     valid = drawn(start), drawn(stop)
     middle = _middle(function, start, stop)
@@ -79,23 +78,17 @@ def find_tears(
         gap = look[valid[0][look] & valid[1][look] & ~drawn(high)]
         if gap.size:
             images[1][gap] = _halve(function, high[np.searchsorted(look, gap)], stop[gap])[1]
-        _take_nearest(function, start, images[0], radius, most, smallest)
-        _take_nearest(function, stop, images[1], radius, most, smallest)
+        # Images beyond another tear, seen from the end of the link, are replaced by those of that tear.
+        for ends, image in zip((start, stop), images, strict=True):
+            found = np.flatnonzero(drawn(image) & drawn(ends))
+            if most > 1 and found.size:
+                between = find_tears(function, ends[found], image[found], radius, most=most - 1, smallest=smallest)
+                image[found[between.torn]] = between.start[between.torn]
     return Links(torn, bent & ~torn, *images)
 
 
-def _take_nearest(
-    function: Map, ends: FloatArray, images: FloatArray, radius: float, most: int, smallest: float | None
-) -> None:
-    """Replace images that are beyond another tear, seen from the end of the link, by those of that tear."""
-    found = np.flatnonzero(drawn(images) & drawn(ends))
-    if most > 1 and found.size:
-        between = find_tears(function, ends[found], images[found], radius, most=most - 1, smallest=smallest)
-        images[found[between.torn]] = between.start[between.torn]
-
-
 def drawn(points: FloatArray) -> BoolArray:
-    """Whether evaluated points have an image."""
+    """True for evaluated points that have an image."""
     return np.asarray(np.isfinite(points[..., 2]))
 
 
@@ -108,7 +101,7 @@ def _distance(start: FloatArray, stop: FloatArray) -> FloatArray:
 
 
 def _halve(function: Map, start: FloatArray, stop: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The two sides of the greatest jump, or of the first change between drawn and not drawn."""
+    """The two sides of the largest jump, or of the first change between drawn and not drawn."""
     low, high = start.copy(), stop.copy()
     for _ in range(_HALVINGS):
         middle = _middle(function, low, high)
@@ -131,9 +124,9 @@ _ONE_CUT = 1.25 * np.pi  # radii: half of the next longer one, a meridian, and a
 
 
 def is_interrupted(projection: Projection, region: Region) -> bool:
-    """Whether a map is cut within a region where it need not be.
+    """True if a map is cut within a region where it need not be.
 
-    A region that goes round the globe may be cut by a map whose cuts of the globe are no longer than a meridian from
+    In a region that goes round the globe a map may have cuts, unless they are longer on the globe than a meridian from
     pole to pole.
     """
     if cut_length(projection, region) == 0.0:
@@ -143,10 +136,10 @@ def is_interrupted(projection: Projection, region: Region) -> bool:
 
 
 def cut_length(projection: Projection, region: Place) -> float:
-    """Kilometres of cuts within a region, to a cell of some sixty along it; none between points.
+    """Kilometres of cuts within a region, to a sixtieth of its extent; 0 for a set of points.
 
-    Links of a grid that are torn are counted, each for the width of its row or column. Gaps of less than a tenth of a
-    cell do not count, and where the map ends is no cut.
+    Each torn link of a grid counts for the width of its row or column. Gaps narrower than a tenth of a cell do not
+    count, and the end of the map is no cut.
     """
     if not region.area_km2:
         return 0.0
@@ -165,12 +158,16 @@ def cut_length(projection: Projection, region: Place) -> float:
     inner = nodes[:, :-1] if round_the_earth else nodes[:, 1:-1]
     across = np.isfinite(_tears(projection, region, nodes[1:-1, :-1], nodes[1:-1, 1:]))
     along = np.nan_to_num(np.cos(np.radians(_tears(projection, region, inner[:-1], inner[1:]))))
-    lengths = [_blocks(one, rows + 1, columns + 1) for one in (high * across, wide * along)]
+    lengths = []
+    for one in (high * across, wide * along):
+        padded = np.zeros([_BLOCK * -(-size // _BLOCK) for size in (rows + 1, columns + 1)])
+        padded[: one.shape[0], : one.shape[1]] = one
+        lengths.append(padded.reshape(padded.shape[0] // _BLOCK, _BLOCK, -1, _BLOCK).sum(axis=(1, 3)))
     return float(np.radians(np.hypot(*lengths).sum()) * _radius_km(projection))
 
 
 def _radius_km(projection: Projection) -> float:
-    """The mean radius of the body."""
+    """The mean radius of the celestial body."""
     return projection.ellipsoid.ground.mean_radius / 1000.0
 
 
@@ -182,10 +179,3 @@ def _tears(projection: Projection, region: Place, start: FloatArray, stop: Float
     latitudes = np.full(len(links.torn), np.nan)
     latitudes[torn] = np.where(region.contains(lon, lat), lat, np.nan)
     return latitudes.reshape(start.shape[:2])
-
-
-def _blocks(lengths: FloatArray, rows: int, columns: int) -> FloatArray:
-    """Sums over square blocks of an array that has at most so many rows and columns."""
-    padded = np.zeros([_BLOCK * -(-size // _BLOCK) for size in (rows, columns)])
-    padded[: lengths.shape[0], : lengths.shape[1]] = lengths
-    return padded.reshape(padded.shape[0] // _BLOCK, _BLOCK, -1, _BLOCK).sum(axis=(1, 3))

@@ -1,7 +1,7 @@
-"""Minima of functions of a few variables in a box: a lattice over all of it, then local descents from the best points.
+"""Minima of functions of a few variables in a box, by descents from the best points of a lattice; linear programmes.
 
-Nothing is random: the lattice is that of the generalised golden ratio, whose points
-are evenly spread in any number of dimensions.
+Nothing is random: the lattice is that of the generalised golden ratio, whose points are evenly spread in any number of
+dimensions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from projdist._typing import FloatArray
 
 Terms = Callable[[FloatArray], FloatArray]
 _STARTS = 4
-_APART = 0.15  # of the box: starts nearer to each other would descend to the same place
+_APART = 0.15  # of the box: starts that are closer would descend to the same place
 _STEP = 1e-5  # of the box, for central differences of terms that are good to 1e-12
 _REACH, _MOST_STEPS = 0.1, 40  # of a descent: first step in widths of the box, and number of steps
 _ROUNDING = 1e-9  # of a maximum
@@ -95,7 +95,7 @@ def descend(function: Terms, start: FloatArray, low: FloatArray, high: FloatArra
 def descend_lattice(value: Callable[[FloatArray], Any], start: FloatArray) -> tuple[FloatArray, Any]:
     """Integer place with the minimal value, and that value, by steps to the best neighbour.
 
-    Values need an order only: tuples compare criteria one after the other.
+    Values only need an order, so that tuples may compare several criteria.
     """
     place, least = start, value(start)
     offsets = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=start.size)))

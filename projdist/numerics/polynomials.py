@@ -66,20 +66,11 @@ class PlanePolynomials:
         recurrence: list[tuple[int, int, FloatArray, float]] = []
         for variable, parent in _steps(degree):
             k = len(recurrence) + 1
-            value = variables[variable] * values[parent]
             gradient = variables[variable] * gradients[parent]
             gradient[variable] += values[parent]
-            size = float(np.linalg.norm(value * root))
-            overlaps = np.zeros(k)
-            for _ in range(_TWICE):
-                part = (values[:k] * root) @ (value * root)
-                value = value - part @ values[:k]
-                overlaps += part
-            norm = float(np.linalg.norm(value * root))
-            if not norm > 1e-10 * size:
-                raise ValueError(f"{x.size} points do not tell polynomials of degree {degree} apart.")
+            values[k], overlaps, norm = _orthonormal(variables[variable] * values[parent], values[:k], root, degree)
             gradient -= np.tensordot(overlaps, gradients[:k], axes=1)
-            values[k], gradients[k] = value / norm, gradient / norm
+            gradients[k] = gradient / norm
             recurrence.append((variable, parent, overlaps, norm))
         return cls(degree, values.T, np.moveaxis(gradients, -1, 0), tuple(recurrence))
 
@@ -106,8 +97,28 @@ class PlanePolynomials:
         return np.tensordot(coefficients, basis, axes=1)
 
 
+def _orthonormal(value: Any, before: Any, root: FloatArray, degree: int) -> tuple[Any, Any, float]:
+    """A value (n,) made orthogonal to the rows before it and normed, with its overlaps and its norm before that.
+
+    `root` (n,) are the square roots of the points' weights. Raises ValueError if the points do not determine it.
+    """
+    size = float(np.linalg.norm(value * root))
+    overlaps = np.zeros(len(before), dtype=value.dtype)
+    for _ in range(_TWICE):
+        part = (before.conj() * root) @ (value * root)
+        value = value - part @ before
+        overlaps += part
+    norm = float(np.linalg.norm(value * root))
+    if not norm > 1e-10 * size:
+        raise ValueError(f"{value.size} points do not tell polynomials of degree {degree} apart.")
+    return value / norm, overlaps, norm
+
+
 def _steps(degree: int) -> list[tuple[int, int]]:
-    """Factors (variable, earlier polynomial) of each polynomial but the first: x times all of a degree, y its last."""
+    """The variable and the earlier polynomial whose product begins each polynomial but the first.
+
+    Those of a degree are x times all of the degree below, and y times the last of it.
+    """
     steps, first = [], 0
     for d in range(1, degree + 1):
         steps += [(0, first + k) for k in range(d)] + [(1, first + d - 1)]
@@ -130,17 +141,7 @@ class ComplexPolynomials:
         values[0] = 1.0
         recurrence = []
         for k in range(1, degree + 1):
-            value = z * values[k - 1]
-            size = float(np.linalg.norm(value * root))
-            overlaps = np.zeros(k, dtype=complex)
-            for _ in range(_TWICE):
-                part = (values[:k].conj() * root) @ (value * root)
-                value = value - part @ values[:k]
-                overlaps += part
-            norm = float(np.linalg.norm(value * root))
-            if not norm > 1e-10 * size:
-                raise ValueError(f"{z.size} points do not tell polynomials of degree {degree} apart.")
-            values[k] = value / norm
+            values[k], overlaps, norm = _orthonormal(z * values[k - 1], values[:k], root, degree)
             recurrence.append((overlaps, norm))
         return cls(values.T, tuple(recurrence))
 
@@ -170,7 +171,7 @@ _SETTLED = 1e-10  # relative to the largest residual
 
 @dataclass(frozen=True)
 class HarmonicFit:
-    """A fit by Re p: coefficients `powers` (degree + 1,) of z^k, and residuals `rest` (n,), values + Re p."""
+    """A fit of Re p: coefficients `powers` (degree + 1,) of z^k, and the residuals `rest` (n,), values + Re p."""
 
     powers: Any
     rest: FloatArray
@@ -179,11 +180,12 @@ class HarmonicFit:
 def fit_harmonic(z: Any, values: FloatArray, weights: FloatArray, degree: int, norm: float = 2.0) -> HarmonicFit:
     """The polynomial p that minimises the weighted sum of |values + Re p|^norm over points z (n,), |z| up to about 1.
 
-    Points of weight 0 count for an infinite norm only. Raises ValueError for a degree that the points do not resolve.
+    Points of weight 0 count for an infinite norm only. Raises ValueError if the points do not determine p.
     """
     counts = weights > 0.0
     basis = ComplexPolynomials.over(z[counts], weights[counts], degree)
-    columns = _real_columns(basis.at(z))
+    at = basis.at(z)
+    columns = np.hstack([at.real, at.imag[:, 1:]])  # they span Re p: a constant, then real and imaginary parts
     if np.isinf(norm):
         found = least_largest(columns, values)
     else:
@@ -191,11 +193,6 @@ def fit_harmonic(z: Any, values: FloatArray, weights: FloatArray, degree: int, n
     powers = basis.powers(found[: degree + 1] - 1j * np.append(0.0, found[degree + 1 :]))
     powers[0] = powers[0].real  # its imaginary part does not matter
     return HarmonicFit(powers, values + columns @ found)
-
-
-def _real_columns(values: Any) -> FloatArray:
-    """Columns (n, 2 degree + 1) that span Re p: a constant, then real and imaginary parts."""
-    return np.hstack([values.real, values.imag[:, 1:]])
 
 
 def _by_norm(columns: FloatArray, values: FloatArray, weights: FloatArray, norm: float) -> FloatArray:

@@ -10,9 +10,10 @@ from tables import each
 
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, WGS84
-from projdist.field.at_points import jacobian
+from projdist.field.at_points import jacobian, measure_at
 from projdist.field.cubature import sample_panels
-from projdist.field.extremes import Extreme, Goal, find_extremes, measure_at
+from projdist.field.extreme_bounds import Goal
+from projdist.field.extremes import Extreme, find_extremes
 from projdist.matrices.measures import get_measure
 from projdist.projections import Projection
 from projdist.regions import Box, get_region, region_for

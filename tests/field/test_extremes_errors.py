@@ -10,9 +10,10 @@ from tables import each
 
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
+from projdist.field import extreme_bounds as bounds
 from projdist.field import sample
-from projdist.field.extremes import bounds, measure_at
-from projdist.field.extremes.goals import Polynomials
+from projdist.field.at_points import measure_at
+from projdist.field.extreme_bounds import Polynomials
 from projdist.matrices.measures import get_measure
 from projdist.numerics.polynomials import NODES
 from projdist.projections import Projection

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from jacobians import ACCURACY, R
 
-from projdist.field.at_points import Quality, derivatives
-from projdist.field.interpolants import interpolant
+from projdist.field.at_points import Quality, derivatives, interpolant
 from projdist.projections import Projection
 
 BOUNDS = (-20.0, 30.0, 40.0, 70.0)

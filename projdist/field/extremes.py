@@ -1,31 +1,129 @@
-"""Whether values grow without bound: on the way to a singular point they gain no less in every step."""
+"""Largest and smallest values of measures over a region, where they are, and by how much they may be missed."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.field import extreme_bounds as bounds
+from projdist.field.at_points import derivatives
 from projdist.field.cubature import Samples
-from projdist.field.extremes.bounds import Border, climb_borders, climb_cells, crossing, near, reach
-from projdist.field.extremes.goals import (
-    BENT,
-    NOBODY,
-    Chosen,
-    Extreme,
-    Goal,
-    Polynomials,
-    State,
-    defined,
-    exact,
-    fields_at,
-    measured,
-    polynomials_of,
-)
+from projdist.field.extreme_bounds import Goal, Polynomials
+from projdist.field.panels import Rows
+from projdist.field.stencils import hessian
 from projdist.numerics import ORDER
 from projdist.projections import Projection
 from projdist.regions import Region
+
+
+class Extreme(NamedTuple):
+    """A largest or smallest value and its place; infinite if the measure grows without bound towards the place.
+
+    `error` is by how much the true extreme may lie beyond the value, rounding included; NaN for an infinite value.
+    """
+
+    value: float
+    lon: float
+    lat: float
+    error: float = math.nan
+
+
+@dataclass(frozen=True)
+class Chosen(Rows):
+    """Pieces, a goal's bounds there, and its errors."""
+
+    piece: IntArray
+    bound: FloatArray
+    error: FloatArray
+
+
+_NONE = Chosen(np.empty(0, dtype=int), np.empty(0), np.empty(0))
+
+
+class State:
+    """What is known in the search for one goal: a value that it reaches for certain, a bound, and the pieces left."""
+
+    def __init__(self, goal: Goal) -> None:
+        self.goal = goal
+        self.live = np.empty(0, dtype=int)  # pieces to be looked at
+        self.good, self.rough = [_NONE], [_NONE]  # pieces with and without polynomials that are good enough
+        self.known = -np.inf
+        self.known_at: tuple[float, float] | None = None
+        self.bound = -np.inf  # of all pieces that were looked at and left
+        self.exact = 0.0  # differences that are no more than rounding
+        self.places: list[tuple[float, float]] = []  # where the goal may be largest
+
+    def raise_bound(self, bounds: FloatArray) -> None:
+        """Take account of the bounds of pieces that are left."""
+        self.bound = max(self.bound, float(bounds.max(initial=-np.inf)))
+
+
+# ---- values at places ----------------------------------------------------------------------------
+
+
+_EXACT = 1e-10  # of the scales: a search resolves as much, which is above the rounding of derivatives
+BENT = 1e-7  # of the second derivatives
+_LEAST = 2e-12  # of J, as the differences leave it
+
+
+def _measured(projection: Projection, states: Sequence[State], found: Sequence[Extreme]) -> list[Extreme]:
+    """The largest value of each goal at its places, with its error, from derivatives at points; or its best node."""
+    places = [place for state in states for place in state.places]
+    bent = any(state.goal.measure.needs_hessian for state in states)
+    lon, lat = np.array(places).reshape(-1, 2).T
+    fields, errors = fields_at(projection, lon, lat, bent)
+    ends = np.cumsum([len(state.places) for state in states])
+    parts = zip(np.split(fields, ends[:-1]), np.split(errors, ends[:-1]), strict=True)
+    return [_measured_at(state, node, *part) for state, node, part in zip(states, found, parts, strict=True)]
+
+
+def fields_at(projection: Projection, lon: FloatArray, lat: FloatArray, bent: bool) -> tuple[FloatArray, FloatArray]:
+    """The entries of J, and of H if `bent`, at points, and their errors, both (n, k)."""
+    lon, lat = np.asarray(lon), np.asarray(lat)
+    found = derivatives(projection, lon, lat)
+    field = found.jacobian.reshape(-1, 4)
+    error = (_size(field) * np.maximum(found.error, _LEAST))[:, None] * np.ones(4)
+    if bent:
+        H = hessian(projection, lon, lat).reshape(-1, 8)
+        field, lost = np.concatenate([field, H], axis=1), BENT * np.maximum(np.abs(H).max(axis=1), _size(field))
+        error = np.concatenate([error, np.broadcast_to(lost[:, None], H.shape)], axis=1)
+    return field, error
+
+
+def _measured_at(state: State, node: Extreme, fields: FloatArray, errors: FloatArray) -> Extreme:
+    """The largest value at a goal's places, with its error; if undefined there, that of polynomials or nodes."""
+    values = state.goal.of(fields)
+    best, rounding = node, 0.0
+    if np.isfinite(values).any():
+        changes = state.goal.change(fields, errors)
+        certain = np.where(np.isfinite(changes) & np.isfinite(values), values - np.nan_to_num(changes), -np.inf)
+        top = int((certain if np.isfinite(certain).any() else values).argmax())
+        best, rounding = Extreme(float(values[top]), *state.places[top]), float(changes[top])
+    singular = state.known_at in state.places and values[state.places.index(state.known_at)] == -np.inf
+    if state.known_at is not None and singular and state.known > best.value:
+        best, rounding = Extreme(state.known, *state.known_at), 0.0
+    return best._replace(error=max(state.bound - best.value, 0.0) + rounding)
+
+
+def _size(field: FloatArray) -> FloatArray:
+    """The scale of J, from fields (..., k)."""
+    return np.sqrt(0.5 * (field[..., :4] ** 2).sum(axis=-1))
+
+
+def _exact(field: FloatArray) -> FloatArray:
+    """The errors of each entry of a field (k,) that a search resolves."""
+    error = np.full(field.shape, _EXACT * _size(field))
+    error[4:] = BENT * np.abs(field[4:]).max(initial=0.0)
+    return error
+
+
+# ---- measures without bound ----------------------------------------------------------------------
+
 
 _BROAD = 3e-3  # of the largest panel's area
 # Ever nearer to the maximum, in shares of the way to the middle of the nearest broad panel. Not nearer than
@@ -39,13 +137,13 @@ _GROWTH = 1e-3  # of the value, in a step
 _FEWEST = 3  # steps where it is defined
 
 
-def unbounded(
+def _unbounded(
     projection: Projection, samples: Samples, goals: Sequence[Goal], found: Sequence[Extreme]
 ) -> list[Extreme]:
-    """Values found for the goals, infinite where a goal grows without bound on the way to its place.
+    """Extremes found for the goals, infinite where a goal grows without bound on the way to its place.
 
-    The way is that from the middle of the nearest panel that is broad; in every step it grows no less, and beside a
-    pole the growth does not come to an end.
+    The way leads from the middle of the nearest broad panel. A goal without bound grows by no less in every step, and
+    beside a pole the growth does not come to an end.
     """
     doubtful = [k for k, one in enumerate(found) if np.isfinite(one.value) and not goals[k].bounded]
     result = list(found)
@@ -83,7 +181,7 @@ def unbounded(
 
 
 def _ends(values: FloatArray) -> BoolArray:
-    """Whether growth comes to an end: gains between values (n, m) become less two times in a row, and slow."""
+    """True if growth comes to an end: the gains between values (n, m) fall twice in a row, and clearly."""
     with np.errstate(invalid="ignore"):
         gains = np.diff(values)
         less, slow = gains[:, 1:] < gains[:, :-1], gains[:, 1:] < _SLOWING**0.5 * gains[:, :-1]
@@ -97,21 +195,21 @@ _NOISY = 1e-3  # errors of the scales
 _SURE = 4.0  # times an error: at a pole, where coefficients fall slowly, it was twice of what is estimated
 _SMALL = 0.01  # errors of polynomials, over what they leave open
 _NARROW = 1e-4  # of the region's width: of pieces that are narrower nothing is certain
-_GOOD = 30.0  # times what a search resolves: polynomials that are not sampled anew
-_ROUNDS = 5  # of sampling anew: then a piece is a thousandth of what it was
+_GOOD = 30.0  # times what a search resolves: better polynomials are not sampled again
+_ROUNDS = 5  # of sampling again: then a piece is a thousandth of what it was
 _STUCK = 0.5  # a quarter that keeps so much of an error has a kink, a singular point or rounding
 _BEYOND = 0.25  # of the span of values at nodes: by how much they may be passed between these, and at the sides
 _MOST_ROUGH, _FEW = 512, 64  # pieces that are taken point by point
 _SOME, _FEWER = [0, 3, 6, 9], [1, 8]  # of the nodes along either axis, if they are few or many
 _TURNS, _SHRINK = 10, 0.4
 _AROUND = np.stack(np.meshgrid(np.arange(-2.0, 3.0), np.arange(-2.0, 3.0)), axis=-1).reshape(-1, 2)
-_MOST = 64  # pieces of a goal that are sampled anew at once
+_MOST = 64  # pieces of a goal that are sampled again at once
 _ON_EDGES = 64  # points
 _CANDIDATES = 3  # places of a goal to measure at
 
 
 def find_extremes(projection: Projection | None, samples: Samples, goals: Sequence[Goal]) -> list[Extreme]:
-    """The value of each goal and its place, of points the largest; NaN where the measure is not defined anywhere."""
+    """The extreme of each goal; NaN if the measure is defined nowhere. Of a set of points it is the best point."""
     if projection is None or samples.charted is None:
         return [_signed(goal, _best_point(samples, goal)) for goal in goals]
     if not goals:
@@ -121,8 +219,8 @@ def find_extremes(projection: Projection | None, samples: Samples, goals: Sequen
 
 
 def _best_point(samples: Samples, goal: Goal) -> Extreme:
-    """The largest of a set of points; its error is that of the derivatives there."""
-    values = defined(goal.sign * goal.values)
+    """The best of a set of points; its error is that of the derivatives there."""
+    values = bounds.defined(goal.sign * goal.values)
     top = int(np.argmax(values))
     J = samples.jacobian.reshape(-1, 4)[top]
     H = [] if samples.hessian is None else samples.hessian.reshape(-1, 8)[top]
@@ -138,7 +236,7 @@ def _best_point(samples: Samples, goal: Goal) -> Extreme:
 
 
 def _signed(goal: Goal, found: Extreme) -> Extreme:
-    """The extreme of the measure itself, within half a turn of Greenwich."""
+    """The extreme of the measure itself, without the goal's sign, with a longitude from -180 to 180."""
     if found.value == -np.inf:
         return Extreme(np.nan, np.nan, np.nan)
     error = found.error if np.isfinite(found.value) else np.nan
@@ -146,13 +244,14 @@ def _signed(goal: Goal, found: Extreme) -> Extreme:
 
 
 class _Search:
-    """The search for the largest values of goals, which are those of the measures times the goals' signs."""
+    """Search for the largest values of goals, which are measures times the goals' signs."""
 
     def __init__(self, projection: Projection, region: Region, samples: Samples, goals: Sequence[Goal]) -> None:
         self.projection, self.region, self.samples = projection, region, samples
-        self.pieces = polynomials_of(samples)
-        self.parent = np.full(len(self.pieces), -1)
-        self.first_quarter: dict[int, int] = {}  # of pieces that were sampled anew
+        s = samples
+        self.pieces = bounds.polynomials_of(s.patch, s.u, s.v, s.jacobian, s.hessian, s.doubt, s.share < 1.0, s.density)
+        self.parent = np.full(len(s.patch), -1)
+        self.first_quarter: dict[int, int] = {}  # of pieces that were sampled again
         self.edges: dict[int, FloatArray] = {}  # in the boxes about pieces
         self.inside = np.ones(samples.lon.shape, dtype=bool)
         clipped = self.pieces.clipped
@@ -163,27 +262,29 @@ class _Search:
         """The largest value of each goal."""
         found = [self._at_nodes(state) for state in self.states]
         # Where samples show that there is no bound, a search would only climb towards the singularity.
-        found = unbounded(self.projection, self.samples, [state.goal for state in self.states], found)
+        found = _unbounded(self.projection, self.samples, [state.goal for state in self.states], found)
         on = [number for number, one in enumerate(found) if np.isfinite(one.value)]
         searched = [self.states[number] for number in on]
         for turn in range(_ROUNDS + 1):
             for state in searched:
                 self._sift(state, last=turn == _ROUNDS)
-            self._sample_anew(searched)
+            self._sample_again(searched)
         for state in searched:
             self._climb(state)
-        best = measured(self.projection, searched, [found[number] for number in on])
+        if not searched:
+            return found
+        best = _measured(self.projection, searched, [found[number] for number in on])
         for number, one in zip(on, best, strict=True):
             found[number] = one
-        return unbounded(self.projection, self.samples, [state.goal for state in self.states], found)
+        return _unbounded(self.projection, self.samples, [state.goal for state in self.states], found)
 
     # ---- sifting the pieces -------------------------------------------------------------
 
     def _at_nodes(self, state: State) -> Extreme:
-        """The best node; the pieces that may have more are to be looked at."""
+        """The best node; the pieces that may have more stay live."""
         goal, pieces = state.goal, self.pieces
-        n = len(pieces)
-        values = defined(goal.sign * goal.values)
+        n = len(pieces.patch)
+        values = bounds.defined(goal.sign * goal.values)
         within = np.where(self.inside, values, -np.inf)
         top = int(within.argmax())
         best = Extreme(*(float(each.flat[top]) for each in (within, self.samples.lon, self.samples.lat)))
@@ -205,7 +306,7 @@ class _Search:
             state.places = [state.known_at]
         best_piece = int(certain.argmax()) if trusted.any() else top // values[0].size
         field = fields[best_piece, within[best_piece].argmax()]
-        resolved = float(goal.change(field, exact(field)))
+        resolved = float(goal.change(field, _exact(field)))
         state.exact = resolved if np.isfinite(resolved) else 0.0
         high, low = values.max(axis=(1, 2)), np.where(values > -np.inf, values, np.inf).min(axis=(1, 2))
         error = np.where(high > -np.inf, error, 0.0)
@@ -217,7 +318,7 @@ class _Search:
         return best
 
     def _on_edges(self, goal: Goal) -> Extreme:
-        """The best of some points on the edges: of an archipelago whose islands lie between the nodes."""
+        """The best of some points on the edges, for an archipelago whose islands lie between the nodes."""
         edges = self.region.edges
         some = edges[:: max(1, len(edges) // _ON_EDGES)]
         lon, lat = some[:, 0], some[:, 1]
@@ -226,12 +327,15 @@ class _Search:
         return Extreme(float(values[top]), float(lon[top]), float(lat[top]))
 
     def _sift(self, state: State, *, last: bool) -> None:
-        """Look at pieces: leave those that hold nothing more; those with good polynomials, and with none, are kept."""
+        """Bound a goal on its live pieces, and leave those that hold nothing more.
+
+        Pieces with good polynomials, or with none that can be had, are kept for `_climb`; the others stay live.
+        """
         live = state.live = self._touched(state.live)
         if not live.size:
             return
         goal = state.goal
-        bound, top = reach(goal, self.pieces, live, self._contains)
+        bound, top = bounds.reach(goal, self.pieces, live, self._contains)
         error = goal.change(self.pieces.at(live, top.r[:, None], top.s[:, None])[:, 0], self.pieces.error[live])
         certain = np.where(self._trusted(live), top.value - _SURE * error, -np.inf)
         if certain.max() > state.known:
@@ -241,34 +345,30 @@ class _Search:
             state.known_at = state.places[0]
         good = error <= _GOOD * state.exact
         bound = np.minimum(bound + error, goal.limit)
-        bound[~good] = np.minimum(bound[~good], self._within_steps(goal, live[~good]))
+        bound[~good] = np.minimum(bound[~good], _within_steps(self._values(goal, live[~good])))
         kept = bound > state.known + state.exact
         state.raise_bound(bound[~kept])
         rest = np.flatnonzero(kept & ~good & ~self._stuck(live) & (not last))
         rest = rest[np.argsort(-bound[rest], kind="stable")][:_MOST]
         ends = kept.copy()
         ends[rest] = False
-        # Polynomials whose error is much less than what the bound by nodes leaves open: some lie beyond the region.
+        # Good enough are also errors much smaller than what the bound leaves open, as of pieces beyond the region.
         known = good | (self._trusted(live) & (error < _SMALL * (bound - state.known)))
         for pieces, chosen in ((state.good, ends & known), (state.rough, ends & ~known)):
             pieces.append(Chosen(live[chosen], bound[chosen], error[chosen]))
         state.live = live[rest]
-
-    def _within_steps(self, goal: Goal, piece: IntArray) -> FloatArray:
-        """`_within_steps` of the values at the nodes of pieces."""
-        return _within_steps(self._values(goal, piece))
 
     def _values(self, goal: Goal, piece: IntArray) -> FloatArray:
         """A goal at the nodes (n, p, p) of pieces."""
         return goal.of(np.moveaxis(self.pieces.field[piece], 1, -1))
 
     def _trusted(self, piece: IntArray) -> BoolArray:
-        """Whether polynomials can be trusted: neither PROJ's snapping to singular points nor noise does harm."""
+        """True if the polynomials of pieces can be trusted, despite noise and PROJ's snapping to singular points."""
         large = self.pieces.size[piece] > _NARROW * np.sqrt(self.samples.weight.sum())
         return np.asarray(large & (self._relative_errors(piece) < _NOISY))
 
     def _stuck(self, piece: IntArray) -> BoolArray:
-        """Whether pieces have errors that are no smaller than those of the pieces that they are quarters of."""
+        """True for quarters whose errors are hardly smaller than those of the whole piece."""
         before = self._relative_errors(self.parent[piece])
         with np.errstate(invalid="ignore"):
             return np.asarray((self.parent[piece] >= 0) & ~(self._relative_errors(piece) < _STUCK * before))
@@ -279,15 +379,15 @@ class _Search:
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             return np.asarray(self.pieces.error[piece, :4].max(axis=1) / size)
 
-    def _sample_anew(self, states: Sequence[State]) -> None:
-        """Go on with the quarters of the pieces that are still to be looked at."""
-        wanted = np.unique(np.concatenate([NOBODY.piece, *(state.live for state in states)]))
+    def _sample_again(self, states: Sequence[State]) -> None:
+        """Replace live pieces by their quarters."""
+        wanted = np.unique(np.concatenate([_NONE.piece, *(state.live for state in states)]))
         new = np.array([piece for piece in wanted.tolist() if piece not in self.first_quarter], dtype=int)
         if new.size:
-            first = len(self.pieces)
-            self.pieces = self.pieces.joined(self.pieces.quarters(self.projection, self.region, new))
+            first = len(self.parent)
+            self.pieces = Polynomials.joined([self.pieces, self.pieces.quarters(self.projection, self.region, new)])
             self.parent = np.concatenate([self.parent, np.repeat(new, 4)])
-            self.first_quarter |= dict(zip(new.tolist(), range(first, len(self.pieces), 4), strict=True))
+            self.first_quarter |= dict(zip(new.tolist(), range(first, len(self.parent), 4), strict=True))
         for state in states:
             first_of = np.array([self.first_quarter[piece] for piece in state.live.tolist()], dtype=int)
             state.live = (first_of[:, None] + np.arange(4)).ravel()
@@ -301,13 +401,13 @@ class _Search:
     # ---- the region ---------------------------------------------------------------------
 
     def _contains(self, piece: IntArray, r: FloatArray, s: FloatArray) -> BoolArray:
-        """Whether the region holds places at grids r by s of pieces."""
+        """True for places at grids r by s of pieces that are in the region."""
         u, v = self.pieces.places(piece, r, s)
         points = self.region.chart(self.pieces.patch[piece][:, None, None], u, v)
         return self.region.contains(points.lon, points.lat)
 
     def _touched(self, piece: IntArray) -> IntArray:
-        """Those of some pieces that hold any of the region."""
+        """The pieces that hold any of the region."""
         clipped = self.pieces.clipped[piece]
         if not clipped.any():
             return piece
@@ -323,17 +423,17 @@ class _Search:
         if piece not in self.edges:
             parent = int(self.parent[piece])
             among = self.region.edges if parent < 0 else self._edges(parent)
-            self.edges[piece] = among[near(self.pieces, piece, among)]
+            self.edges[piece] = among[bounds.near(self.pieces, piece, among)]
         return self.edges[piece]
 
     # ---- climbing -----------------------------------------------------------------------
 
     def _climb(self, state: State) -> None:
-        """Find the places where a goal may be largest, and a bound that it cannot pass."""
+        """Find the places where a goal may be largest, and a bound of it."""
         goal = state.goal
         good = Chosen.joined(state.good)
         if good.piece.size:
-            bound, top = climb_cells(
+            bound, top = bounds.climb_cells(
                 goal, self.pieces, good.piece, good.error, self._contains, state.known, state.exact
             )
             state.raise_bound(np.array(bound))
@@ -348,21 +448,21 @@ class _Search:
         self._climb_rough(state, Chosen.joined(state.rough))
 
     def _climb_borders(self, state: State, good: Chosen) -> None:
-        """The same along the edges in some pieces."""
+        """Climb along the edges in some pieces."""
         crossed = self.pieces.clipped[good.piece] & (good.bound > state.known + state.exact)
-        parts = [crossing(self.pieces, int(k), self._edges(int(k))) for k in good.piece[crossed]]
-        border = Border.joined(parts)
-        if not border.piece.size:
+        parts = [bounds.crossing(self.pieces, int(k), self._edges(int(k))) for k in good.piece[crossed]]
+        if not any(part.piece.size for part in parts):
             return
-        error = np.zeros(len(self.pieces))
+        border = bounds.Border.joined(parts)
+        error = np.zeros(len(self.parent))
         error[good.piece] = good.error
-        bound, best = climb_borders(state.goal, self.pieces, border, error, state.known, state.exact)
+        bound, best = bounds.climb_borders(state.goal, self.pieces, border, error, state.known, state.exact)
         state.raise_bound(np.array(bound))
         if np.isfinite(best[0]):
             state.places.append((float(best[1]), float(best[2])))
 
     def _climb_rough(self, state: State, rough: Chosen) -> None:
-        """Take pieces without good polynomials point by point; `_within_steps` of these is a bound there."""
+        """Measure pieces without good polynomials point by point, and bound them by `_within_steps`."""
         order = np.argsort(-rough.bound, kind="stable")
         order = order[rough.bound[order] > state.known + state.exact]
         state.raise_bound(rough.bound[order[_MOST_ROUGH:]])
@@ -391,7 +491,7 @@ class _Search:
             state.places += [state.known_at, self._polished(state.goal, best, (u.flat[top], v.flat[top]))]
 
     def _polished(self, goal: Goal, start: Polynomials, node: tuple[float, float]) -> tuple[float, float]:
-        """The best place of a grid of five by five points about a node that shrinks around its best point."""
+        """The best place of grids of five by five points that shrink from a node to their best point."""
         place = np.array(node)
         step = np.array([np.ptp(start.u), np.ptp(start.v)]) / ORDER
         low, high = _limits(self.region, int(start.patch[0]))
@@ -411,17 +511,17 @@ class _Search:
 
 
 def _within_steps(values: FloatArray) -> FloatArray:
-    """Bounds (n,) of functions by their values (n, p, p): a node's is passed by no more than it passes those beside it.
+    """Bounds (n,) of functions by their values (n, p, p) at nodes.
 
-    Along either axis, and only from nodes that are not lower than those beside them. Where the function is undefined
-    beside a node, it ends there.
+    Between nodes a function rises above a peak by no more than the peak rises above the nodes beside it, along either
+    axis. Where the function is undefined beside a node, it ends there.
     """
     bound = values.copy()
     for axis in (1, 2):
         with np.errstate(invalid="ignore"):
             step = np.moveaxis(np.diff(values, axis=axis), axis, 0)
         nothing = np.full((1, *step.shape[1:]), np.nan)
-        # By how much a node passes the next one and the one before.
+        # By how much a node is above the next one and the one before.
         drops = np.stack([np.append(-step, nothing, axis=0), np.append(nothing, step, axis=0)])
         known = np.isfinite(drops)
         peak = (~known | (drops >= 0.0)).all(axis=0)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from projdist.field.cubature import dense, sample_panels
+from projdist.field.cubature import quantile_samples, sample_panels
 from projdist.projections import Projection
 from projdist.regions import get_region
 
@@ -23,7 +23,7 @@ def test_weights_are_the_area(region, error):
     """The points stand for the whole region, and for nothing beside it."""
     place = get_region(region)
     samples = sample_panels(Projection.from_user_input("plate-carree"), place, tolerance=1e-4)
-    values, weights = dense(place, samples, samples.lat[None])
+    values, weights = quantile_samples(place, samples, samples.lat[None])
     assert (weights >= 0).all()
     assert weights.sum() == pytest.approx(samples.weight.sum(), rel=error)
     south, north = place.bounds[1::2]

@@ -5,7 +5,7 @@ import pytest
 
 from projdist.answers.summaries import summarize
 from projdist.earth import SMOOTH, SPHERE
-from projdist.field import panel_mesh, panels
+from projdist.field import panels
 from projdist.field.at_points import jacobian
 from projdist.field.cubature import sample_panels
 from projdist.field.panels import Plan, plan_of
@@ -55,7 +55,7 @@ def test_a_plan_changes_no_figure(region, monkeypatch):
     """With a new plan each time the samples are the same to the last bit."""
     chosen = [Projection.from_user_input(name) for name in ("robin", "mercator", "bonne +lat_1=40")]
     kept = [sample_panels(projection, region, tolerance=1e-6) for projection in chosen]
-    monkeypatch.setattr(panel_mesh, "plan_of", Plan)
+    monkeypatch.setattr(panels, "plan_of", Plan)
     for projection, one in zip(chosen, kept, strict=True):
         alone = sample_panels(projection, region, tolerance=1e-6)
         np.testing.assert_array_equal(one.jacobian, alone.jacobian)

@@ -15,7 +15,7 @@ from tables import each
 
 from projdist import factors, summarize
 from projdist.field.at_points import Quality, derivatives
-from projdist.field.field import departure, tell_of_contradiction
+from projdist.field.field import check_declared_property, departure
 from projdist.matrices.distortions import log_anisotropy, log_areal_scale, orientation
 from projdist.projections import Projection, ProjectionError, declared_property_of
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_MAPS
@@ -164,11 +164,11 @@ def test_a_broken_border_is_told(given, message):
     """Jacobians of swapped coordinates contradict the method, conformal or equal-area; the right ones do not."""
     right = Projection.from_user_input(given)
     lon, lat = np.array([10.0, 20.0, 33.0, 40.0]), np.array([12.0, 30.0, 41.0, 55.0])
-    tell_of_contradiction(right, derivatives(right, lon, lat).jacobian)
+    check_declared_property(right, derivatives(right, lon, lat).jacobian)
     swapped = dataclasses.replace(right, function=lambda lon, lat: right.function(lat, lon))
     J = derivatives(swapped, lon, lat).jacobian
     with pytest.warns(Notice, match=rf"is not (conformal|equal-area) here, as .* should be: {message}"):
-        tell_of_contradiction(right, J)
+        check_declared_property(right, J)
 
 
 def test_answers_far_from_home_are_told():
@@ -190,7 +190,7 @@ def test_nodes_crowded_at_a_singular_point_are_no_contradiction():
 
 def test_points_without_jacobians_are_no_contradiction():
     """NaN alone says nothing, nor does a single point of an equal-area map."""
-    tell_of_contradiction(Projection.from_user_input("merc"), np.full((3, 2, 2), np.nan))
+    check_declared_property(Projection.from_user_input("merc"), np.full((3, 2, 2), np.nan))
     factors("EPSG:3035", 10.0, 52.0)
     assert np.isnan(factors("merc", 0.0, 90.0).k)
 

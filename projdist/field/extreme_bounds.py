@@ -1,44 +1,198 @@
-"""The largest value of a goal on polynomial pieces and along the edges of polygons."""
+"""Upper bounds of a measure where the Jacobian is a polynomial: on pieces of a region, and along edges of polygons."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.field.extremes.goals import Goal, Polynomials
-from projdist.numerics import DIFFERENTIATE, NODES
-from projdist.regions import height_of, latitude_of
+from projdist.field.panels import Rows, lay, pieces_of, second_derivatives
+from projdist.matrices import Measure
+from projdist.numerics import DIFFERENTIATE, LEGENDRE, NODES, ORDER, PLANE_WEIGHTS
+from projdist.projections import Projection
+from projdist.regions import Region, height_of, latitude_of
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A measure, its `values` (n, p, p) at samples, and whether its largest or its smallest value is wanted."""
+
+    measure: Measure
+    values: FloatArray
+    largest: bool = True
+
+    @property
+    def sign(self) -> float:
+        """1 or -1; the measure times this is to be large."""
+        return 1.0 if self.largest else -1.0
+
+    @property
+    def bounded(self) -> bool:
+        """True if there is a bound on every map; only signed measures, such as logarithms, may fall without one."""
+        return self.measure.bounded or not (self.largest or self.measure.kind == "signed")
+
+    @property
+    def limit(self) -> float:
+        """Largest value that the measure times the sign has on any map."""
+        low, high = self.measure.limits
+        return high if self.largest else -low
+
+    def of(self, field: FloatArray) -> FloatArray:
+        """The measure times the sign, -inf where undefined, from entries of J, and of H if needed, on the last axis."""
+        J = field[..., :4].reshape(*field.shape[:-1], 2, 2)
+        H = field[..., 4:].reshape(*field.shape[:-1], 2, 2, 2) if self.measure.needs_hessian else None
+        return defined(self.sign * self.measure(J, H))
+
+    def change(self, field: FloatArray, error: FloatArray) -> FloatArray:
+        """Error of the measure for fields (n, k) and errors of their entries; infinite where it becomes undefined."""
+        k = field.shape[-1] if self.measure.needs_hessian else 4
+        moved = np.where(np.eye(k, dtype=bool), error[..., None, :k], 0.0)
+        moved = np.stack([field[..., None, :k] + moved, field[..., None, :k] - moved])
+        with np.errstate(invalid="ignore", over="ignore"):
+            changes = np.abs(self.of(moved) - self.of(field)[..., None]).max(axis=0)
+        return np.where(np.isnan(changes), np.inf, changes).sum(axis=-1)
+
+
+def defined(values: FloatArray) -> FloatArray:
+    """Values, with -inf where they are not finite."""
+    return np.where(np.isfinite(values), values, -np.inf)
+
+
+# ---- the Jacobian as polynomials -----------------------------------------------------------------
+
+
+_SLOPE = 50.0  # of the first Legendre polynomial left out, at the ends: ORDER (ORDER + 1) / 2 = 55
+_BENT = 1e3  # its second derivative there, over the width: what second derivatives lack
+# Times the last coefficients: what is left out of smooth fields is less, and rounding, whose coefficients all are so
+# large, adds up to that in a corner.
+_LEFT_OUT = 4.0
+_HALVES = 0.5 * NODES - 0.5, 0.5 * NODES + 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Polynomials(Rows):
+    """Polynomials through the nodes of n pieces: chart coordinates, and the k entries of J, or of J and H."""
+
+    patch: IntArray
+    u: FloatArray  # (n, p, p)
+    v: FloatArray
+    field: FloatArray  # (n, k, p, p)
+    error: FloatArray  # (n, k), of each entry anywhere in the piece
+    clipped: BoolArray  # whether the region ends within the piece
+    size: FloatArray  # half of its width in m, about
+
+    @property
+    def straight(self) -> BoolArray:
+        """True for pieces that are rectangles in the chart, with sides along its axes."""
+        bent = np.ptp(self.u, axis=2).max(axis=1) + np.ptp(self.v, axis=1).max(axis=1)
+        return np.asarray(bent <= 1e-12 * (np.ptp(self.u, axis=(1, 2)) + np.ptp(self.v, axis=(1, 2))))
+
+    @property
+    def rectangle(self) -> FloatArray:
+        """Least and largest u, then v, (n, 4) of pieces that are rectangles."""
+        sides = [self.u[:, 0, 0], self.u[:, -1, -1], self.v[:, 0, 0], self.v[:, -1, -1]]
+        middle = [0.5 * (low + high) for low, high in (sides[:2], sides[2:])]
+        half = [0.5 * (high - low) / NODES[-1] for low, high in (sides[:2], sides[2:])]
+        return np.stack([part for c, h in zip(middle, half, strict=True) for part in (c - h, c + h)], axis=-1)
+
+    def on_grids(self, piece: IntArray, r: FloatArray, s: FloatArray) -> FloatArray:
+        """The fields at grids r (m, q) by s (m, q) of pieces (m,), entries last: (m, q, q, k)."""
+        values = basis(r)[:, None] @ self.field[piece] @ basis(s)[:, None].swapaxes(-1, -2)
+        return np.moveaxis(values, 1, -1)
+
+    def at(self, piece: IntArray, r: FloatArray, s: FloatArray) -> FloatArray:
+        """The fields at points r, s (m, q) of pieces (m,), entries last: (m, q, k)."""
+        at_r, at_s = basis(r)[:, None], basis(s)[:, None]
+        return np.moveaxis(((at_r @ self.field[piece]) * at_s).sum(axis=-1), 1, -1)
+
+    def places(self, piece: IntArray, r: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The chart coordinates u and v at grids r (m, q) by s (m, q), each (m, q, q)."""
+        at_r, at_s = basis(r), basis(s).swapaxes(-1, -2)
+        return at_r @ self.u[piece] @ at_s, at_r @ self.v[piece] @ at_s
+
+    def quarters(self, projection: Projection, region: Region, piece: IntArray) -> Polynomials:
+        """The four quarters of some pieces, sampled anew: those of the first piece, those of the second, ..."""
+        where = [(r, s) for r in _HALVES for s in _HALVES]
+        u, v = (
+            np.stack([basis(r) @ values[piece] @ basis(s).T for r, s in where], axis=1).reshape(-1, ORDER, ORDER)
+            for values in (self.u, self.v)
+        )
+        patch, n = np.repeat(self.patch[piece], 4), 4 * len(piece)
+        partials = (DIFFERENTIATE @ u, u @ DIFFERENTIATE.T, DIFFERENTIATE @ v, v @ DIFFERENTIATE.T)
+        rule, whole, curved = np.broadcast_to(PLANE_WEIGHTS, u.shape), np.ones(n, dtype=bool), self.field.shape[1] > 4
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            layout = lay(region, projection.ellipsoid, patch, u, v, partials, rule, whole)
+            new = pieces_of(projection, np.arange(n), layout, curved=curved)
+            H = second_derivatives(new, projection.ellipsoid) * projection.ellipsoid.a if curved else None
+        clipped = np.repeat(self.clipped[piece], 4)
+        return polynomials_of(patch, u, v, new.jacobian, H, new.doubt.sum(axis=-1), clipped, new.density)
+
+
+def polynomials_of(
+    patch: IntArray,
+    u: FloatArray,
+    v: FloatArray,
+    J: FloatArray,
+    H: FloatArray | None,
+    doubt: FloatArray,
+    clipped: BoolArray,
+    density: FloatArray,
+) -> Polynomials:
+    """The polynomials through J, and H if it is known, at the nodes of pieces (n, p, p), with their errors."""
+    entries = [J.reshape(*u.shape, 4)] if H is None else [J.reshape(*u.shape, 4), H.reshape(*u.shape, 8)]
+    field = np.ascontiguousarray(np.moveaxis(np.concatenate(entries, axis=-1), -1, 1))
+    with np.errstate(invalid="ignore", over="ignore"):
+        along = np.stack([np.abs(LEGENDRE @ field).max(axis=3), np.abs(field @ LEGENDRE.T).max(axis=2)], axis=-2)
+        last = along[..., ORDER - 2 :].max(axis=-1)
+        error = _LEFT_OUT * last.sum(axis=-1)
+        scale = np.sqrt(0.5 * (field[:, :4] ** 2).sum(axis=1).mean(axis=(1, 2)))
+        error[:, :4] += (_SLOPE * doubt * scale)[:, None]
+        if field.shape[1] > 4:
+            error[:, 4:] += (_BENT * doubt * np.abs(field[:, 4:]).max(axis=(1, 2, 3)))[:, None]
+    return Polynomials(
+        patch=patch,
+        u=u,
+        v=v,
+        field=field,
+        error=np.nan_to_num(error, nan=np.inf),
+        clipped=clipped,
+        size=np.sqrt(density.max(axis=(1, 2))),
+    )
+
+
+def basis(t: FloatArray) -> FloatArray:
+    """The matrix (..., p) from values at the nodes to the polynomial's values at t (...)."""
+    return np.polynomial.legendre.legvander(t, ORDER - 1) @ LEGENDRE
+
+
+# ---- quadratics ----------------------------------------------------------------------------------
+
 
 OFFSETS = np.linspace(-1.0, 1.0, 5)  # of the values, in halves of a cell's width
 _MARGIN = 3.0  # times the largest residual: enough for the tip of a cone, too
 
 _T1, _T2 = (t.ravel() for t in np.meshgrid(OFFSETS, OFFSETS, indexing="ij"))
-
-
-def _terms(t1: FloatArray, t2: FloatArray) -> FloatArray:
-    return np.stack([np.ones_like(t1), t1, t2, t1 * t1, t1 * t2, t2 * t2], axis=-1)
-
-
-_DESIGN = _terms(_T1, _T2)
+_DESIGN = np.stack([np.ones_like(_T1), _T1, _T2, _T1 * _T1, _T1 * _T2, _T2 * _T2], axis=-1)
 _FIT = np.linalg.pinv(_DESIGN)
 _LINE_DESIGN = np.stack([np.ones(5), OFFSETS, OFFSETS**2], axis=-1)
 _LINE_FIT = np.linalg.pinv(_LINE_DESIGN)
 
 
 def bounds_on_cells(values: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Upper bounds (n,) from values (n, 5, 5), the offsets (n, 2) of the quadratics' maxima, and what may be flat.
+    """Upper bounds (n,) of functions in cells from their values (n, 5, 5), and the offsets (n, 2) of the maxima.
 
-    That is (n, 2), whether the function may be stationary in a cell along each of its two axes.
+    They are those of fitted quadratics. The last array (n, 2) is True where the function may be stationary along either
+    axis of its cell.
     """
     flat, spoilt = _mended(values.reshape(len(values), -1))
     c = flat @ _FIT.T
     rest = np.abs(flat - c @ _DESIGN.T).max(axis=1)
     t = _candidates(c)
-    heights = (_terms(t[..., 0], t[..., 1]) * c[:, None]).sum(axis=-1)
+    t1, t2 = t[..., 0], t[..., 1]
+    heights = (np.stack([np.ones_like(t1), t1, t2, t1 * t1, t1 * t2, t2 * t2], axis=-1) * c[:, None]).sum(axis=-1)
     best = heights.argmax(axis=1)[:, None]
     upper = np.take_along_axis(heights, best, axis=1)[:, 0] + _MARGIN * rest + spoilt
     most = 2.0 * np.abs(c[:, 3::2]) + np.abs(c[:, 4:5]) + 4.0 * rest[:, None]
@@ -46,7 +200,7 @@ def bounds_on_cells(values: FloatArray) -> tuple[FloatArray, FloatArray, BoolArr
 
 
 def bounds_on_lines(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The same on intervals from values (n, 5): upper bounds and offsets, each (n,)."""
+    """Upper bounds and offsets of the maxima on intervals, each (n,), from values (n, 5)."""
     flat, spoilt = _mended(values)
     c = flat @ _LINE_FIT.T
     rest = np.abs(flat - c @ _LINE_DESIGN.T).max(axis=1)
@@ -58,7 +212,7 @@ def bounds_on_lines(values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _mended(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values with the least finite one for those that are not, and what to add to a bound then: their spread."""
+    """Values with the least finite one in place of others, and the spread where there were any, to add to bounds."""
     finite = np.isfinite(values)
     low = np.where(finite, values, np.inf).min(axis=1, keepdims=True)
     low = np.where(np.isfinite(low), low, -(np.finfo(float).max ** 0.5))
@@ -67,12 +221,12 @@ def _mended(values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _turn(slope: FloatArray, bend: FloatArray) -> FloatArray:
-    """Where slope t + bend t^2 turns, within [-1, 1]."""
+    """The t in [-1, 1] nearest to where slope t + bend t^2 turns."""
     return np.clip(np.divide(-slope, 2.0 * bend, out=np.zeros_like(slope), where=bend != 0.0), -1.0, 1.0)
 
 
 def _candidates(c: FloatArray) -> FloatArray:
-    """Where in its square a quadratic may be largest (n, 9, 2): inside, on the sides, in the corners."""
+    """The points (n, 9, 2) of a square at which a quadratic may be largest: inside, on the sides, in the corners."""
     points = np.empty((len(c), 9, 2))
     det = 4.0 * c[:, 3] * c[:, 5] - c[:, 4] ** 2
     safe = np.where(det != 0.0, det, 1.0)
@@ -90,7 +244,7 @@ def _candidates(c: FloatArray) -> FloatArray:
 
 
 Inside = Callable[[IntArray, FloatArray, FloatArray], BoolArray]
-"""Whether points at grids r by s of pieces are in the region."""
+"""True where points at grids r by s of pieces are in the region."""
 
 _CELL_LEVELS = 14
 _MOST_CELLS = 256  # cells at a level
@@ -105,8 +259,7 @@ class Top(NamedTuple):
     s: FloatArray
 
 
-@dataclass(frozen=True)
-class _Cells:
+class _Cells(NamedTuple):
     """Squares about r, s in pieces' squares, all of the same size."""
 
     piece: IntArray  # among the pieces that are searched
@@ -114,33 +267,29 @@ class _Cells:
     s: FloatArray
     half: float
 
-    @staticmethod
-    def of(count: int) -> _Cells:
-        """The quarters of whole pieces."""
-        return _Cells(np.arange(count), np.zeros(count), np.zeros(count), 1.0).quarters(np.ones(count, dtype=bool))
-
-    def quarters(self, some: BoolArray) -> _Cells:
+    def quarters(self) -> _Cells:
         half = 0.5 * self.half
         where = np.array([(i, j) for i in (-half, half) for j in (-half, half)])
-        return _Cells(
-            np.repeat(self.piece[some], 4),
-            (self.r[some, None] + where[:, 0]).ravel(),
-            (self.s[some, None] + where[:, 1]).ravel(),
-            half,
-        )
+        r, s = ((middle[:, None] + where[:, k]).ravel() for k, middle in enumerate((self.r, self.s)))
+        return _Cells(np.repeat(self.piece, 4), r, s, half)
+
+
+def _first_cells(count: int) -> _Cells:
+    """The quarters of whole pieces."""
+    return _Cells(np.arange(count), np.zeros(count), np.zeros(count), 1.0).quarters()
 
 
 class _Seen(NamedTuple):
-    """What is known of cells: bounds, largest values within the region and their places."""
+    """Bounds of a goal on cells, and its largest values there within the region."""
 
     upper: FloatArray
-    counts: BoolArray  # whether the goal may be largest in it, and not where the region ends
+    counts: BoolArray  # True if the goal may be largest in the cell, and not only where the region ends
     top: Top
 
 
 def reach(goal: Goal, pieces: Polynomials, chosen: IntArray, inside: Inside) -> tuple[FloatArray, Top]:
-    """Upper bounds over whole pieces, whatever the region leaves of them, and what was seen in it."""
-    cells = _Cells.of(len(chosen))
+    """Upper bounds over whole pieces, also beyond the region, and the largest values seen within it."""
+    cells = _first_cells(len(chosen))
     seen = _look_at_cells(goal, pieces, chosen, cells, inside)
     best = seen.top.value.reshape(-1, 4).argmax(axis=1) + 4 * np.arange(len(chosen))
     return seen.upper.reshape(-1, 4).max(axis=1), Top(*(part[best] for part in seen.top))
@@ -149,18 +298,21 @@ def reach(goal: Goal, pieces: Polynomials, chosen: IntArray, inside: Inside) -> 
 def climb_cells(
     goal: Goal, pieces: Polynomials, chosen: IntArray, error: FloatArray, inside: Inside, known: float, exact: float
 ) -> tuple[float, Top]:
-    """An upper bound over the pieces, and the largest values seen in each; to `exact` if the work is not too much.
+    """An upper bound over the pieces, to `exact` if that is not too much work, and the largest values seen in each.
 
-    Of pieces that the region's edge crosses only peaks within the region count, and peaks on the pieces' own sides,
-    where the map may be torn: what is largest elsewhere is so on the region's edge. `error` (n,) is that of the goal
-    in each piece, `known` what it certainly reaches.
+    In pieces that the region's edge crosses, only peaks within the region count, and peaks on the pieces' own sides,
+    where the map may be torn; other largest values lie on the region's edge. `error` (n,) is that of the goal in each
+    piece, and `known` a value that it certainly reaches.
     """
-    cells = _Cells.of(len(chosen))
+    cells = _first_cells(len(chosen))
     top = Top(np.full(len(chosen), -np.inf), np.zeros(len(chosen)), np.zeros(len(chosen)))
     bound = -np.inf
     for _ in range(_CELL_LEVELS):
         seen = _look_at_cells(goal, pieces, chosen, cells, inside)
-        _raise(top, cells.piece, seen.top)
+        order = np.argsort(seen.top.value, kind="stable")  # the last one written is the largest
+        order = order[seen.top.value[order] > top.value[cells.piece[order]]]
+        for old, new in zip(top, seen.top, strict=True):
+            old[cells.piece[order]] = new[order]
         known = max(known, float((top.value - error).max()))
         reached = np.minimum(seen.upper + error[cells.piece], goal.limit)
         counts = seen.counts & np.isfinite(seen.top.value)
@@ -171,7 +323,7 @@ def climb_cells(
         if not open_.any():
             return bound, top
         last = float(reached[open_].max())
-        cells = cells.quarters(open_)
+        cells = _Cells(cells.piece[open_], cells.r[open_], cells.s[open_], cells.half).quarters()
     return max(bound, last), top
 
 
@@ -198,46 +350,27 @@ def _look_at_cells(goal: Goal, pieces: Polynomials, chosen: IntArray, cells: _Ce
     return _Seen(upper, (level | sides).all(axis=1) | ~clipped, top)
 
 
-def _raise(top: Top, piece: IntArray, new: Top) -> None:
-    """Take over the largest values of pieces that are larger than those known."""
-    order = np.argsort(new.value, kind="stable")  # the last one written is the largest
-    order = order[new.value[order] > top.value[piece[order]]]
-    for old, part in zip(top, new, strict=True):
-        old[piece[order]] = part[order]
-
-
 # ---- along edges of polygons ---------------------------------------------------------------------
 
 
 _INTERVAL_LEVELS = 20
 _MOST_INTERVALS = 1024  # intervals at a level
 _BATCH = 4000
-_NEWTON = 6  # steps from the chart to a bent piece's square, which a rectangle needs none of
+_NEWTON = 6  # steps from the chart to a bent piece's square; rectangles need none
 _BEYOND = 1e-9
 _LAST_NODE = float(NODES[-1])
 
 
 @dataclass(frozen=True)
-class Border:
+class Border(Rows):
     """The intervals of edges within pieces: each of a piece, from one place in degrees to another."""
 
     piece: IntArray
     start: FloatArray  # (n, 2), lon and lat
     end: FloatArray
 
-    @staticmethod
-    def joined(parts: Sequence[Border]) -> Border:
-        """Several as one."""
-        nobody = Border(np.empty(0, dtype=int), np.empty((0, 2)), np.empty((0, 2)))
-        everyone = [nobody, *parts]
-        return Border(*(np.concatenate([getattr(one, field.name) for one in everyone]) for field in fields(Border)))
-
-    def take(self, index: IntArray | BoolArray) -> Border:
-        """Some of them."""
-        return Border(self.piece[index], self.start[index], self.end[index])
-
     def halves(self) -> Border:
-        """All of them, halved."""
+        """Both halves of each interval."""
         middle = 0.5 * (self.start + self.end)
         return Border(
             np.concatenate([self.piece, self.piece]),
@@ -281,7 +414,7 @@ def climb_borders(
 def _look_at_intervals(
     goal: Goal, pieces: Polynomials, border: Border, best: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Upper bounds on intervals, and the largest value seen, by now, with its place."""
+    """Upper bounds on intervals, and the largest value seen so far, with its place."""
     places = border.at(OFFSETS)
     values = _values(goal, pieces, border.piece, places)
     upper, t = bounds_on_lines(values)
@@ -306,7 +439,7 @@ def _values(goal: Goal, pieces: Polynomials, piece: IntArray, places: FloatArray
 
 
 def _square(pieces: Polynomials, piece: IntArray, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """From chart coordinates (n, q) to those of the pieces' squares."""
+    """Coordinates r, s in the pieces' squares of chart coordinates u, v (n, q)."""
     west, east, low, high = pieces.rectangle[piece].T[:, :, None]
     r, s = (2.0 * u - west - east) / (east - west), (2.0 * v - low - high) / (high - low)
     bent = np.flatnonzero(~pieces.straight[piece])
@@ -316,7 +449,7 @@ def _square(pieces: Polynomials, piece: IntArray, u: FloatArray, v: FloatArray) 
 
 
 def _by_newton(pieces: Polynomials, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The same on pieces (n,) whose sides are curves; places beyond them stay beyond."""
+    """Coordinates r, s in pieces (n,) whose sides are curves; places outside stay outside."""
     chart = np.stack([pieces.u, pieces.v], axis=1)
     coordinates = np.concatenate([chart, DIFFERENTIATE @ chart, chart @ DIFFERENTIATE.T], axis=1)
     bent = replace(pieces, field=coordinates)
@@ -334,10 +467,9 @@ def _by_newton(pieces: Polynomials, u: FloatArray, v: FloatArray) -> tuple[Float
 
 
 def _box(pieces: Polynomials, number: int) -> tuple[FloatArray, FloatArray]:
-    """The south-western and the north-eastern corner, in degrees, of what holds a piece."""
-    u, v = pieces.u[number], pieces.v[number]
+    """The south-western and the north-eastern corner, in degrees, of a box that holds a piece."""
     sides = []
-    for values in (u, v):
+    for values in (pieces.u[number], pieces.v[number]):
         half = 0.5 * np.ptp(values) / _LAST_NODE
         middle = 0.5 * (values.max() + values.min())
         sides.append((middle - half, middle + half))
@@ -346,7 +478,7 @@ def _box(pieces: Polynomials, number: int) -> tuple[FloatArray, FloatArray]:
 
 
 def near(pieces: Polynomials, number: int, edges: FloatArray) -> BoolArray:
-    """Which edges (m, 4) may cross the box about a piece."""
+    """True for edges (m, 4) that may cross the box about a piece."""
     low, high = _box(pieces, number)
     start, end = edges[:, :2], edges[:, 2:]
     return np.asarray(((np.minimum(start, end) <= high) & (np.maximum(start, end) >= low)).all(axis=1))
