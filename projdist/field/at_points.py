@@ -50,18 +50,18 @@ class Derivatives:
     error: FloatArray
 
     def reshaped(self, shape: tuple[int, ...]) -> Derivatives:
-        """Those of points (m,) for points of a shape."""
+        """The same with arrays (m,) reshaped to (...)."""
         J, quality = self.jacobian.reshape(*shape, 2, 2), self.quality.reshape(shape)
         return Derivatives(self.x.reshape(shape), self.y.reshape(shape), J, quality, self.error.reshape(shape))
 
 
-_FAST_STEP = 4e-4  # at the equator; towards the poles, where most maps are singular, times sqrt(cos lat)
+_FAST_STEP = 4e-4  # radians at the equator; towards the poles, where most maps are singular, times sqrt(cos lat)
 _FAST_LATITUDE = 85.0
 _FAST_TARGET = 3e-12
 _MANY = 5_000  # points; polynomials on panels may pay for more
 _APART = 1e-11  # of J; differences and polynomials are good to 1e-12 each
 _CHUNK = 8192  # points at a time: the stencil's arrays stay in the cache
-_NOISE = 3e-9  # of J; on smooth maps what looks like noise to the first stage is 1e-11
+_NOISE = 3e-9  # of J; smooth maps seem to have a noise of 1e-11
 _ROUGH, _HOPELESS = 1e-8, 1e-5  # relative errors of J
 _POOR, _LOST = 1e-6, 1e-2  # relative errors of b
 

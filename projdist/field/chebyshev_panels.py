@@ -41,8 +41,8 @@ _FOLDED = np.abs((np.outer(_DEGREES, 2 * _DEGREES + 1) + 2 * ORDER) % (4 * ORDER
 _COSINES = np.cos(np.pi / (2 * ORDER) * np.minimum(_FOLDED, 2 * ORDER - _FOLDED)) * np.where(_FOLDED > ORDER, -1.0, 1.0)
 _PLACES = _COSINES[1]
 _COEFFICIENTS = np.where(_DEGREES == 0, 1.0, 2.0)[:, None] / ORDER * _COSINES
-# From Chebyshev coefficients to those of powers. Powers of what has died away within 14 degrees are no larger than the
-# values themselves.
+# From Chebyshev coefficients to those of powers, which are no larger than the values themselves if the coefficients
+# have died away within 14 degrees.
 _POWERS = np.array(
     [
         np.pad(np.polynomial.chebyshev.cheb2poly(row[: degree + 1]), (0, ORDER - 1 - degree))
@@ -108,7 +108,7 @@ def panels_for(projection: Projection, lon: FloatArray, lat: FloatArray) -> Pane
     for part in _parts_of(lon.size):
         rows, columns = _cells_of(lon[part], lat[part], corner, shape)
         counts += np.bincount(rows * np.int32(shape[1] + 1) + columns, minlength=counts.size)
-    return _laid(projection, (west, south, east, north), corner, counts.reshape(shape[0] + 1, -1)[:-1, :-1])
+    return _resolving_panels(projection, (west, south, east, north), corner, counts.reshape(shape[0] + 1, -1)[:-1, :-1])
 
 
 def panels_over(projection: Projection, bounds: tuple[float, float, float, float]) -> Panels | None:
@@ -120,7 +120,7 @@ def panels_over(projection: Projection, bounds: tuple[float, float, float, float
     high = np.ceil((np.array(bounds[:1:-1]) - corner[::-1]) / (_CELL_HEIGHT, _CELL_WIDTH)).astype(int)
     counts = np.zeros(shape, dtype=np.int64)
     counts[low[0] : max(high[0], low[0] + 1), low[1] : max(high[1], low[1] + 1)] = _PER_CELL
-    return _laid(projection, bounds, corner, counts)
+    return _resolving_panels(projection, bounds, corner, counts)
 
 
 def _graticule(west: float, south: float, east: float, north: float) -> tuple[tuple[float, float], tuple[int, int]]:
@@ -191,7 +191,7 @@ def _shrunk(held: IntArray, cells: int) -> tuple[int, int]:
     return first, cells
 
 
-def _laid(
+def _resolving_panels(
     projection: Projection, box: tuple[float, float, float, float], corner: tuple[float, float], counts: IntArray
 ) -> Panels | None:
     """Panels where the cells hold enough points, cut until they resolve the map or the points become too few.
@@ -201,7 +201,7 @@ def _laid(
     """
     below = np.pad(counts.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     allowed = _SPARE * below[-1, -1]
-    tiles, laid = _Tiles.covering(counts), 0
+    tiles, number = _Tiles.covering(counts), 0
     if _AHEAD * tiles.row.size * _NODES > allowed:
         return None
     index: IntArray = np.full(counts.shape, -1)
@@ -219,14 +219,14 @@ def _laid(
         resolved = (kept <= ORDER - 2) & (half.min(axis=1) >= 0.5 * _NARROWEST)[:, None]
         good = resolved.all(axis=1)
         for row, column, rows, columns in zip(*(values.tolist() for values in tiles.take(good)), strict=True):
-            index[row : row + rows, column : column + columns] = laid
-            laid += 1
+            index[row : row + rows, column : column + columns] = number
+            number += 1
         allowed += points[chosen[good]].sum() - chosen.size * _NODES
         powers = _powers(coefficients[good], kept[good], half[good])
         found.append((centre[good], half[good], kept[good], powers, left_out[good], size[good]))
         parts = tiles.take(~good).cut(~resolved[~good, 1], ~resolved[~good, 0])
         tiles = _Tiles(*(np.concatenate(pair) for pair in zip(waiting, parts, strict=True)))
-    if not laid:
+    if not number:
         return None
     return Panels(projection, corner, index, *(np.concatenate(each) for each in zip(*found, strict=True)))
 
@@ -302,7 +302,7 @@ def _powers(coefficients: FloatArray, kept: IntArray, half: FloatArray) -> Float
 
 _EPS = np.finfo(float).eps
 _DISAGREEMENT = 32.0  # roundings of x or y; PROJ's own arithmetic has ten
-_MARGIN = 1e-6  # of a panel's half; what is nearer to its edge may be on a break
+_MARGIN = 1e-6  # of a panel's half; points nearer to its edge may lie on a break
 _CHUNK = 1536  # points at a time whose products stay in the cache
 _MOST = 3 * _TOGETHER // 2
 

@@ -24,14 +24,15 @@ _MEAN_TOLERANCE = 1e-6  # measures have kinks, which cost more
 # Of second derivatives, which grow as panels shrink where J has a jump, so that splitting gains nothing.
 _SECOND_TOLERANCE = 1e-5
 _STUCK = 1.5  # for means of integrands: kinks may keep nearly all of their errors, rounding doubles
-_ROUNDING = 1e-12  # of J, as the differentiation of x and y leaves it
-# Panels as small as that hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, at most 7e-3
-# of what was seen to have a mean (a of laea). What diverges has as much in every decade of area, here 1 to 1e-12: half.
+_ROUNDING = 1e-12  # of J, from the differentiation of x and y
+# Panels smaller than this hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, and at most
+# 7e-3 of any measure that has a mean (a of laea). A diverging one has as much in every decade of area from 1 to 1e-12,
+# so half of it in them.
 _TINY = 1e-6  # of the area
 _GOOD_PART = 0.02  # of the integral
 _NOTHING = 1e-6  # of a mean, in the unit of any measure: omega of conformal maps is not more
-# Shares of the area on which a measure may be undefined, at singular points, and still have a mean; one of second
-# derivatives, along kinks, too.
+# Shares of the area on which a measure may be undefined and still have a mean: at singular points, and along kinks if
+# it is of second derivatives.
 UNDEFINED, UNDEFINED_AT_KINKS = 1e-6, 1e-3
 
 
@@ -133,7 +134,7 @@ class Samples:
         means[missing > most] = errors[missing > most] = np.nan
         for k, share in enumerate((missing + self.undecided / self.coverage).tolist()):
             if share > 0.0:
-                # What is missing may hold as much as the largest mean of |value| over a piece that is no smaller.
+                # The missing part may hold as much as the largest mean of |value| over a piece that is no smaller.
                 areas = np.abs(self.weight).sum(axis=(1, 2))
                 broad = areas >= min(share * total, areas.max())
                 held = np.abs(self.weight * fields[k]).sum(axis=(1, 2))

@@ -65,9 +65,9 @@ def defined(values: FloatArray) -> FloatArray:
 
 
 _SLOPE = 50.0  # of the first Legendre polynomial left out, at the ends: ORDER (ORDER + 1) / 2 = 55
-_BENT = 1e3  # its second derivative there, over the width: what second derivatives lack
-# Times the last coefficients: what is left out of smooth fields is less, and rounding, whose coefficients all are so
-# large, adds up to that in a corner.
+_BENT = 1e3  # its second derivative there, over the width
+# Times the last coefficients: the part of smooth fields left out is smaller, and rounding, whose coefficients are all
+# as large, adds up to that in a corner.
 _LEFT_OUT = 4.0
 _HALVES = 0.5 * NODES - 0.5, 0.5 * NODES + 0.5
 
@@ -114,7 +114,7 @@ class Polynomials(Rows):
         return at_r @ self.u[piece] @ at_s, at_r @ self.v[piece] @ at_s
 
     def quarters(self, projection: Projection, region: Region, piece: IntArray) -> Polynomials:
-        """The four quarters of some pieces, sampled anew: those of the first piece, those of the second, ..."""
+        """The four quarters of some pieces, sampled again: those of the first piece, those of the second, ..."""
         where = [(r, s) for r in _HALVES for s in _HALVES]
         u, v = (
             np.stack([basis(r) @ values[piece] @ basis(s).T for r, s in where], axis=1).reshape(-1, ORDER, ORDER)
@@ -260,23 +260,22 @@ class Top(NamedTuple):
 
 
 class _Cells(NamedTuple):
-    """Squares about r, s in pieces' squares, all of the same size."""
+    """Squares about r, s in the squares of pieces, all of the same size."""
 
     piece: IntArray  # among the pieces that are searched
     r: FloatArray
     s: FloatArray
     half: float
 
+    @staticmethod
+    def of(count: int) -> _Cells:
+        return _Cells(np.arange(count), np.zeros(count), np.zeros(count), 1.0).quarters()
+
     def quarters(self) -> _Cells:
         half = 0.5 * self.half
         where = np.array([(i, j) for i in (-half, half) for j in (-half, half)])
         r, s = ((middle[:, None] + where[:, k]).ravel() for k, middle in enumerate((self.r, self.s)))
         return _Cells(np.repeat(self.piece, 4), r, s, half)
-
-
-def _first_cells(count: int) -> _Cells:
-    """The quarters of whole pieces."""
-    return _Cells(np.arange(count), np.zeros(count), np.zeros(count), 1.0).quarters()
 
 
 class _Seen(NamedTuple):
@@ -289,7 +288,7 @@ class _Seen(NamedTuple):
 
 def reach(goal: Goal, pieces: Polynomials, chosen: IntArray, inside: Inside) -> tuple[FloatArray, Top]:
     """Upper bounds over whole pieces, also beyond the region, and the largest values seen within it."""
-    cells = _first_cells(len(chosen))
+    cells = _Cells.of(len(chosen))
     seen = _look_at_cells(goal, pieces, chosen, cells, inside)
     best = seen.top.value.reshape(-1, 4).argmax(axis=1) + 4 * np.arange(len(chosen))
     return seen.upper.reshape(-1, 4).max(axis=1), Top(*(part[best] for part in seen.top))
@@ -304,7 +303,7 @@ def climb_cells(
     where the map may be torn; other largest values lie on the region's edge. `error` (n,) is that of the goal in each
     piece, and `known` a value that it certainly reaches.
     """
-    cells = _first_cells(len(chosen))
+    cells = _Cells.of(len(chosen))
     top = Top(np.full(len(chosen), -np.inf), np.zeros(len(chosen)), np.zeros(len(chosen)))
     bound = -np.inf
     for _ in range(_CELL_LEVELS):

@@ -46,7 +46,7 @@ _NONE = Chosen(np.empty(0, dtype=int), np.empty(0), np.empty(0))
 
 
 class State:
-    """What is known in the search for one goal: a value that it reaches for certain, a bound, and the pieces left."""
+    """State of the search for one goal: a value that it certainly reaches, a bound, and the pieces still to look at."""
 
     def __init__(self, goal: Goal) -> None:
         self.goal = goal
@@ -79,7 +79,20 @@ def _measured(projection: Projection, states: Sequence[State], found: Sequence[E
     fields, errors = fields_at(projection, lon, lat, bent)
     ends = np.cumsum([len(state.places) for state in states])
     parts = zip(np.split(fields, ends[:-1]), np.split(errors, ends[:-1]), strict=True)
-    return [_measured_at(state, node, *part) for state, node, part in zip(states, found, parts, strict=True)]
+    result = []
+    for state, best, (own, own_errors) in zip(states, found, parts, strict=True):
+        values, rounding = state.goal.of(own), 0.0
+        if np.isfinite(values).any():
+            changes = state.goal.change(own, own_errors)
+            certain = np.where(np.isfinite(changes) & np.isfinite(values), values - np.nan_to_num(changes), -np.inf)
+            top = int((certain if np.isfinite(certain).any() else values).argmax())
+            best, rounding = Extreme(float(values[top]), *state.places[top]), float(changes[top])
+        # If the map is singular at the place, polynomials beside it know more.
+        singular = state.known_at in state.places and values[state.places.index(state.known_at)] == -np.inf
+        if state.known_at is not None and singular and state.known > best.value:
+            best, rounding = Extreme(state.known, *state.known_at), 0.0
+        result.append(best._replace(error=max(state.bound - best.value, 0.0) + rounding))
+    return result
 
 
 def fields_at(projection: Projection, lon: FloatArray, lat: FloatArray, bent: bool) -> tuple[FloatArray, FloatArray]:
@@ -93,21 +106,6 @@ def fields_at(projection: Projection, lon: FloatArray, lat: FloatArray, bent: bo
         field, lost = np.concatenate([field, H], axis=1), BENT * np.maximum(np.abs(H).max(axis=1), _size(field))
         error = np.concatenate([error, np.broadcast_to(lost[:, None], H.shape)], axis=1)
     return field, error
-
-
-def _measured_at(state: State, node: Extreme, fields: FloatArray, errors: FloatArray) -> Extreme:
-    """The largest value at a goal's places, with its error; if undefined there, that of polynomials or nodes."""
-    values = state.goal.of(fields)
-    best, rounding = node, 0.0
-    if np.isfinite(values).any():
-        changes = state.goal.change(fields, errors)
-        certain = np.where(np.isfinite(changes) & np.isfinite(values), values - np.nan_to_num(changes), -np.inf)
-        top = int((certain if np.isfinite(certain).any() else values).argmax())
-        best, rounding = Extreme(float(values[top]), *state.places[top]), float(changes[top])
-    singular = state.known_at in state.places and values[state.places.index(state.known_at)] == -np.inf
-    if state.known_at is not None and singular and state.known > best.value:
-        best, rounding = Extreme(state.known, *state.known_at), 0.0
-    return best._replace(error=max(state.bound - best.value, 0.0) + rounding)
 
 
 def _size(field: FloatArray) -> FloatArray:
@@ -131,7 +129,7 @@ _BROAD = 3e-3  # of the largest panel's area
 _APPROACH = 10.0 ** -np.arange(0.5, 2.5, 0.5)
 _NEARER = 10.0 ** -np.arange(1.5, 5.25, 0.25)  # on the way to a pole, where growth may come to an end
 _BESIDE = 0.1  # degrees from a pole
-_ALIKE = 1.5  # times what the meridian of a panel reaches there: what is more is not of the same kind
+_ALIKE = 1.5  # times the largest value on a panel's meridian there: larger values are of another kind
 _SLOWING = 0.75  # a logarithm gains the same in every step, a square root half of the last, a smooth maximum a tenth
 _GROWTH = 1e-3  # of the value, in a step
 _FEWEST = 3  # steps where it is defined
@@ -192,12 +190,12 @@ def _ends(values: FloatArray) -> BoolArray:
 
 
 _NOISY = 1e-3  # errors of the scales
-_SURE = 4.0  # times an error: at a pole, where coefficients fall slowly, it was twice of what is estimated
-_SMALL = 0.01  # errors of polynomials, over what they leave open
-_NARROW = 1e-4  # of the region's width: of pieces that are narrower nothing is certain
-_GOOD = 30.0  # times what a search resolves: better polynomials are not sampled again
+_SURE = 4.0  # times an error: at a pole, where coefficients fall slowly, it was twice the estimate
+_SMALL = 0.01  # errors of polynomials, over the gap between a bound and what is known
+_NARROW = 1e-4  # of the region's width: nothing is certain in narrower pieces
+_GOOD = 30.0  # times the error that a search resolves: better polynomials are not sampled again
 _ROUNDS = 5  # of sampling again: then a piece is a thousandth of what it was
-_STUCK = 0.5  # a quarter that keeps so much of an error has a kink, a singular point or rounding
+_STUCK = 0.5  # a quarter that keeps this share of an error has a kink, a singular point or rounding
 _BEYOND = 0.25  # of the span of values at nodes: by how much they may be passed between these, and at the sides
 _MOST_ROUGH, _FEW = 512, 64  # pieces that are taken point by point
 _SOME, _FEWER = [0, 3, 6, 9], [1, 8]  # of the nodes along either axis, if they are few or many
@@ -352,7 +350,7 @@ class _Search:
         rest = rest[np.argsort(-bound[rest], kind="stable")][:_MOST]
         ends = kept.copy()
         ends[rest] = False
-        # Good enough are also errors much smaller than what the bound leaves open, as of pieces beyond the region.
+        # Errors much smaller than the gap between bound and known value do as well, as in pieces beyond the region.
         known = good | (self._trusted(live) & (error < _SMALL * (bound - state.known)))
         for pieces, chosen in ((state.good, ends & known), (state.rough, ends & ~known)):
             pieces.append(Chosen(live[chosen], bound[chosen], error[chosen]))

@@ -27,7 +27,7 @@ from projdist.support import check_numbers, tell
 # ---- declared properties -------------------------------------------------------------------------
 
 
-_MOST = 60  # matrices, so that it costs nothing
+_MOST = 60  # Jacobians, so that the check costs next to nothing
 # PROJ's iterations and elliptic functions leave 1e-6; the wrong ellipsoid, or a series far from home, 1e-4 and more.
 _EXACT = 1e-5
 
@@ -75,9 +75,9 @@ def departure(declared: DeclaredProperty, J: FloatArray) -> float:
 
 
 DEFAULT_TOLERANCE = 1e-8
-_STEEPNESS = 2.0  # a measure's change with the logarithms of the scales, over itself: of second degree at most
+_STEEPNESS = 2.0  # derivative of a measure by the logarithms of the scales, over itself: of second degree at most
 _NOISE = 1e-7  # of logarithms of scales, as interpolation leaves them
-_SLACK = 0.5  # of the tolerance that would do where the error falls in proportion to it, which it may miss a little
+_SLACK = 0.5  # of the tolerance that would be enough if the error were proportional to it
 
 AnyMeasure = str | Measure | Callable[..., FloatArray]
 
@@ -177,7 +177,7 @@ class Field:
         """
         angular = self.statistic("log_anisotropy", "rms").value / np.sqrt(2.0)
         areal = self.statistic("log_areal_scale", "std").value / np.sqrt(2.0)
-        if np.isnan(areal):  # due to noise about a singular point; what angles leave of the whole is known
+        if np.isnan(areal):  # due to noise about a singular point; the rest of the whole is due to areas
             areal = np.sqrt(max(self.airy_kavrayskiy.scaled**2 - angular**2, 0.0))
         angular, areal = (float(value) if np.isfinite(value) else np.inf for value in (angular, areal))
         return angular, areal
@@ -282,7 +282,7 @@ class Field:
             return self.rms(measure)
         one, values = self._given(measure)
         if criterion == "std":
-            return self._with_coarser(one, values, lambda field, _, v: field._std(v))
+            return self._with_coarser(one, values, lambda field, _, v: field._rms(None, v - field._mean(None, v).value))
         if criterion in ("max", "min") and one is not None:
             found = self.maximum(one) if criterion == "max" else self.minimum(one)
             return Estimate(found.value, found.error)
@@ -371,7 +371,7 @@ class Field:
         goals = [Goal(one, self._values(one), largest) for one, largest in wanted]
         found = find_extremes(self.projection, self._samples, goals)
         if self._coarser is not None and self.projection is None:
-            # Coarser nodes lie twice as far from the true extreme: it is missed by at most twice what they miss more.
+            # Coarser nodes lie about twice as far from the true extreme: the error is twice the difference.
             coarse = self._coarser._extremes(wanted)
             found = [
                 one._replace(error=one.error + 2.0 * abs(one.value - other.value))
@@ -397,9 +397,6 @@ class Field:
             return Estimate(np.nan, np.nan)
         square = self._samples.mean(values**2, 2.0 * _STEEPNESS * values**2, most=_undefined(measure))
         return Estimate(*square).root()
-
-    def _std(self, values: FloatArray) -> Estimate:
-        return self._rms(None, values - self._mean(None, values).value)
 
     def _many(self, values: FloatArray, thinned: bool = False) -> tuple[FloatArray, FloatArray]:
         (many,), weights = cubature.quantile_samples(self.region, self._samples, values[None], thinned=thinned)
@@ -485,17 +482,15 @@ def _resolved(projection: Projection, region: Place, measures: dict[str, Measure
     # The squares of flexion and skewness diverge on most maps.
     of_H = [measure for measure in measures.values() if measure.needs_hessian]
     integrands = [integrand for measure in of_J for integrand in (measure, _squared(measure))]
-
-    def resolved(to: float) -> Field:
-        return replace(field_resolving(projection, region, integrands, of_H, tolerance=to), measures=measures)
-
-    field = resolved(tolerance)
+    first = field_resolving(projection, region, integrands, of_H, tolerance=tolerance)
+    field = replace(first, measures=measures)
     error = field.airy_kavrayskiy.error
     check_declared_property(projection, field.jacobian, field.weight, max(tolerance, error))
-    if error > tolerance and not field.limit:
-        # The affine error is no goal of the refinement, and seldom larger than the others.
-        field = resolved(_SLACK * tolerance * tolerance / error)
-    return field
+    if error <= tolerance or field.limit:
+        return field
+    # The affine error is no goal of the refinement, and seldom larger than the others.
+    finer = _SLACK * tolerance * tolerance / error
+    return replace(field_resolving(projection, region, integrands, of_H, tolerance=finer), measures=measures)
 
 
 def _squared(measure: Measure) -> Integrand:

@@ -21,7 +21,7 @@ from projdist.regions import Region
 
 TEAR = 1e-4  # of the semi-major axis; smaller jumps are PROJ's own (eck4 snaps to its pole line by 2e-5)
 _SLIVER = 1e-13  # of a slice; less of the region in it is rounding
-_TRIAL, _REST = 7, 29  # halvings: a steep place is told from a tear after a few, a tear is placed to 1e-11 of the panel
+_TRIAL, _REST = 7, 29  # halvings: a few distinguish steep places from tears, all locate a tear to 1e-11 of the panel
 _STATIONS = np.concatenate([[-1.0], NODES, [1.0]])
 
 

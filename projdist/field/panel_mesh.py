@@ -54,7 +54,7 @@ class MeshGoal:
     gives_up: bool = False
 
     def sensitivity(self, means: FloatArray) -> FloatArray:
-        """What an error of each integrand's mean counts, in tolerances."""
+        """The weight of an error of each integrand's mean, in tolerances."""
         result = np.zeros(len(means))
         if self.column:
             result[self.column] = 1.0 / (self.tolerance * max(1.0, abs(float(means[self.column]))))
@@ -162,7 +162,7 @@ class Mesh:
             done[hard] = cuts.done
             guided = np.isfinite(cuts.split_at).any(axis=-1)
             split_at[hard[guided]] = cuts.split_at[guided]
-            # Where the map ends beside the region, in the same rectangle, only a smaller rectangle tells.
+            # If the map ends beside the region, in the same rectangle, only a smaller rectangle can show it.
             loose = undecided & ~done & (area < _LOOSE * (pieces.density * PLANE_WEIGHTS).sum(axis=(1, 2)))
             split_at[loose, 0], split_at[loose, 1] = np.nan, 0.5 * rectangles[loose, 2:].sum(axis=1)
             pieces = Pieces.joined([pieces.take(whole & ~done), *cuts.pieces])
@@ -299,7 +299,7 @@ class Mesh:
         least = 1.0 if goal.gives_up else 0.1 * error[~can].sum()
         if error[can].sum() < least:
             return none, "rounding"
-        # Leave alone the small ones that together hold half of what is allowed, or little of what there is.
+        # Leave the small errors that together are half of the tolerance, or little of the sum.
         order = np.argsort(error)
         small = np.searchsorted(np.cumsum(error[order]), max(0.5, _MARKING * error[can].sum()))
         return order[small:][can[order[small:]]], "rounding"
@@ -334,11 +334,11 @@ class Mesh:
         panels = self.panels
         before = panels.tails[chosen, goal.column].sum(axis=-1)
         after = _summed(panels.tails[children, goal.column].sum(axis=-1), parent, chosen.size)
-        # Of a panel that was cut only a split across the cut tells, and that it always does.
+        # In a panel that was cut, only a split across the cut shows progress, and it always does.
         was_cut, across = panels.cut[chosen], np.isnan(panels.split_at[chosen]).any(axis=-1)
         stuck = (after > goal.stuck * before) & ~panels.undecided[chosen] & (across | ~was_cut)
-        settled = (panels.cut[children] & was_cut[parent]) | (panels.unresolved[children] < _NOISE)
-        np.logical_and.at(stuck, parent, settled & ~panels.undecided[children])
+        resolved = (panels.cut[children] & was_cut[parent]) | (panels.unresolved[children] < _NOISE)
+        np.logical_and.at(stuck, parent, resolved & ~panels.undecided[children])
         # Rounding is small in large panels: there it is a singularity that the nodes had missed.
         # Integrands come in any unit; as for goals, their size counts where their mean is above 1.
         level = max(self.region_area, abs(float(panels.integrals[panels.alive, goal.column].sum()))) / self.region_area

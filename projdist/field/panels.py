@@ -39,7 +39,7 @@ class Rows:
 
 _DEEPEST = 8  # strips of strips: each is a 38th as wide, the last one rounding
 _INSET = 1e-9  # of half a panel: a seam on the side itself does no harm
-LINES = [1, 4, 8]  # the nodes through which lines are laid from side to side
+LINES = [1, 4, 8]  # the nodes through which lines go from side to side
 _LINES = NODES[LINES]
 _SIDES = np.array([_INSET - 1.0, 1.0 - _INSET])
 _STATIONS = np.concatenate([_SIDES, NODES])
@@ -48,7 +48,7 @@ _STRIP = 1.0 + NODES[0]  # of half a panel: as far as the first node
 _LEAST = 1e-3  # of the semi-major axis; a smaller jump over so small a strip does not matter
 _EIGHTHS = np.arange(9.0)[:, None] / 8.0
 _DIVISIONS, _MOST_OF_IT = 4, 0.1
-_UNRESOLVED = 10.0  # times the last coefficients; what is left out of series that fall slowly is as large
+_UNRESOLVED = 10.0  # times the last coefficients: the rest of a series that falls slowly is as large
 
 
 def torn_sides(
@@ -133,10 +133,10 @@ def _places(rectangles: FloatArray, axis: int, stations: FloatArray) -> list[Flo
 def _smallest_step(
     projection: Projection, region: Region, patch: IntArray, ends: FloatArray, f: FloatArray
 ) -> FloatArray:
-    """What is left of the steps of f, x and y (2, 2, n) at places u, v (2, 2, n), in a tiny part of the way.
+    """Steps (n,) of f, x and y (2, 2, n) at the ends u, v (2, 2, n), in a tiny part of the way.
 
-    It is the part with the largest step of eight, again and again: a kink or a steep place leaves next to nothing, a
-    tear all of it.
+    The way is divided into eight, and the part with the largest step again: at a kink or a steep place next to nothing
+    of the step is left, at a tear all of it.
     """
     rows = np.arange(len(patch))
     for _ in range(_DIVISIONS):
@@ -183,7 +183,7 @@ _SHARE, _AREA, _ALONG = 0, 1, slice(2, 4)
 
 @dataclass(frozen=True)
 class Layout:
-    """The nodes of panels, or of smooth pieces of them, on an ellipsoid, whatever the map.
+    """The nodes of panels, or of smooth pieces of them, on an ellipsoid, without a map.
 
     `grids` (k, n, p, p) are the chart coordinates u, v, longitudes and latitudes in degrees, m^2 in the unit square of
     the nodes, m^2 by node, and d(east, north) / d(r, s) in metres, of which the mixed ones are left out where they
@@ -243,7 +243,7 @@ def lay(
 ) -> Layout:
     """The layout of pieces with chart coordinates u, v at their nodes (n, p, p).
 
-    `rule` holds the nodes' weights on the square of r and s; a `whole` piece has Gauss's.
+    `rule` holds the nodes' weights on the square of r and s; a `whole` piece has those of Gauss.
     """
     points = region.chart(patch[:, None, None], u, v)
     meridian, vertical = ellipsoid.radii(points.lat)
@@ -301,7 +301,7 @@ class Plan:
                 self._first.pop(next(iter(self._first)))
             patch, rectangles = self.region.panels(breaks)
             clips = self.region.clip(patch, rectangles)
-            layout = self._laid(patch[clips.kept], clips)
+            layout = self._layout_of(patch[clips.kept], clips)
             beside = _on_lines(self.region, layout.patch, clips.rectangles, _SIDES)
             pairs = zip((layout.lon, layout.lat), beside, strict=True)
             lon, lat = (np.concatenate([at_nodes.ravel(), at_sides.ravel()]) for at_nodes, at_sides in pairs)
@@ -315,7 +315,7 @@ class Plan:
         new = [i for i, key in enumerate(keys) if key not in kept]
         if new:
             index = np.array(new)
-            layout = self._laid(patch[index], Clips(*(values[index] for values in clips)))
+            layout = self._layout_of(patch[index], Clips(*(values[index] for values in clips)))
             if len(new) == len(keys) and len(kept) + len(new) > _MOST:
                 return layout
             found = {keys[i]: (layout.grids[:, k].copy(), layout.numbers[k]) for k, i in enumerate(new)}
@@ -326,7 +326,7 @@ class Plan:
         blocks = [kept[key] for key in keys]
         return Layout(patch, np.stack([grid for grid, _ in blocks], axis=1), np.array([one for _, one in blocks]))
 
-    def _laid(self, patch: IntArray, clips: Clips) -> Layout:
+    def _layout_of(self, patch: IntArray, clips: Clips) -> Layout:
         u0, u1, v0, v1 = clips.rectangles.T[..., None, None]
         half_u, half_v = 0.5 * (u1 - u0), 0.5 * (v1 - v0)
         shape = (len(patch), NODES.size, NODES.size)

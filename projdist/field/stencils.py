@@ -368,23 +368,19 @@ def hessian(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> Float
     best = np.full((lon.size, 3, 2), np.nan)
     best_error = np.full(lon.size, np.inf)
     index = np.arange(lon.size)
-    offsets = np.array([1.0, -1.0, 2.0, -2.0, 3.0, -3.0])
+    along_east, along_north = np.array(_LINES).T[:, :, None, None]
     for step in _STEPS:
-        centre = np.stack(projection(lon[index], lat[index]))
+        place = lon[index], lat[index]
+        centre = np.stack(projection(*place))
         metres = step * projection.ellipsoid.a
-        distance = step * offsets[:, None]
-        high, low = [], []
-        for along_east, along_north in (EAST, NORTH, DIAGONAL):
-            f = np.stack(
-                projection(
-                    *drop(projection.ellipsoid, lon[index], lat[index], along_east * distance, along_north * distance)
-                )
-            )
-            bends = np.stack([f[:, j] + f[:, j + 1] - 2.0 * centre for j in (0, 2, 4)])
-            high.append(np.einsum("m,min->ni", _SECOND, bends) / metres**2)
-            low.append(np.einsum("m,min->ni", _SECOND_LOW, bends) / metres**2)
-        values = np.stack(high, axis=1)
-        gap = np.max(np.abs(values - np.stack(low, axis=1)), axis=(1, 2)) * projection.ellipsoid.a
+        distance = step * _CENTRAL_OFFSETS[:, None]
+        f = np.stack(projection(*drop(projection.ellipsoid, *place, along_east * distance, along_north * distance)))
+        bends = f[:, :, 0::2] + f[:, :, 1::2] - 2.0 * centre[:, None, None]
+        values, low = (
+            np.asarray(sum(weight * bends[:, :, m] for m, weight in enumerate(weights))).T / metres**2
+            for weights in (_SECOND, _SECOND_LOW)
+        )
+        gap = np.max(np.abs(values - low), axis=(1, 2)) * projection.ellipsoid.a
         error = np.where(np.isfinite(gap), gap, np.inf)
         better = error < best_error[index]
         best[index[better]], best_error[index[better]] = values[better], error[better]
