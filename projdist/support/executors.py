@@ -80,22 +80,15 @@ def own_executor(tasks: int) -> Iterator[Executor | None]:
     others = multiprocessing.active_children()
     with ProcessPoolExecutor(cores, multiprocessing.get_context("fork"), initializer=default_signals) as pool:
         try:
-            _fork(pool)
+            # No Python thread runs. Threads of libraries, of which Python 3.12 warns, are safe to fork: OpenBLAS stops
+            # its own before, and jemalloc, which comes with pyarrow, handles its locks.
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", r".*is multi-threaded, use of fork", DeprecationWarning)
+                pool.submit(os.getpid)  # starts the processes
             yield pool
         except BaseException:  # also Ctrl-C: terminate workers without waiting
             _end_all_but(others)
             raise
-
-
-def _fork(pool: Executor) -> None:
-    """Start the processes of a pool.
-
-    `own_executor` ensures that no Python thread runs. Threads of libraries, of which Python 3.12 warns, are safe to
-    fork: OpenBLAS stops its own before, and jemalloc, which comes with pyarrow, handles its locks.
-    """
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", r".*is multi-threaded, use of fork", DeprecationWarning)
-        pool.submit(os.getpid)
 
 
 @contextlib.contextmanager
@@ -126,8 +119,9 @@ def _end_all_but(others: Sequence[multiprocessing.process.BaseProcess]) -> None:
 class Processes(Executor):
     """Worker processes; a lost one loses only its own tasks and is replaced.
 
-    Each is a pool of one. They are forked from a clean server process, not from this one, which has threads, so that
-    scripts must be guarded by `if __name__ == "__main__"`. They end when this process ends, for whatever reason.
+    Each is a pool of one: a larger pool of the standard library or of loky is broken for all tasks by one lost process.
+    They are forked from a clean server process, not from this one, which has threads, so that scripts must be guarded
+    by `if __name__ == "__main__"`. They end when this process ends, for whatever reason.
     """
 
     def __init__(self, number: int) -> None:
@@ -135,18 +129,19 @@ class Processes(Executor):
         self._context: Any = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
         self._others = multiprocessing.active_children()
         self._lock = threading.Lock()
+        self.number = number
         self._pools = [self._pool() for _ in range(number)]
         self._waiting = [0] * number
-
-    @property
-    def number(self) -> int:
-        """Number of processes."""
-        return len(self._pools)
 
     def submit(
         self, fn: Callable[Arguments, Result], /, *args: Arguments.args, **kwargs: Arguments.kwargs
     ) -> Future[Result]:
         """Submit a call to the process with the fewest tasks."""
+
+        def count_down(_: object) -> None:
+            with self._lock:
+                self._waiting[place] -= 1
+
         with self._lock:
             place = min(range(len(self._pools)), key=self._waiting.__getitem__)
             try:
@@ -156,7 +151,7 @@ class Processes(Executor):
                 self._pools[place] = self._pool()
                 future = self._pools[place].submit(fn, *args, **kwargs)
             self._waiting[place] += 1
-        future.add_done_callback(lambda _: self._count_down(place))
+        future.add_done_callback(count_down)
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -173,10 +168,6 @@ class Processes(Executor):
     def _pool(self) -> ProcessPoolExecutor:
         return ProcessPoolExecutor(1, self._context, initializer=_begin)
 
-    def _count_down(self, place: int) -> None:
-        with self._lock:
-            self._waiting[place] -= 1
-
 
 def _begin() -> None:
     """Initialise a worker of `Processes`: end silently on signals, and with the parent process.
@@ -188,12 +179,13 @@ def _begin() -> None:
         os.environ.setdefault(name, "1")
     parent = multiprocessing.parent_process()
     if parent is not None:
-        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+        sentinel = parent.sentinel
 
+        def end_with_parent() -> None:
+            wait([sentinel])
+            os._exit(1)
 
-def _end_with(sentinel: int) -> None:
-    wait([sentinel])
-    os._exit(1)
+        threading.Thread(target=end_with_parent, daemon=True).start()
 
 
 def places_in(executor: Executor) -> int:
@@ -258,30 +250,20 @@ def run_all(
         if progress is not None:
             progress(len(results))
 
-    if executor is not None:
-        _run_on(executor, function, tasks, keep)
+    tries = 0
+    while executor is not None and tries <= _RETRIES and len(results) < len(tasks):
+        tries += 1
+        futures: dict[Future[Result], int] = {}
+        with contextlib.suppress(BrokenExecutor):
+            for index, task in enumerate(tasks):
+                if index not in results:
+                    futures[executor.submit(function, task)] = index
+        for future in as_completed(futures):
+            with contextlib.suppress(BrokenExecutor, CancelledError):
+                keep(futures[future], future.result())
+        if not futures:  # the executor is broken
+            break
     for index, task in enumerate(tasks):
         if index not in results:
             keep(index, function(task))
     return [results[index] for index in range(len(tasks))]
-
-
-def _run_on(
-    executor: Executor,
-    function: Callable[[Task], Result],
-    tasks: Sequence[Task],
-    keep: Callable[[int, Result], None],
-) -> None:
-    """Run tasks on an executor and repeat lost ones, until it accepts no more."""
-    waiting = list(range(len(tasks)))
-    for _ in range(1 + _RETRIES):
-        futures: dict[Future[Result], int] = {}
-        with contextlib.suppress(BrokenExecutor):
-            for index in waiting:
-                futures[executor.submit(function, tasks[index])] = index
-        for future in as_completed(futures):
-            with contextlib.suppress(BrokenExecutor, CancelledError):
-                keep(futures[future], future.result())
-                waiting.remove(futures[future])
-        if not waiting or not futures:
-            return
