@@ -1,8 +1,13 @@
 from .batches import Area, Batch, BatchFailure, BatchResult, areas_of, batch
-from .correction_fields import LocalCorrections, local_corrections
-from .corrections import CONSTRAINTS, CORRECTION_CRITERIA, Correction, correct
-from .distances import distance_distortion, great_circle_bending
-from .finite_distortions import DISTANCE_MEASURES, FiniteDistortion
+from .corrections import (
+    CONSTRAINTS,
+    CORRECTION_CRITERIA,
+    Correction,
+    LocalCorrections,
+    correct,
+    local_corrections,
+)
+from .distances import DISTANCE_MEASURES, FiniteDistortion, distance_distortion, great_circle_bending
 from .point_factors import Factors, factors
 from .profiles import Profile, elevation_factor, profile
 from .published_indices import (

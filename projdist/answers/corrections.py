@@ -1,25 +1,36 @@
-"""Corrected maps: a projection times the linear map that lessens its distortion over a region most.
+"""Linear corrections of a map: one for a region, and local ones for caps about points.
 
-The best linear map is T^-1, T the mean distorting transformation of the projection's Jacobians by true area. Of
-determinant 1 the best one is T^-1 sqrt(det T), and of uniform scales 1 / sqrt(det T), because the logarithm of the
-areal scale and the shape add their squares to the distortion (D. Ozeri, "Riemannian Geometry Approach for Minimizing
-Distortion and its Applications"). That is the linear map of the least mean square; the geometric median of the
-Jacobians is that of the least mean, which the few places that are distorted most move little.
+The best linear map is T^-1, where T is the mean distorting transformation of the projection's Jacobians by true area.
+The best one of determinant 1 is T^-1 sqrt(det T), and the best uniform scale 1 / sqrt(det T), because the distortion is
+the sum of the squares of the logarithm of the areal scale and of the shape (D. Ozeri, "Riemannian Geometry Approach for
+Minimizing Distortion and its Applications"). This minimises the mean square; the geometric median of the Jacobians
+minimises the mean, on which the few places of the largest distortion have little influence.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from projdist._typing import FloatArray
-from projdist.answers.summaries import Summary, summary_of
-from projdist.field import Spread, field_resolving, sample
-from projdist.matrices import Decomposition, Rotation, areal_scale, decompose, field_rotation, orientation
+from projdist._typing import BoolArray, FloatArray
+from projdist.answers.summaries import summary_of
+from projdist.earth import Ellipsoid, destination
+from projdist.field import Spread, field_resolving, jacobian, sample
+from projdist.matrices import (
+    Decomposition,
+    Rotation,
+    areal_scale,
+    decompose,
+    factor_distance,
+    field_rotation,
+    mdt,
+    orientation,
+)
 from projdist.projections import (
     Projection,
     ProjectionError,
@@ -30,71 +41,63 @@ from projdist.projections import (
     uncomposed,
     wkt_of,
 )
-from projdist.regions import Place, RegionLike, region_for
-from projdist.support import Answer, check_bool, check_choice, plain
+from projdist.regions import Place, RegionLike, reaches, region_for
+from projdist.support import HIDDEN, Answer, FieldSchema, check_bool, check_choice, check_degrees, check_number, figure
 
-# The matrix is as good as the integrals are: the cost has no first order about it, but its gradient has.
+# The matrix is as good as the integrals: near the minimum the cost changes in second order, its gradient in first.
 _TOLERANCE = 1e-10
-_POOR = 0.1  # of an error: an estimate as large leaves no digit of the matrix
-_TURNED_OVER = 1e-6  # share of the area that may be mirrored by rounding, as Lambert's azimuthal map is at its antipode
-
-
+_POOR = 0.1  # share of an error whose estimate leaves no digit of the matrix
+_TURNED_OVER = 1e-6  # share of the area that rounding may mirror, as at the antipode of Lambert's azimuthal map
 _LEAST_ANGLE, _DIGITS = 1e-7, 7  # degrees; of scales
 
-
-def _affine(T: FloatArray) -> FloatArray:
-    """Any linear map: the least Airy-Kavrayskiy error."""
-    return np.asarray(np.linalg.inv(T))
-
-
-def _stretch(T: FloatArray) -> FloatArray:
-    """Linear maps of determinant 1, which keep areas."""
-    return np.asarray(np.linalg.inv(T) * np.sqrt(np.linalg.det(T)))
-
-
-def _scale(T: FloatArray) -> FloatArray:
-    """Uniform scales, which keep angles."""
-    return np.eye(2) / np.sqrt(np.linalg.det(T))
-
-
 CORRECTION_CRITERIA = ("mean", "median")
-"""What a correction makes least: the mean square of the Fisher distortion (T is the Frechet mean), or its mean."""
+"""What a correction minimises: the mean square of the Fisher distortion (T is the Frechet mean), or its mean."""
 
-CONSTRAINTS: dict[str, Callable[[FloatArray], FloatArray]] = {"affine": _affine, "stretch": _stretch, "scale": _scale}
+CONSTRAINTS: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "affine": lambda T: np.asarray(np.linalg.inv(T)),  # any linear map
+    "stretch": lambda T: np.asarray(np.linalg.inv(T) * np.sqrt(np.linalg.det(T))),  # determinant 1, keeps areas
+    "scale": lambda T: np.eye(2) / np.sqrt(np.linalg.det(T)),  # uniform scales, keep angles
+}
+"""The linear maps that are allowed, each with the best one for a mean T."""
+
+
+def _fisher(suffix: str) -> dict[str, FieldSchema]:
+    """Metadata of the mean and median Fisher distortion."""
+    return figure(of={f"fisher_{name}{suffix}": f"{name}.value" for name in Spread._fields}, spread=True)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Correction(Answer):
-    """A projection, the linear map that corrects it, and the map that comes of it.
+    """A projection, the linear map that corrects it, and the corrected map.
 
-    `matrix` (2, 2) is what x, y in metres are multiplied with. The Airy-Kavrayskiy errors are those of
-    the projection as it is, after the best uniform scale, after the best linear map, and that of
-    `corrected`, measured anew; `error_estimate` bounds the error of all four. `parameters` is the
-    corrected map by the projection's own parameters, `pipeline` its PROJ pipeline, `wkt` its WKT2;
-    each is None where there is none, and `wkt_reason` tells why. `matrix_error` is by how much the logarithms of the
-    matrix's scales may be wrong. With the criterion "median" the three of `spread`, else None, have the mean Fisher
-    distortion by area, and what half of the area is below: as the projection is, after the best linear map (the MDT),
-    and corrected.
+    x, y in metres are multiplied by `matrix` (2, 2), whose `parts` are scale, stretch and its azimuth on the map, shear
+    and rotation. The Airy-Kavrayskiy errors are those of the projection as it is, after the best uniform scale, after
+    the best linear map, and that of `corrected`, measured anew; `error_estimate` bounds the error of all four.
+    `matrix_error` is the error of the logarithms of the matrix's scales. `parameters` is the corrected map by the
+    projection's own parameters, `pipeline` its PROJ pipeline, `wkt` its WKT2; each is None if there is none, with the
+    `wkt_reason`. With the criterion "median" the three `spread`s, else None, have the mean and the median of the Fisher
+    distortion by area: of the projection as it is, after the best linear map (the MDT), and corrected.
     """
 
-    projection: Projection
-    given: str
-    region: Place
+    given: str = field(metadata=figure("projection"))
+    projection: Projection = field(metadata=figure(of=("name", "definition"), spread=True))
+    region: Place = field(metadata=figure(of=("name", "area_km2")))
     criterion: str
     constraint: str
     keep_north: bool
     coverage: float
-    matrix: FloatArray = field(compare=False)
-    corrected: Projection
+    matrix: FloatArray
+    corrected: Projection = field(metadata=HIDDEN)
     airy_kavrayskiy: float
     airy_kavrayskiy_scaled: float
     airy_kavrayskiy_affine: float
     airy_kavrayskiy_corrected: float
     error_estimate: float
     matrix_error: float
-    spread: Spread | None
-    spread_affine: Spread | None
-    spread_corrected: Spread | None
+    spread: Spread | None = field(metadata=_fisher(""))
+    spread_affine: Spread | None = field(metadata=_fisher("_affine"))
+    spread_corrected: Spread | None = field(metadata=_fisher("_corrected"))
+    parts: Decomposition = field(metadata=figure(spread=True))
     note: str
     parameters: str | None
     pipeline: str | None
@@ -102,13 +105,8 @@ class Correction(Answer):
     wkt_reason: str | None
 
     @property
-    def parts(self) -> Decomposition:
-        """Scale, stretch and its azimuth on the map, shear and rotation of the matrix."""
-        return decompose(self.matrix)
-
-    @property
     def words(self) -> str:
-        """What the matrix does, in one line, with no more digits than are known."""
+        """The parts of the matrix in one line, with the digits that are known."""
         parts = self.parts
         digits = min(max(-math.floor(math.log10(self.matrix_error or 1e-16)), 1), _DIGITS)
         said = [f"scale {parts.scale:.{digits}g}"]
@@ -125,42 +123,6 @@ class Correction(Answer):
         figures = f"AK {self.airy_kavrayskiy:.4g} to {self.airy_kavrayskiy_corrected:.4g}"
         by = self.constraint if self.criterion == "mean" else f"{self.constraint} ({self.criterion})"
         return f"{self.projection.name} over {self.region.name}: {figures}, by {by}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON; what is undefined is None."""
-        return {
-            "projection": self.given,
-            "name": self.projection.name,
-            "definition": self.projection.definition,
-            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
-            "criterion": self.criterion,
-            "constraint": self.constraint,
-            "keep_north": self.keep_north,
-            "coverage": self.coverage,
-            "matrix": self.matrix.tolist(),
-            "airy_kavrayskiy": plain(self.airy_kavrayskiy),
-            "airy_kavrayskiy_scaled": plain(self.airy_kavrayskiy_scaled),
-            "airy_kavrayskiy_affine": plain(self.airy_kavrayskiy_affine),
-            "airy_kavrayskiy_corrected": plain(self.airy_kavrayskiy_corrected),
-            "error_estimate": plain(self.error_estimate),
-            "matrix_error": plain(self.matrix_error),
-            **self._spreads(),
-            **{name: plain(float(value)) for name, value in self.parts._asdict().items()},
-            "note": self.note,
-            "parameters": self.parameters,
-            "pipeline": self.pipeline,
-            "wkt": self.wkt,
-            "wkt_reason": self.wkt_reason,
-        }
-
-    def _spreads(self) -> dict[str, float | None]:
-        """Mean and median Fisher distortions by name, None where they were not asked for."""
-        spreads = {"": self.spread, "_affine": self.spread_affine, "_corrected": self.spread_corrected}
-        return {
-            f"fisher_{name}{suffix}": None if spread is None else plain(getattr(spread, name).value)
-            for suffix, spread in spreads.items()
-            for name in Spread._fields
-        }
 
     def _table(self) -> list[dict[str, Any]]:
         """One row, the matrix and the region in columns of their own."""
@@ -193,35 +155,34 @@ def correct(
     projection : ProjectionLike
         Anything that `Projection.from_user_input` takes.
     region : RegionLike, optional
-        Anything that `get_region` takes. Without one it is the area of use of a CRS, and the globe for other
-        projections.
+        Anything that `get_region` takes; by default the area of use of a CRS, or the globe for other projections.
     criterion : {"mean", "median"}, default "mean"
-        "mean": the least mean square of the Fisher distortion, which is the Airy-Kavrayskiy error; "median": its least
-        mean, by the geometric median of the Jacobians, good to 1e-5 to 1e-4. Half of the area then mostly has less,
-        and the places that are distorted most, as those about poles, have more.
+        "mean" minimises the mean square of the Fisher distortion, which is the Airy-Kavrayskiy error; "median" its
+        mean, by the geometric median of the Jacobians, good to 1e-5 to 1e-4. With the median the better half of the
+        area mostly has less distortion, and the worst places, as about poles, have more.
     constraint : {"affine", "stretch", "scale"}, default "affine"
         "affine" allows any linear map, "stretch" those of determinant 1 (an equal-area map stays equal-area at its
-        scale), "scale" uniform scales. With the median "affine" alone; it leaves conformal maps conformal and
+        scale), "scale" uniform scales. With the median only "affine"; it leaves conformal maps conformal and
         equal-area maps equal-area.
     keep_north : bool, default True
-        Whether what is vertical on the map stays vertical; else the map is turned so that north is up on average.
+        Whether vertical directions on the map stay vertical; else the map is turned so that north is up on average.
     tolerance : float, default 1e-10
-        That of the integrals.
+        Largest error of the integrals.
 
     Returns
     -------
     Correction
-        The `matrix` (2, 2) that x, y in metres are multiplied with, the map `corrected`, the errors of both, and the
-        corrected map as parameters, PROJ pipeline and WKT2, where there are such.
+        The `matrix` (2, 2) by which x, y in metres are multiplied, the map `corrected`, the errors of both, and the
+        corrected map as parameters, PROJ pipeline and WKT2, if they exist.
 
     Raises
     ------
     ProjectionError
-        For what is no projection, where no point of the region can be projected, and without `keep_north` for a map
-        that mirrors a part of the region.
+        For an unknown projection, if no point of the region can be projected, and without `keep_north` for a map that
+        mirrors a part of the region.
     ValueError
         For an unknown region, criterion or constraint, another constraint than "affine" with the median, a `keep_north`
-        that is neither True nor False, and a tolerance that is not positive.
+        that is neither True nor False, or a tolerance that is not positive.
 
     References
     ----------
@@ -231,7 +192,7 @@ def correct(
 
     Examples
     --------
-    Of the plate carree x shrinks by 2 / e.
+    The correction of the plate carree shrinks x by 2 / e.
 
     >>> found = correct("plate-carree")
     >>> found.words
@@ -253,8 +214,9 @@ def correct(
     projection = Projection.from_user_input(projection)
     place = region_for(region, [projection])
     before = summary_of(projection, place, tolerance=tolerance)
-    T, matrix_error, notes = before.mdt, before.error_estimate, [_orientation(before)]
-    field = None
+    T, matrix_error, notes, field = before.mdt, before.error_estimate, [], None
+    if before.mirrored > _TURNED_OVER:
+        notes.append(f"The map mirrors {100.0 * before.mirrored:.4g} % of the region; no distortion sees that.")
     if criterion == "median":
         field = sample(projection, place)
         T, matrix_error, unique = field.geometric_median
@@ -284,6 +246,7 @@ def correct(
         keep_north=keep_north,
         coverage=before.coverage,
         matrix=matrix,
+        parts=decompose(matrix),
         corrected=corrected,
         airy_kavrayskiy=before.airy_kavrayskiy,
         airy_kavrayskiy_scaled=before.airy_kavrayskiy_scaled,
@@ -302,15 +265,8 @@ def correct(
     )
 
 
-def _orientation(before: Summary) -> str:
-    """What is to be said of a map that mirrors."""
-    if before.mirrored <= _TURNED_OVER:
-        return ""
-    return f"The map mirrors {100.0 * before.mirrored:.4g} % of the region; no distortion sees that."
-
-
 def _without_noise(matrix: FloatArray, noise: float) -> FloatArray:
-    """The matrix without turn, shear or stretch that are not known to be there: simple maps then stay simple."""
+    """The matrix without rotation, shear or stretch below the noise, so that simple maps stay simple."""
     scale = float(np.sqrt(areal_scale(matrix)))
     cleaned = np.where(np.abs(matrix) > noise * scale, matrix, 0.0)
     return scale * np.eye(2) if np.abs(cleaned - scale * np.eye(2)).max() <= noise * scale else cleaned
@@ -320,7 +276,7 @@ def _rotation(projection: Projection, region: Place, T: FloatArray, tolerance: f
     """The rotation after which the corrected map's mean orientation is north."""
     field = field_resolving(projection, region, tolerance=tolerance)
     side = orientation(field.jacobian)
-    # Mirrored maps have their east turned about, so that their north tells the orientation.
+    # Mirrored maps get their east reversed, so that their north gives the orientation.
     common = 1.0 if np.sum(field.weight * np.nan_to_num(side)) > 0 else -1.0
     defined = side == common
     if field.weight[side == -common].sum() > _TURNED_OVER * field.weight.sum():
@@ -329,3 +285,174 @@ def _rotation(projection: Projection, region: Place, T: FloatArray, tolerance: f
             "it has no mean orientation; keep north."
         )
     return field_rotation(field.jacobian[defined] * [common, 1.0], field.weight[defined], T)
+
+
+# ---- local corrections ---------------------------------------------------------------------------
+
+# About each point the mean distorting transformation T of the Jacobians in a cap is taken. Because its rotation is
+# arbitrary, the correction is the symmetric (T T^T)^-1/2, which turns nothing. As the cap shrinks, T T^T becomes J J^T,
+# and the correction undoes the symmetric polar factor of J, so that only a rotation is left.
+
+# Nodes of a cap: the trapezoidal rule in azimuth, Gauss' rule in the area within a distance. On caps of 2000 km of
+# smooth maps the corrections are good to 1e-6; on caps with a pole line, a seam or an edge to a few per cent.
+_AZIMUTHS, _RINGS = 12, 5
+_NODES, _GAUSS = np.polynomial.legendre.leggauss(_RINGS)
+
+
+# Poorer rules, as weights relative to the whole one: half of the azimuths, the other half, and three rings, the first,
+# the middle and the last node at -t, 0 and t with the weights that are exact for parabolas.
+_EVEN = np.tile(np.arange(_AZIMUTHS) % 2 == 0, _RINGS)
+_OUTER = 1.0 / (3.0 * _NODES[-1] ** 2)
+_POORER = np.stack(
+    [_EVEN, ~_EVEN, np.repeat(np.array([_OUTER, 0.0, 2.0 - 2.0 * _OUTER, 0.0, _OUTER]) / _GAUSS, _AZIMUTHS)]
+)
+_ENOUGH = 0.5  # share of a cap's area that must be on the map
+_LARGEST = 10_000.0  # km, nearly half of the globe: a larger correction is hardly local
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class LocalCorrections(Answer):
+    """The corrections at points, for caps of `radius_km` about them.
+
+    `matrix` (..., 2, 2) is symmetric and positive definite, NaN where less than half of a cap is on the map. `error`
+    (...) estimates its relative error, by its change with fewer nodes.
+    """
+
+    projection: Projection
+    radius_km: float
+    lon: FloatArray
+    lat: FloatArray
+    matrix: FloatArray
+    error: FloatArray
+
+    @property
+    def parts(self) -> Decomposition:
+        """Scale, and stretch with its azimuth on the map, of the matrices."""
+        return decompose(self.matrix)
+
+    def take(self, keep: BoolArray) -> LocalCorrections:
+        """The corrections at some of the points."""
+        names = ("lon", "lat", "matrix", "error")
+        return replace(self, **{name: getattr(self, name)[keep] for name in names})
+
+    def _line(self) -> str:
+        return f"{self.projection.name}: {self.lon.size} caps of {self.radius_km:g} km"
+
+    def to_dict(self) -> dict[str, Any]:
+        """`{"projection", "name", "definition", "radius_km", "results": [{"lon", "lat", "scale", ..., "matrix"}]}`."""
+        results = [
+            row | {"matrix": matrix.tolist() if np.isfinite(matrix).all() else None}
+            for row, matrix in zip(self.plain_rows(), self.matrix.reshape(-1, 2, 2), strict=True)
+        ]
+        return {
+            "projection": self.projection.label,
+            "name": self.projection.name,
+            "definition": self.projection.definition,
+            "radius_km": self.radius_km,
+            "results": results,
+        }
+
+    def _table(self) -> dict[str, FloatArray]:
+        parts = self.parts
+        columns = {"lon": self.lon, "lat": self.lat, "scale": parts.scale, "stretch": parts.stretch}
+        columns |= {"stretch_azimuth": parts.stretch_azimuth, "error": self.error}
+        return {name: np.ravel(values) for name, values in columns.items()}
+
+
+def local_corrections(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike, radius_km: float) -> LocalCorrections:
+    """The corrections of a projection over caps about points in degrees.
+
+    Parameters
+    ----------
+    projection : ProjectionLike
+        Anything that `Projection.from_user_input` takes.
+    lon, lat : array_like (...)
+        Centres of the caps in degrees, of shapes that broadcast.
+    radius_km : float
+        Radius of the caps in km, above 0 and at most 10,000, measured as for `Cap`.
+
+    Returns
+    -------
+    LocalCorrections
+        Its `matrix` (..., 2, 2) is the symmetric (T T^T)^-1/2, which turns nothing, with the mean distorting
+        transformation T of the cap; NaN where less than half of a cap is on the map. `error` (...) estimates its
+        relative error.
+
+    Raises
+    ------
+    ProjectionError
+        For an unknown projection.
+    ValueError
+        For a radius that is not above 0 and at most 10,000 km, or shapes that do not broadcast.
+
+    References
+    ----------
+    D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications: the mean distorting
+    transformation.
+
+    Examples
+    --------
+    At 60 degrees north the plate carree is twice too wide. The correction of a small cap is the inverse of the stretch.
+
+    >>> local_corrections("plate-carree", 0, 60, radius_km=1).matrix.round(6)
+    array([[0.5, 0. ],
+           [0. , 1. ]])
+    """
+    radius_km = check_number("radius", radius_km)
+    if not 0.0 < radius_km <= _LARGEST:
+        raise ValueError(f"Invalid radius '{radius_km}'. It must be above 0 and at most {_LARGEST:,.0f} km.")
+    projection = Projection.from_user_input(projection)
+    lon, lat = check_degrees(lon, lat)
+    lons, lats, share = _cap_nodes(projection.ellipsoid.ground, lon.ravel(), lat.ravel(), radius_km)
+    J = jacobian(projection, lons, lats)
+    meridian, vertical = projection.ellipsoid.radii(lats)
+    area = share * meridian * vertical
+    defined = np.isfinite(J).all(axis=(-1, -2)) & (areal_scale(J) > 0)
+    weights = np.where(defined, area, 0.0)
+    known = (weights.sum(axis=-1) >= _ENOUGH * area.sum(axis=-1)) & (np.abs(lat.ravel()) <= 90.0)
+    matrix, error = np.full((lon.size, 2, 2), np.nan), np.full(lon.size, np.nan)
+    if known.any():
+        J, weights = np.where(defined[..., None, None], J, np.eye(2))[known], weights[known]
+        T = mdt(J, weights).T
+        U, scales, _ = np.linalg.svd(T)
+        matrix[known] = (U / scales[:, None, :]) @ np.swapaxes(U, 1, 2)
+        error[known] = _change(T, J, weights)
+    shape = lon.shape
+    return LocalCorrections(
+        projection=projection,
+        radius_km=radius_km,
+        lon=lon,
+        lat=lat,
+        matrix=matrix.reshape(*shape, 2, 2),
+        error=error.reshape(shape),
+    )
+
+
+def _change(T: FloatArray, J: FloatArray, weights: FloatArray) -> FloatArray:
+    """The largest distance of each T from those by poorer rules; infinite where one has no node on the map."""
+    change = np.zeros(len(T))
+    for rule in _POORER:
+        part = weights * rule
+        some = part.sum(axis=-1) > 0
+        change[some] = np.maximum(change[some], 0.5 * factor_distance(T[some], mdt(J[some], part[some]).T))
+        change[~some] = np.inf
+    return change
+
+
+def _cap_nodes(
+    ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, radius_km: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Longitudes, latitudes and weights (n, nodes) of the nodes of caps about places (n,).
+
+    The weights are those of areas on a sphere that has the latitudes.
+    """
+    azimuth = 360.0 * np.arange(_AZIMUTHS) / _AZIMUTHS
+    # Caps are symmetric about their meridian.
+    half = reaches(ellipsoid, lon[:, None], lat[:, None], azimuth[: _AZIMUTHS // 2 + 1], 1000.0 * radius_km)
+    sine = np.sin(np.radians(0.5 * np.hstack([half, half[:, -2:0:-1]])))[:, None, :]
+    # The area within c is as sin^2(c / 2).
+    distance = np.degrees(2.0 * np.arcsin(np.sqrt(0.5 * (1.0 + _NODES))[:, None] * sine))
+    lons, lats = destination(lon[:, None, None], lat[:, None, None], azimuth, distance)
+    share = 0.5 * _GAUSS[:, None] / _AZIMUTHS * np.square(sine / sine.max(initial=0.0))
+    shape = lon.size, _NODES.size * _AZIMUTHS
+    return lons.reshape(shape), lats.reshape(shape), share.reshape(shape)

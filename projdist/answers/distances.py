@@ -2,33 +2,125 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import functools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist._typing import FloatArray
-from projdist.answers.finite_distortions import (
-    DEFAULT_TOLERANCE,
-    DISTANCE_MEASURES,
-    GOLDEN,
-    DistanceMeasure,
-    FiniteDistortion,
-    Found,
-    Question,
-    ScatteredPoints,
-    groups,
-    weighted_sum,
-)
-from projdist.earth import chord_angle, unit_vectors
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.earth import Ellipsoid, chord_angle, destination, unit_vectors
 from projdist.projections import Projection, ProjectionLike, geodesic_lengths, geodesic_points
-from projdist.regions import PointSet, RegionLike
-from projdist.support import check_choice, quoted
-
-MapDistance = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+from projdist.regions import Box, Cap, Place, PointSet, Region, RegionLike, cells_of, region_for
+from projdist.support import Answer, check_choice, check_number, check_whole_number, figure, quoted
 
 # Points in a set, by whether it is a sphere, where distances cost a twentieth.
 _SIZES = {True: (1024, 2048), False: (512, 1024)}
 _EXACT = 1000  # points whose pairs are all taken
+_TOLERANCE = 5e-3  # of the value, for polygons; on whole globes the first sets give 1e-4 of a distance measure
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class FiniteDistortion(Answer):
+    """A measure of finite distortion, its standard error, and the number of `pairs` of points; NaN if undefined.
+
+    `coverage` is the share of the region's area that is on the map, of `great_circle_bending` that of geodesics; pairs
+    beyond it do not count.
+    """
+
+    given: str = field(metadata=figure("projection"))
+    projection: Projection = field(metadata=figure(of=("name", "definition"), spread=True))
+    region: Place = field(metadata=figure(of=("name", "area_km2")))
+    measure: str
+    value: float
+    error: float
+    pairs: int
+    coverage: float
+
+    def _line(self) -> str:
+        return f"{self.projection.name} over {self.region.name}: {self.measure} {self.value:.4g} ± {self.error:.1g}"
+
+    def _table(self) -> list[dict[str, Any]]:
+        return [self._values() | {"region": self.region.name}]
+
+
+# ---- distance measures ---------------------------------------------------------------------------
+
+
+MapDistance = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+DistanceMeasure = Callable[[FloatArray, FloatArray], float]
+
+
+def gott(ratio: FloatArray, weight: FloatArray) -> float:
+    """Standard deviation of ln(d_map / d_globe), the sigma, or D, of Gott, Mugnolo & Colley 2007.
+
+    It does not change with the map's scale.
+    """
+    logarithm = np.log(ratio)
+    logarithm -= weighted_sum(logarithm, weight)
+    return float(np.sqrt(weighted_sum(np.square(logarithm), weight)))
+
+
+def peters(ratio: FloatArray, weight: FloatArray) -> float:
+    """Mean of |d_map - d_globe| / (d_map + d_globe) at the map's own scale, the distance index of Peters 1984."""
+    return weighted_sum(np.abs(ratio - 1.0) / (ratio + 1.0), weight)
+
+
+def canters(ratio: FloatArray, weight: FloatArray) -> float:
+    """Mean finite scale factor K1 = (1 + D) / (1 - D) of Canters 2002, with D the index of Peters.
+
+    It is K for a map whose distances are all K times the true ones, or all 1 / K times. Canters chose other distances
+    for his own figures: on land without Antarctica his pseudocylindrical map with six coefficients has 1.143, and over
+    all pairs of points there 1.18.
+    """
+    index = peters(ratio, weight)
+    return (1.0 + index) / (1.0 - index) if index < 1.0 else np.inf
+
+
+_THINNED = 61  # of the pairs, for a search; a prime, as pairs come in rows
+_REACH, _HALVINGS = 4.0, 32  # of ln scale to either side of the geometric mean
+
+
+def best_scale_of_distances(ratio: FloatArray, weight: FloatArray) -> float:
+    """Logarithm of the scale that minimises the indices of Peters and of Canters.
+
+    Every 61st pair suffices: at the minimum the loss is of second order.
+    """
+    logarithm, weight = np.log(ratio[::_THINNED]), weight[::_THINNED]
+    # The index is the mean of |tanh(ln(r) / 2)|; its slope is negative below the best scale, and positive above it.
+    middle = -weighted_sum(logarithm, weight) / float(weight.sum())
+    low, high = middle - _REACH, middle + _REACH
+    for _ in range(_HALVINGS):
+        scale = 0.5 * (low + high)
+        half = 0.5 * (logarithm + scale)
+        rises = weighted_sum(np.sign(half) / np.cosh(half) ** 2, weight) > 0.0
+        low, high = (low, scale) if rises else (scale, high)
+    return 0.5 * (low + high)
+
+
+def weighted_sum(values: FloatArray, weight: FloatArray) -> float:
+    """Sum of values (n,) times weights (n,)."""
+    # Not a product of vectors: BLAS would start threads, which do not pay for a quarter of a million numbers.
+    return float(np.sum(weight * values))
+
+
+DISTANCE_MEASURES: dict[str, DistanceMeasure] = {"gott": gott, "peters": peters, "canters": canters}
+
+
+# ---- pairs of points -----------------------------------------------------------------------------
+
+
+class ScatteredPoints(NamedTuple):
+    """Points in degrees, and weights that make means those by true area; all of shape (n,)."""
+
+    lon: FloatArray
+    lat: FloatArray
+    weight: FloatArray
+
+    def take(self, kept: BoolArray | IntArray) -> ScatteredPoints:
+        """The points of a mask, or of numbers."""
+        return ScatteredPoints(self.lon[kept], self.lat[kept], self.weight[kept])
 
 
 def distance_distortion(
@@ -37,31 +129,30 @@ def distance_distortion(
     *,
     measure: str | DistanceMeasure = "gott",
     map_distance: MapDistance | None = None,
-    tolerance: float = DEFAULT_TOLERANCE,
+    tolerance: float = _TOLERANCE,
     seed: int = 0,
 ) -> FiniteDistortion:
     """How much a map distorts the distances between all pairs of points of a region.
 
-    Four million pairs are taken, a million on an ellipsoid, and four times as many where the standard error is above
-    `tolerance` times the value. Of a set of up to a thousand points, all pairs are taken, and the error is 0.
+    Four million pairs are taken, a million on an ellipsoid, and four times as many if the standard error is above
+    `tolerance` times the value. Of a set of up to a thousand points all pairs are taken, and the error is 0.
 
     Parameters
     ----------
     projection : ProjectionLike
         Anything that `Projection.from_user_input` takes.
     region : RegionLike, optional
-        Anything that `get_region` takes, also a `PointSet`. Without one it is the area of use of a CRS, and the globe
-        for other projections.
+        Anything that `get_region` takes, also a `PointSet`; by default the area of use of a CRS, or the globe.
     measure : str or callable, default "gott"
-        A name of `DISTANCE_MEASURES`, or a function of the ratios d_map / d_globe (n,) and their weights (n,), whose
-        sum is 1, that gives a number.
+        A name of `DISTANCE_MEASURES`, or a function that gives a number for the ratios d_map / d_globe (n,) and their
+        weights (n,), whose sum is 1.
     map_distance : callable, optional
-        Gives the distances in metres on the map of points x0, y0 and x1, y1 in metres, which broadcast, where these are
-        not straight lines: `worldmaps.distance_around_edge` of maps with two sides.
+        Function of x0, y0, x1, y1 in metres, which broadcast, that gives distances on the map in metres, if these are
+        not straight lines: `worldmaps.distance_around_edge` for maps with two sides.
     tolerance : float, default 5e-3
-        A standard error, relative to the value, that is small enough.
+        Standard error, relative to the value, that is small enough.
     seed : int, default 0
-        Chooses the points.
+        Seed of the random points.
 
     Returns
     -------
@@ -71,9 +162,9 @@ def distance_distortion(
     Raises
     ------
     ProjectionError
-        For what is no projection.
+        For an unknown projection.
     ValueError
-        For an unknown region or measure, a `map_distance` that is no function, a tolerance that is not positive, and a
+        For an unknown region or measure, a `map_distance` that is no function, a tolerance that is not positive, or a
         seed that is no whole number.
 
     References
@@ -85,8 +176,8 @@ def distance_distortion(
 
     Examples
     --------
-    Of three pairs on the equator one is 20 degrees apart, and 340 on the map across its cut; the other two are true.
-    Then the standard deviation of ln(ratio) is ln(17) sqrt(2) / 3.
+    Of three pairs on the equator one is 20 degrees apart, and 340 on the map, across its cut; the other two are true.
+    The standard deviation of ln(ratio) is ln(17) sqrt(2) / 3.
 
     >>> import numpy as np
     >>> points = PointSet(np.array([-170.0, 0.0, 170.0]), np.zeros(3), np.ones(3))
@@ -105,49 +196,35 @@ def distance_distortions(
     measures: Sequence[str | DistanceMeasure] = tuple(DISTANCE_MEASURES),
     *,
     map_distance: MapDistance | None = None,
-    tolerance: float = DEFAULT_TOLERANCE,
+    tolerance: float = _TOLERANCE,
     seed: int = 0,
 ) -> list[FiniteDistortion]:
-    """The same for several measures, of the same pairs; the first tells whether there must be more of these."""
-    names, functions = zip(*map(_named, measures), strict=True)
+    """Several measures of the same pairs; the first decides whether more pairs are needed."""
+    names, functions = [], []
+    for measure in measures:
+        if not callable(measure):
+            check_choice("measure", measure, DISTANCE_MEASURES, also=", or a function of ratios and weights")
+        names.append(getattr(measure, "__name__", type(measure).__name__) if callable(measure) else measure)
+        functions.append(measure if callable(measure) else DISTANCE_MEASURES[measure])
     if map_distance is not None and not callable(map_distance):
         raise ValueError(f"Invalid map_distance {quoted(map_distance)}. It must be a function.")
-    distance = map_distance or _straight
-    ask = Question.of(projection, region)
-    if isinstance(ask.region, PointSet) and ask.region.lon.size <= _EXACT:
-        points = ScatteredPoints(ask.region.lon, ask.region.lat, ask.region.weight)
-        found = _over_pairs(ask.projection, functions, distance, points, points)
-        return ask.answers(names, found, np.zeros(len(names)))
-    return ask.estimates(
-        names,
-        lambda one, other, rng: _over_pairs(ask.projection, functions, distance, one, other, rng),
-        _SIZES[ask.projection.ellipsoid.is_sphere],
-        tolerance,
-        seed,
-    )
-
-
-def _named(measure: str | DistanceMeasure) -> tuple[str, DistanceMeasure]:
-    if callable(measure):
-        return getattr(measure, "__name__", type(measure).__name__), measure
-    check_choice("measure", measure, DISTANCE_MEASURES, also=", or a function of ratios and weights")
-    return measure, DISTANCE_MEASURES[measure]
+    figures = functools.partial(_over_pairs, functions, map_distance or _straight)
+    return _answers(projection, region, names, figures, _SIZES, tolerance, seed, exact=_EXACT)
 
 
 def _over_pairs(
-    projection: Projection,
     functions: Sequence[DistanceMeasure],
     distance: MapDistance,
+    projection: Projection,
     one: ScatteredPoints,
     other: ScatteredPoints,
     rng: np.random.Generator | None = None,
 ) -> Found:
     """The measures over pairs of a point of one set and a point of another."""
-    on, (x, y) = _on_map(projection, one)
-    to, (to_x, to_y) = _on_map(projection, other)
+    (on, x, y), (to, to_x, to_y) = _on_map(projection, one), _on_map(projection, other)
     coverage = (on.weight.sum() + to.weight.sum()) / (one.weight.sum() + other.weight.sum())
     ratios, weights = [], []
-    for rows, columns in groups(on, to, rng):
+    for rows, columns in _groups(on, to, rng):
         globe = _globe_distances(projection, on.take(rows), to.take(columns))
         globe[globe == 0.0] = np.nan  # the same point twice
         apart = distance(x[rows, None], y[rows, None], to_x[columns], to_y[columns])
@@ -160,7 +237,7 @@ def _over_pairs(
     if not weight.sum() > 0.0:
         return Found(np.full(len(functions), np.nan), 0, float(coverage))
     weight = weight / weight.sum()
-    with np.errstate(divide="ignore", invalid="ignore"):  # where a map lays two points on one
+    with np.errstate(divide="ignore", invalid="ignore"):  # where two points coincide on the map
         values = np.array([function(ratio, weight) for function in functions])
     return Found(np.where(np.isfinite(values), values, np.nan), ratio.size, float(coverage))
 
@@ -170,11 +247,11 @@ def _straight(x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: FloatArray) ->
     return np.sqrt(dx * dx + dy * dy)
 
 
-def _on_map(projection: Projection, points: ScatteredPoints) -> tuple[ScatteredPoints, tuple[FloatArray, FloatArray]]:
+def _on_map(projection: Projection, points: ScatteredPoints) -> tuple[ScatteredPoints, FloatArray, FloatArray]:
     """The points that are on a map, and their coordinates."""
     x, y = projection(points.lon, points.lat)
     shown = np.isfinite(x)
-    return points.take(shown), (x[shown], y[shown])
+    return points.take(shown), x[shown], y[shown]
 
 
 def _globe_distances(projection: Projection, one: ScatteredPoints, other: ScatteredPoints) -> FloatArray:
@@ -190,31 +267,30 @@ def _globe_distances(projection: Projection, one: ScatteredPoints, other: Scatte
 # ---- great circles -------------------------------------------------------------------------------
 
 
-_GREAT_CIRCLE_SIZES = (128, 256)  # points in a set
+_GREAT_CIRCLE_SIZES = dict.fromkeys(_SIZES, (128, 256))  # points in a set
 _STATIONS = 8  # on a great circle
 
 
 def great_circle_bending(
-    projection: ProjectionLike, region: RegionLike | None = None, *, tolerance: float = DEFAULT_TOLERANCE, seed: int = 0
+    projection: ProjectionLike, region: RegionLike | None = None, *, tolerance: float = _TOLERANCE, seed: int = 0
 ) -> FiniteDistortion:
     """How far a map bends the geodesics between all pairs of points of a region.
 
-    The mean, along each geodesic and over all of them, of how far its image is from the straight line between its ends
-    on the map, in shares of that line's length: 0 on a gnomonic map. A short arc of length L has f L / 12, where f is
-    the flexion of Goldberg & Gott 2007, which is its local form; a great circle that a map tears counts as it lies.
+    It is the mean distance of the image of a geodesic from the straight line between its ends on the map, as a share of
+    that line's length, along each geodesic and over all of them: 0 on a gnomonic map. For short arcs of length L it is
+    f L / 12 with the flexion f of Goldberg & Gott 2007, its local form. Geodesics that the map tears count as they lie.
 
     Parameters
     ----------
     projection : ProjectionLike
         Anything that `Projection.from_user_input` takes.
     region : RegionLike, optional
-        Anything that `get_region` takes, also a `PointSet`. Without one it is the area of use of a CRS, and the globe
-        for other projections.
+        Anything that `get_region` takes, also a `PointSet`; by default the area of use of a CRS, or the globe.
     tolerance : float, default 5e-3
-        A standard error, relative to the value, that is small enough; where it is larger, four times as many geodesics
-        are taken.
+        Standard error, relative to the value, that is small enough; if it is larger, four times as many geodesics are
+        taken.
     seed : int, default 0
-        Chooses the geodesics.
+        Seed of the random geodesics.
 
     Returns
     -------
@@ -224,9 +300,9 @@ def great_circle_bending(
     Raises
     ------
     ProjectionError
-        For what is no projection.
+        For an unknown projection.
     ValueError
-        For an unknown region, a tolerance that is not positive, and a seed that is no whole number.
+        For an unknown region, a tolerance that is not positive, or a seed that is no whole number.
 
     References
     ----------
@@ -235,8 +311,8 @@ def great_circle_bending(
 
     Examples
     --------
-    From 170 to 190 east the equator runs beside the straight line of 340 degrees: up to 10 degrees from its ends, 5 in
-    the mean, of 340.
+    From 170 to 190 degrees east the equator lies beyond the ends of the straight line, which is 340 degrees long: up to
+    10 degrees from them, 5 on average.
 
     >>> import numpy as np
     >>> from projdist import PointSet
@@ -244,25 +320,19 @@ def great_circle_bending(
     >>> round(great_circle_bending("plate-carree", points).value, 4)
     0.0147
     """
-    ask = Question.of(projection, region)
-    (found,) = ask.estimates(
-        ["bending"],
-        lambda one, other, rng: _over_geodesics(ask.projection, one, other, rng),
-        _GREAT_CIRCLE_SIZES,
-        tolerance,
-        seed,
-    )
+    (found,) = _answers(projection, region, ["bending"], _over_geodesics, _GREAT_CIRCLE_SIZES, tolerance, seed)
     return found
 
 
 def _over_geodesics(
-    projection: Projection, one: ScatteredPoints, other: ScatteredPoints, rng: np.random.Generator
+    projection: Projection, one: ScatteredPoints, other: ScatteredPoints, rng: np.random.Generator | None
 ) -> Found:
-    blocks = [np.ix_(rows, columns) for rows, columns in groups(one, other, rng)]
+    assert rng is not None
+    blocks = [np.ix_(rows, columns) for rows, columns in _groups(one, other, rng)]
     i, j = (np.concatenate([np.broadcast_arrays(*block)[k].ravel() for block in blocks]) for k in (0, 1))
     weight = one.weight[i] * other.weight[j]
-    # Stations a step apart, with an offset of its own for each geodesic: their mean has no bias.
-    offset = np.mod(GOLDEN * np.arange(i.size) + rng.random(), 1.0)
+    # Stations a step apart, with a random offset for each geodesic, so that their mean has no bias.
+    offset = np.mod(_GOLDEN * np.arange(i.size) + rng.random(), 1.0)
     shares = (np.arange(_STATIONS) + offset[:, None]) / _STATIONS
     lon, lat = _along(projection, (one.lon[i], one.lat[i], other.lon[j], other.lat[j]), shares)
     x, y = projection(lon, lat)
@@ -293,3 +363,166 @@ def _along(
     # The sum of sines is a multiple of the point; its length does not matter.
     X, Y, Z = start[:, :, None] * np.sin((1.0 - shares) * angle) + end[:, :, None] * np.sin(shares * angle)
     return np.degrees(np.arctan2(Y, X)), np.degrees(np.arctan2(Z, np.hypot(X, Y)))
+
+
+# ---- means over draws of points ------------------------------------------------------------------
+
+
+_DRAWS = 16  # the error itself is good to a fifth
+_GROUPS = 4  # for as many pairs, twice the points: up to half the error, and matrices that fit a processor's cache
+
+
+class Found(NamedTuple):
+    """Figures (m,) of one draw, the number of its pairs, and the share of the points that is on the map."""
+
+    values: FloatArray
+    pairs: int
+    coverage: float
+
+
+def _answers(
+    projection: ProjectionLike,
+    region: RegionLike | None,
+    measures: Sequence[str],
+    figures: Callable[[Projection, ScatteredPoints, ScatteredPoints, np.random.Generator | None], Found],
+    sizes: Mapping[bool, tuple[int, ...]],
+    tolerance: float,
+    seed: int,
+    *,
+    exact: int = 0,
+) -> list[FiniteDistortion]:
+    """Means of figures over draws of two sets of points, and their standard errors.
+
+    `sizes` are those of the sets, by whether the ellipsoid is a sphere; the next size is taken if the error of the
+    first figure is too large. All pairs of at most `exact` given points are taken once, without an error.
+    """
+    given = projection if isinstance(projection, str) else None
+    projection = Projection.from_user_input(projection)
+    place = region_for(region, [projection])
+    if isinstance(place, PointSet) and place.lon.size <= exact:
+        points = ScatteredPoints(place.lon, place.lat, place.weight)
+        found, errors = figures(projection, points, points, None), np.zeros(len(measures))
+    else:
+        if not check_number("tolerance", tolerance) > 0.0:
+            raise ValueError(f"Invalid tolerance '{tolerance:g}'. It must be positive.")
+        rng = np.random.default_rng(check_whole_number("seed", seed))
+        draw = scatter_over(place, projection.ellipsoid)
+        for size in sizes[projection.ellipsoid.is_sphere]:
+            draws = [figures(projection, draw(size, rng), draw(size, rng), rng) for _ in range(_DRAWS)]
+            values, pairs, coverages = (np.array(column) for column in zip(*draws, strict=True))
+            found = Found(values.mean(axis=0), int(pairs.sum()), float(coverages.mean()))
+            errors = values.std(axis=0, ddof=1) / np.sqrt(_DRAWS)
+            if not errors[0] > tolerance * abs(found.values[0]):
+                break
+    return [
+        FiniteDistortion(
+            given=given or projection.label,
+            projection=projection,
+            region=place,
+            measure=measure,
+            value=value,
+            error=error,
+            pairs=found.pairs,
+            coverage=found.coverage,
+        )
+        for measure, value, error in zip(measures, found.values.tolist(), errors.tolist(), strict=True)
+    ]
+
+
+def _groups(
+    one: ScatteredPoints, other: ScatteredPoints, rng: np.random.Generator | None
+) -> Iterator[tuple[IntArray, IntArray]]:
+    """Numbers of the points that are paired each with each: every fourth of one set with every fourth of the other.
+
+    Which fourths are paired is random, as points come in the order of places, and all pairs of places must be equally
+    likely. Without a generator all points are paired.
+    """
+    count, turn = (1, 0) if rng is None else (_GROUPS, int(rng.integers(_GROUPS)))
+    for group in range(count):
+        yield np.arange(group, one.lon.size, count), np.arange((group + turn) % count, other.lon.size, count)
+
+
+# ---- points scattered over regions ---------------------------------------------------------------
+
+
+_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)  # the step, modulo 1, of the sequence that fills an interval most evenly
+_CELLS = 200  # of polygons; between a half and nine tenths of them is polygon
+
+Draw = Callable[[int, np.random.Generator], ScatteredPoints]
+"""Function that scatters about so many points."""
+
+
+def scatter_over(region: Place, ellipsoid: Ellipsoid) -> Draw:
+    """A function that scatters points over a region by area on an ellipsoid, those of a set by their weights."""
+    if isinstance(region, PointSet):
+        return functools.partial(_among_points, region)
+    return functools.partial(_in_cap, region, ellipsoid) if isinstance(region, Cap) else _in_boxes(region, ellipsoid)
+
+
+def _among_points(points: PointSet, count: int, rng: np.random.Generator) -> ScatteredPoints:
+    along, _ = _even(count, rng)
+    cumulative = np.cumsum(points.weight) / points.weight.sum()
+    # The last sum may be rounded to less than one.
+    k = np.minimum(np.searchsorted(cumulative, along, side="right"), points.lon.size - 1)
+    return ScatteredPoints(points.lon[k], points.lat[k], np.ones(count))
+
+
+def _in_cap(cap: Cap, ellipsoid: Ellipsoid, count: int, rng: np.random.Generator) -> ScatteredPoints:
+    """Points that are even by area in each direction, on the sphere that has the cap's latitudes."""
+    along, across = _even(count, rng)
+    azimuth = 360.0 * across
+    # The area within c is as sin^2(c / 2).
+    widest, reach = (np.sin(np.radians(0.5 * one)) for one in (cap.angle, cap.reach(azimuth)))
+    distance = 2.0 * np.degrees(np.arcsin(np.sqrt(along) * reach))
+    points = _weighted(*destination(cap.lon, cap.lat, azimuth, distance), ellipsoid)
+    return points._replace(weight=points.weight * np.square(reach / widest))
+
+
+def _in_boxes(region: Region, ellipsoid: Ellipsoid) -> Draw:
+    """Points in the boxes that cover a region.
+
+    Polygons are covered by cells, and points beside them are dropped, not moved. So coasts have their share of points,
+    and the number of points is only about what is requested.
+    """
+    if isinstance(region, Box):
+        boxes = np.array([region.bounds])
+    else:
+        cells = cells_of(region, ellipsoid, _CELLS)
+        u0, u1, v0, v1 = cells.rectangle.T
+        # Panels of polygons have longitude for u; v runs north or south.
+        ends = region.chart(cells.patch, u0, v0), region.chart(cells.patch, u1, v1)
+        lats = np.sort([np.asarray(end.lat) for end in ends], axis=0)
+        boxes = np.stack([u0, lats[0], u1, lats[1]], axis=-1)
+    wests, souths, easts, norths = boxes.T
+    # A difference of sines without cancellation.
+    middle, half = np.radians(0.5 * (norths + souths)), np.radians(0.5 * (norths - souths))
+    areas = np.radians(easts - wests) * 2.0 * np.cos(middle) * np.sin(half)
+    cumulative = np.cumsum(areas) / areas.sum()
+    before = np.append(0.0, cumulative)
+    is_box = isinstance(region, Box)
+    fill = 1.0 if is_box else min(1.0, region.area_km2 * 1e6 / (areas.sum() * region.figure.a**2))
+
+    def draw(count: int, rng: np.random.Generator) -> ScatteredPoints:
+        """Points by area: `along` runs through the boxes, and from south to north in each."""
+        along, across = _even(int(np.ceil(count / fill)), rng)
+        k = np.minimum(np.searchsorted(cumulative, along, side="right"), len(boxes) - 1)
+        share = np.clip((along - before[k]) / (cumulative[k] - before[k]), 0.0, 1.0)
+        west, south, east, north = boxes[k].T
+        low, high = np.sin(np.radians(south)), np.sin(np.radians(north))
+        lat = np.degrees(np.arcsin(np.clip(low + share * (high - low), -1.0, 1.0)))
+        points = _weighted(west + across * (east - west), np.clip(lat, south, north), ellipsoid)
+        return points if is_box else points.take(region.contains(points.lon, points.lat))
+
+    return draw
+
+
+def _even(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """So many points that fill the unit square evenly."""
+    index = np.arange(count)
+    return (index + rng.random(count)) / count, np.mod(index * _GOLDEN + rng.random(), 1.0)
+
+
+def _weighted(lon: FloatArray, lat: FloatArray, ellipsoid: Ellipsoid) -> ScatteredPoints:
+    """Points that are even on a sphere, with weights that make means those by area on the ellipsoid."""
+    meridian, vertical = ellipsoid.radii(lat)
+    return ScatteredPoints(lon, lat, meridian * vertical / ellipsoid.a**2)

@@ -1,4 +1,4 @@
-"""Factors: the distortion of a map at points."""
+"""The distortion of a map at points."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from projdist.field import Quality, check_declared_property, derivatives, measur
 from projdist.matrices import FACTORS, Measure, factors_of
 from projdist.projections import FrameLike, Projection, ProjectionLike, add_columns, is_frame, places
 from projdist.regions import Box
-from projdist.support import Answer, check_degrees, plain, tell
+from projdist.support import Answer, check_degrees, tell
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Factors(Answer):
     """Distortion at points: arrays of one shape, NaN where undefined.
 
-    `quality` holds the labels of `Quality`; `error` is the estimated relative error of the
-    Jacobian; `extra` the measures asked for beyond the standard ones, by their names.
+    `quality` holds the labels of `Quality`; `error` is the estimated relative error of the Jacobian; `extra` are the
+    further measures by name.
     """
 
     projection: Projection
@@ -48,18 +48,16 @@ class Factors(Answer):
         return f"{self.projection.name} at {self.lon.size} points"
 
     def to_dict(self) -> dict[str, Any]:
-        """`{"projection", "name", "definition", "results": [{"lon", ...}]}`, one result a point; NaN is None."""
-        columns = self._table()
-        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        results = [dict(zip(columns, map(plain, row), strict=True)) for row in rows]
-        named = {"projection": self.projection.definition, "name": self.projection.name}
-        return named | {"definition": self.projection.definition, "results": results}
+        """`{"projection", "name", "definition", "results": [{"lon", ...}]}`, a result for each point; NaN is None."""
+        definition = self.projection.definition
+        named = {"projection": definition, "name": self.projection.name, "definition": definition}
+        return named | {"results": self.plain_rows()}
 
     def _table(self) -> dict[str, AnyArray]:
         return {"lon": np.ravel(self.lon), "lat": np.ravel(self.lat)} | self.columns()
 
     def columns(self) -> dict[str, AnyArray]:
-        """x, y, the measures and the quality by name, each of shape (n,): what is added to a frame of points."""
+        """x, y, the measures and the quality by name, each of shape (n,), as they are added to a frame of points."""
         columns = {name: getattr(self, name) for name in ("x", "y", *FACTORS, "quality")}
         return {name: np.ravel(values) for name, values in (columns | self.extra).items()}
 
@@ -94,24 +92,24 @@ def factors(
     lat : array_like, optional
         Latitudes in degrees, which broadcast with `lon`. Not with a frame.
     measures : iterable of str or Measure, or one of them
-        What else to compute beside the standard measures.
+        Further measures beside the standard ones.
     prefix : str, optional
-        What the names of the added columns begin with. With a frame only.
+        Beginning of the names of the added columns, only for a frame.
 
     Returns
     -------
     Factors, DataFrame or GeoDataFrame
-        Arrays of the shape of the points, NaN where undefined. Of a frame one of the same kind with columns added: `x`,
-        `y`, `h`, `k`, `a`, `b`, `s`, `omega`, `theta`, `convergence`, `fisher`, `quality`, and those of `measures`.
+        Arrays of the shape of the points, NaN where undefined. For a frame, one of the same kind with more columns:
+        `x`, `y`, `h`, `k`, `a`, `b`, `s`, `omega`, `theta`, `convergence`, `fisher`, `quality`, and the `measures`.
 
     Raises
     ------
     ProjectionError
-        For what is no projection.
+        For an unknown projection.
     ValueError
-        For an unknown measure, shapes that do not broadcast, arrays of xarray along different dimensions, which
-        `projdist.gis.factor_arrays` takes, rows of a frame that are no points, latitudes beside a frame, a prefix
-        without one, and columns that it has already.
+        For an unknown measure, shapes that do not broadcast, arrays of xarray along different dimensions (for
+        `projdist.gis.factor_arrays`), rows of a frame that are no points, latitudes beside a frame, a prefix without a
+        frame, or columns that the frame has already.
 
     References
     ----------
@@ -121,7 +119,7 @@ def factors(
 
     Examples
     --------
-    On a sphere Mercator's scale is 1 / cos(lat).
+    On a sphere the scale of Mercator's map is 1 / cos(lat).
 
     >>> round(float(factors("mercator", 10, 60).k), 9)
     2.0
@@ -130,30 +128,21 @@ def factors(
     if is_frame(lon):
         if lat is not None:
             raise ValueError("Invalid latitudes beside a frame. It must be alone: it has its own.")
-        found = factors(projection, *places(projection, lon), measures=measures)
-        return add_columns(lon, found.columns(), prefix)
+        at_rows = factors(projection, *places(projection, lon), measures=measures)
+        return add_columns(lon, at_rows.columns(), prefix)
     if lat is None or lon is None or not isinstance(prefix, str) or prefix:
         raise ValueError("Invalid points. They must be longitudes and latitudes, or a frame alone.")
-    _check_dimensions(lon, lat)
-    return _factors(projection, lon, lat, measures)
-
-
-def _check_dimensions(lon: Any, lat: Any) -> None:
-    """Refuse arrays of xarray along different dimensions, which as plain arrays would be taken pair by pair."""
     dims = getattr(lon, "dims", ()), getattr(lat, "dims", ())
-    if dims[0] and dims[1] and dims[0] != dims[1]:
+    if dims[0] and dims[1] and dims[0] != dims[1]:  # as plain arrays they would be taken pair by pair
         raise ValueError(
             f"Invalid points. Their dimensions are {', '.join(map(str, dims[0]))} and {', '.join(map(str, dims[1]))}; "
             "projdist.gis.factor_arrays takes arrays of xarray with their dimensions."
         )
-
-
-def _factors(projection: Projection, lon: ArrayLike, lat: ArrayLike, measures: Iterable[str | Measure]) -> Factors:
     chosen = named_measures(measures)
     lon, lat = check_degrees(lon, lat)
     found = derivatives(projection, lon, lat)
     J = found.jacobian
-    _tell_of_elsewhere(projection, lon, lat)
+    _warn_of_points_outside(projection, lon, lat)
     check_declared_property(projection, J)
     worst = found.quality.max(initial=0)
     labels = np.array([quality.label for quality in Quality if quality <= worst])
@@ -171,8 +160,8 @@ def _factors(projection: Projection, lon: ArrayLike, lat: ArrayLike, measures: I
     )
 
 
-def _tell_of_elsewhere(projection: Projection, lon: FloatArray, lat: FloatArray) -> None:
-    """Tell of points outside the area of use of a CRS, and whether they lie inside with their coordinates swapped."""
+def _warn_of_points_outside(projection: Projection, lon: FloatArray, lat: FloatArray) -> None:
+    """Warn of points outside the area of use of a CRS, and say if swapped coordinates would lie inside."""
     if projection.area_of_use is None:
         return
     area = Box(*projection.area_of_use)

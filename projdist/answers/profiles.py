@@ -1,4 +1,4 @@
-"""The elevation factor: distances at a height, reduced to the ellipsoid."""
+"""A map along a line: scale and other measures, and the elevation factor of distances at a height."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from projdist.support import Answer, check_degrees, check_instance, check_number
 
 
 def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid) -> FloatArray:
-    """R_G / (R_G + h), by which distances at a height h are reduced to the ellipsoid.
+    """R_G / (R_G + h), by which distances at a height h are multiplied to get those on the ellipsoid.
 
     R_G = sqrt(M N) is the Gaussian mean radius of curvature.
 
@@ -30,7 +30,7 @@ def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid) ->
     lat : array_like (...)
         Latitudes in degrees.
     height : array_like (...)
-        Ellipsoidal heights in metres (not orthometric ones, which are lower by the geoid's height).
+        Ellipsoidal heights in metres (orthometric ones are lower by the geoid's height).
     ellipsoid : Ellipsoid
 
     Returns
@@ -41,7 +41,7 @@ def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid) ->
     Raises
     ------
     ValueError
-        For values that are no numbers, or no ellipsoid, and shapes that do not go together.
+        For values that are no numbers, no ellipsoid, or shapes that do not broadcast.
 
     References
     ----------
@@ -49,7 +49,7 @@ def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid) ->
 
     Examples
     --------
-    Station CBL 0 at Limon, Colorado, as its NGS data sheet KJ0588 has it:
+    Station CBL 0 at Limon, Colorado, as in its NGS data sheet KJ0588:
 
     >>> from projdist import WGS84
     >>> round(float(elevation_factor(39.2, 1610.152, WGS84)), 8)
@@ -65,26 +65,26 @@ def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid) ->
 # ---- along a line --------------------------------------------------------------------------------
 
 
-_POINTS = 50  # about as many, where no spacing is asked for
+_POINTS = 50  # about as many by default
 _MOST_POINTS = 1e6
 _LOWEST, _HIGHEST = -12_000.0, 9_000.0  # metres
-_SMALL = 1e-11  # of the line's length, as derivatives are: what the halves of a piece may differ by from the whole
+_SMALL = 1e-11  # of the line's length, as exact as derivatives: difference between a piece and the sum of its halves
 _HALVINGS = 12
-_JUMP = 3.0  # times as far as scale and distance say
+_JUMP = 3.0  # times the distance by the scale
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Profile(Answer):
-    """A map along a line: arrays (n,), a value a point; NaN where undefined.
+    """A map along a line: arrays (n,) with a value for each point; NaN where undefined.
 
-    `distance_km` is that along the line; `azimuth` the line's direction there, in degrees clockwise from north, at a
-    vertex that of the edge which follows; `scale` the point scale in that direction. `vertices` (m,) are the distances
-    of the line's vertices in km. With heights, `height` is that in metres, `elevation_factor` R / (R + h) and
-    `combined_factor` the scale times that; else they are None. `measures` are the others, by their names.
+    `distance_km` is the distance along the line; `azimuth` the line's direction in degrees clockwise from north, at a
+    vertex the direction of the next edge; `scale` the point scale in this direction. `vertices` (m,) are the distances
+    of the line's vertices in km. `height` is in metres, `elevation_factor` R / (R + h), `combined_factor` the scale
+    times that; None without heights. `measures` are the other measures by name.
 
-    Of the whole line: `length_m` on the ellipsoid, `map_length_m` that of its image, `mean_scale` their ratio, good to
-    `error`; `grid_distance_m` the sum of straight distances on the map from vertex to vertex; with heights
-    `ground_length_m` and `mean_combined_factor`, else None.
+    Figures of the whole line: `length_m` on the ellipsoid, `map_length_m` of its image, `mean_scale`, their ratio, with
+    its `error`; `grid_distance_m`, the sum of straight distances on the map from vertex to vertex; `ground_length_m`
+    and `mean_combined_factor`, None without heights.
     """
 
     projection: Projection
@@ -110,7 +110,7 @@ class Profile(Answer):
 
     @property
     def torn(self) -> IntArray:
-        """Numbers of the points before which the map jumps: it is cut there, and the grid distance goes across."""
+        """Numbers of the points before which the map is cut; the grid distance goes across."""
         jump = np.hypot(np.diff(self.x), np.diff(self.y))
         scale = np.fmax(self.scale[1:], self.scale[:-1])
         return 1 + np.flatnonzero(jump > _JUMP * scale * 1e3 * np.diff(self.distance_km))
@@ -119,12 +119,10 @@ class Profile(Answer):
         return f"{self.projection.name} along {self.length_m / 1e3:.6g} km: mean scale {self.mean_scale:.9g}"
 
     def to_dict(self) -> dict[str, Any]:
-        """The projection, the figures of the whole line, and `results`, one a point; what is undefined is None."""
-        columns = self._table()
-        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        whole = {name: plain(getattr(self, name)) for name in _OF_THE_LINE}
+        """The projection, the figures of the whole line, and `results` for each point; NaN and infinity are None."""
         named = {"projection": self.projection.definition, "name": self.projection.name}
-        return named | whole | {"results": [dict(zip(columns, map(plain, row), strict=True)) for row in rows]}
+        whole = {name: plain(getattr(self, name)) for name in _OF_THE_LINE}
+        return named | whole | {"results": self.plain_rows()}
 
     def _table(self) -> dict[str, AnyArray]:
         columns = {name: getattr(self, name) for name in _OF_A_POINT} | self.measures
@@ -149,10 +147,10 @@ def profile(
     spacing_km: float | None = None,
     height: float | None = None,
 ) -> Profile:
-    """What a map does along a line: its scale in the line's direction, other measures, and the mean of the scale.
+    """The scale of a map along a line, in the line's direction, its mean, and other measures.
 
-    Edges are geodesics from vertex to vertex, on the map's own ellipsoid. Longitudes and latitudes are the map's own;
-    those of files in another CRS come by way of WGS 84.
+    Edges are geodesics from vertex to vertex on the map's own ellipsoid. Longitudes and latitudes are the map's own;
+    files in another CRS are converted through WGS 84.
 
     Parameters
     ----------
@@ -163,11 +161,11 @@ def profile(
         of shapely, a GeoSeries or GeoDataFrame, in its CRS; GeoJSON; or the path of a vector file, perhaps with
         "#LAYER". Several lines must join end to end.
     measures : iterable of str or Measure, or one of them
-        What else to compute at the points.
+        Other measures at the points.
     spacing_km : float, optional
-        Between points; vertices are points, too. Without one it is a round number that makes about 50 to 125.
+        Distance between points; vertices are points, too. The default is a round number that makes 50 to 125 points.
     height : float, optional
-        One ellipsoidal height in metres, in place of the line's own.
+        One ellipsoidal height in metres instead of the line's own.
 
     Returns
     -------
@@ -177,9 +175,9 @@ def profile(
     Raises
     ------
     ProjectionError
-        For what is no projection.
+        For an unknown projection.
     ValueError
-        For what is no line, an unknown measure, a spacing that is not positive, and heights of no place on Earth.
+        For input that is no line, an unknown measure, a spacing that is not positive, or impossible heights.
 
     References
     ----------
@@ -189,7 +187,7 @@ def profile(
 
     Examples
     --------
-    UTM's scale on its central meridian is 0.9996; 180 km to the side it is true.
+    UTM's scale is 0.9996 on the central meridian, and 1 about 180 km from it.
 
     >>> found = profile("EPSG:32632", [(9, 50), (12, 50)], spacing_km=100)
     >>> found.scale.round(6).tolist(), round(found.mean_scale, 6)
@@ -233,7 +231,7 @@ def profile(
 
 
 class _Course:
-    """A line of geodesics, by the distance along it in metres; `ends` (m,) are those of its vertices."""
+    """A line of geodesics by the distance along it in metres; `ends` (m,) are the distances of its vertices."""
 
     def __init__(self, projection: Projection, line: FloatArray, height: float | None) -> None:
         self.projection = projection
@@ -247,7 +245,7 @@ class _Course:
         self.own = _heights(own, height)
 
     def distances(self, spacing_km: float | None) -> FloatArray:
-        """Where the points are: at even distances, and at the vertices."""
+        """Distances of the points: regular ones, and those of the vertices."""
         total = float(self.ends[-1])
         step = _round_step(total / _POINTS) if spacing_km is None else 1e3 * check_number("spacing", spacing_km)
         if not step > 0.0 or total > _MOST_POINTS * step:
@@ -255,13 +253,13 @@ class _Course:
                 f"Invalid spacing '{spacing_km}'. It must be positive and make at most {_MOST_POINTS:,.0f} points."
             )
         even = step * np.arange(np.ceil(total / step))
-        # Of an even distance and a vertex within a millionth of the spacing the vertex stays.
+        # A regular point within a millionth of the spacing from a vertex is dropped.
         nearest = np.abs(even - self.ends[np.searchsorted(self.ends, even).clip(max=len(self.ends) - 1)])
         before = np.abs(even - self.ends[(np.searchsorted(self.ends, even) - 1).clip(min=0)])
         return np.union1d(self.ends, even[np.minimum(nearest, before) > 1e-6 * step])
 
     def places(self, at: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Longitudes, latitudes and azimuths at distances; a vertex is what was given, to the last bit."""
+        """Longitudes, latitudes and azimuths at distances; vertices are as given, to the last bit."""
         k = np.clip(np.searchsorted(self.ends, at, side="right") - 1, 0, len(self.ends) - 2)
         ends = (self.lon[k], self.lat[k], self.lon[k + 1], self.lat[k + 1])
         lon, lat, azimuth = geodesic_courses(self.projection.ellipsoid, ends, at - self.ends[k])
@@ -271,12 +269,12 @@ class _Course:
         return lon, lat, azimuth
 
     def scale(self, at: FloatArray) -> FloatArray:
-        """The scale along the line."""
+        """Scale along the line."""
         lon, lat, azimuth = self.places(at)
         return _along(derivatives(self.projection, lon, lat).jacobian, azimuth)
 
     def heights(self, at: FloatArray) -> FloatArray | None:
-        """Heights, straight from vertex to vertex."""
+        """Heights, linear from vertex to vertex."""
         return None if self.own is None else np.interp(at, self.ends, self.own)
 
     def reduction(self, at: FloatArray, lat: FloatArray) -> FloatArray | None:
@@ -291,13 +289,13 @@ class _Course:
         return np.ones(len(at)) if reduced is None else 1.0 / reduced
 
     def grid_distance(self) -> float:
-        """The sum of straight distances on the map between vertices."""
+        """Sum of straight distances on the map between vertices."""
         x, y = self.projection(self.lon, self.lat)
         return float(np.hypot(np.diff(x), np.diff(y)).sum())
 
 
 def _heights(own: FloatArray, height: float | None) -> FloatArray | None:
-    """The heights of vertices: one for all, or their own where all have one."""
+    """The heights of vertices: one for all, or their own if all have one."""
     if height is not None:
         own = np.full(len(own), check_number("height", height))
     elif np.isnan(own).any():
@@ -311,19 +309,19 @@ def _heights(own: FloatArray, height: float | None) -> FloatArray | None:
 
 
 def _along(J: FloatArray, azimuth: FloatArray) -> FloatArray:
-    """The scale in an azimuth a point: the length of the image of the unit vector there."""
+    """The scale in an azimuth for each point: the length of the image of its unit vector."""
     sin, cos = np.sin(np.radians(azimuth)), np.cos(np.radians(azimuth))
     return np.hypot(J[:, 0, 0] * sin + J[:, 0, 1] * cos, J[:, 1, 0] * sin + J[:, 1, 1] * cos)
 
 
 def _round_step(step: float) -> float:
-    """1, 2 or 5 times a power of ten, at most a step."""
+    """The largest 1, 2 or 5 times a power of ten that is not above the step."""
     power = 10.0 ** np.floor(np.log10(step))
     return float(power * max(one for one in (1.0, 2.0, 5.0) if one * power <= step * (1.0 + 1e-12)))
 
 
 def _integral(function: Callable[[FloatArray], FloatArray], ends: FloatArray) -> tuple[float, float]:
-    """The integral over the edges between `ends` by Gauss's rule of ten nodes, and its error: pieces are halved."""
+    """The integral over the edges between `ends`, halved as needed, by Gauss's rule of ten nodes, and its error."""
     left, right = ends[:-1], ends[1:]
     whole = _gauss(function, left, right)
     total, error, allowed = 0.0, 0.0, _SMALL * float(ends[-1])
@@ -343,7 +341,7 @@ def _integral(function: Callable[[FloatArray], FloatArray], ends: FloatArray) ->
 
 
 def _gauss(function: Callable[[FloatArray], FloatArray], left: FloatArray, right: FloatArray) -> FloatArray:
-    """The integral over each interval."""
+    """The integral over each interval by Gauss's rule."""
     half = 0.5 * (right - left)
     at = 0.5 * (left + right)[:, None] + half[:, None] * NODES
     return half * (function(at.ravel()).reshape(at.shape) @ WEIGHTS)

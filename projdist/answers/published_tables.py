@@ -1,4 +1,4 @@
-"""Tables of the literature: figures as they were printed, beside ours."""
+"""Tables of the literature: printed figures beside computed ones."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import csv
 import functools
 import importlib.resources
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from projdist.matrices import get_measure
 from projdist.numerics import Estimate
 from projdist.projections import distance_around_edge
 from projdist.regions import GLOBE, Box, Place, PointSet
-from projdist.support import Answer, check_choice, plain
+from projdist.support import HIDDEN, Answer, Record, check_choice, figure, values_of
 
 TABLES: dict[str, str] = {
     "goldberg-gott": "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth",
@@ -38,33 +38,33 @@ TABLES: dict[str, str] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Printed:
-    """A figure as it was printed: of a projection, and at a point, or of the globe, where `lon` and `lat` are NaN.
+    """A printed figure of a projection, at a point or of the globe; `lon` and `lat` are then NaN.
 
     `value` has so many `decimals`. `measure` is the name or symbol of a measure at points, or of an index. `status`
-    tells how the figure was read, `convention` by which other convention or sampling it comes out, if not by ours.
+    says how the figure was read, `convention` by which other convention or sampling it comes out, if not by ours.
     """
 
-    table: str
+    table: str = field(metadata=HIDDEN)
     source: str
     projection: str
     definition: str
     lon: float
     lat: float
     measure: str
-    value: float
+    value: float = field(metadata=figure("published"))
     decimals: int
     status: str
-    convention: str
+    convention: str = field(metadata=HIDDEN)
 
     @property
     def at_point(self) -> bool:
-        """Whether it is of a point."""
+        """True for a figure at a point."""
         return not math.isnan(self.lat)
 
 
 @functools.cache
 def printed(table: str) -> tuple[Printed, ...]:
-    """The figures of a published table; raises ValueError with close matches."""
+    """The figures of a published table."""
     rows = [row for file in ("world.csv", "pointwise.csv") for row in _read(file)]
     return tuple(
         Printed(
@@ -87,7 +87,7 @@ def printed(table: str) -> tuple[Printed, ...]:
 
 @functools.cache
 def conventions() -> dict[str, tuple[float, str]]:
-    """By name, what a convention may be off by (NaN: it has no figure of its own), and the convention in words."""
+    """By name, the allowed difference of a convention (NaN if it has no figure of its own), and its description."""
     return {row["convention"]: (float(row["slack"] or "nan"), row["explanation"]) for row in _read("conventions.csv")}
 
 
@@ -106,26 +106,20 @@ _COARSE = 1e-6  # of means; printed are four digits at most
 def index_figures(definition: str, region: Place, symbols: Sequence[str]) -> dict[str, Estimate]:
     """Indices of a map over a region, by symbol, at the scale that their authors take."""
     found = indices(definition, region, symbols, tolerance=_COARSE)
-    # Of those with a scale to choose, Francula's is at the best, and Canters and Decleir's are at the nominal.
-    return {
-        symbol: Estimate(found[symbol].best, found[symbol].best_error)
-        if symbol == "E_A85"
-        else Estimate(found[symbol].value, found[symbol].error)
-        for symbol in symbols
-    }
+    values = {symbol: Estimate(found[symbol].value, found[symbol].error) for symbol in symbols}
+    if "E_A85" in values:  # Francula's is at the best scale, Canters and Decleir's are at the nominal one
+        values["E_A85"] = Estimate(found["E_A85"].best, found["E_A85"].best_error)
+    return values
 
 
 def figure_of_others(row: Printed, value: float) -> float:
-    """What a row's convention makes of its figure, of which `value` is ours; NaN where it makes none."""
+    """The figure of a row by its convention, with our `value`; NaN if the convention gives none."""
     if row.convention in _REGIONS:
-        same = tuple(one.measure for one in printed(row.table) if _key(one) == _key(row))
-        return _elsewhere(row.definition, row.convention, same)[row.measure].value
+        same = (one for one in printed(row.table) if one.definition == row.definition)
+        symbols = tuple(one.measure for one in same if one.convention == row.convention)
+        return _elsewhere(row.definition, row.convention, symbols)[row.measure].value
     other = _OTHERS.get(row.convention)
     return other(row, value) if other else math.nan
-
-
-def _key(row: Printed) -> tuple[str, str]:
-    return row.definition, row.convention
 
 
 @functools.lru_cache(maxsize=64)
@@ -134,7 +128,7 @@ def _elsewhere(definition: str, convention: str, symbols: tuple[str, ...]) -> di
 
 
 def _cells(step: float) -> PointSet:
-    """The centres of cells of the globe, with their areas for weights."""
+    """The centres of cells of the globe, weighted by area."""
     lon, lat = np.meshgrid(np.arange(-180.0 + step / 2, 180.0, step), np.arange(-90.0 + step / 2, 90.0, step))
     return PointSet(lon.ravel(), lat.ravel(), np.cos(np.radians(lat)).ravel())
 
@@ -147,19 +141,19 @@ _REGIONS: dict[str, Place] = {
 
 
 def _cut_off(row: Printed, value: float) -> float:
-    """The figure with its further digits cut off."""
+    """The figure cut off, not rounded, after its decimals."""
     unit = 10.0**row.decimals
     return math.floor(value * unit) / unit
 
 
 def _of_printed_row(row: Printed, value: float) -> float:
-    """The score of the figures that Goldberg and Gott print of the map."""
+    """The score of the figures that Goldberg and Gott print for the map."""
     figures = {one.measure: one.value for one in printed("goldberg-gott") if one.definition == row.definition}
     return goldberg_gott_score(figures)
 
 
 def _over_the_edge(row: Printed, value: float) -> float:
-    """The score of a map with two sides, of which nothing is cut."""
+    """The score of a map with two sides, which has no cuts."""
     found = index_figures(row.definition, GLOBE, [*"IAFS"])
     edge = 0.5 * math.pi * MEAN_EARTH_RADIUS
     distances = distance_distortion(row.definition, map_distance=functools.partial(distance_around_edge, edge=edge))
@@ -181,11 +175,11 @@ _ROUNDING = 1e-9  # of half a unit of the last decimal
 
 
 @dataclass(frozen=True)
-class PublishedRow:
+class PublishedRow(Record):
     """A printed figure, ours with its estimated error, and the figure by the convention that explains the difference.
 
-    `reproduced` is whether the two agree to half a unit of the last decimal printed; `explained` whether the figure by
-    the other convention does, which is NaN where there is none, to that and what the convention is said to be off by.
+    `reproduced` is True if the first two agree to half a unit of the last printed decimal; `explained` if the figure by
+    the other convention does, with the allowed difference of the convention; that figure is NaN if there is none.
     """
 
     printed: Printed
@@ -196,68 +190,42 @@ class PublishedRow:
 
     @property
     def difference(self) -> float:
-        """Ours less the printed figure."""
+        """Our figure less the printed one."""
         return self.value - self.printed.value
 
     @property
     def reproduced(self) -> bool:
-        """Whether the printed figure comes out."""
+        """True if the figures agree."""
         return _agrees(self.printed, self.value)
 
     @property
     def explanation(self) -> str:
-        """By which convention or sampling the printed figure comes out where it does not come out by ours."""
+        """The convention or sampling by which the printed figure comes out, if it does not by ours; else ""."""
         return conventions()[self.printed.convention][1] if self.printed.convention else ""
 
-    def to_dict(self) -> dict[str, Any]:
-        """The figures by name; what is undefined is None."""
-        return {name: plain(value) for name, value in self.columns().items()}
-
-    def columns(self) -> dict[str, Any]:
-        """The figures by name; what is undefined is NaN."""
-        row = self.printed
-        return {
-            "source": row.source,
-            "projection": row.projection,
-            "definition": row.definition,
-            "lon": row.lon,
-            "lat": row.lat,
-            "measure": row.measure,
-            "published": row.value,
-            "decimals": row.decimals,
-            "status": row.status,
-            "value": self.value,
-            "error": self.error,
-            "difference": self.difference,
-            "reproduced": self.reproduced,
-            "convention": row.convention,
-            "value_by_convention": self.value_by_convention,
-            "explained": self.explained,
-            "explanation": self.explanation,
-        }
+    def _values(self) -> dict[str, Any]:
+        ours = {name: getattr(self, name) for name in ("value", "error", "difference", "reproduced")}
+        other = {name: getattr(self, name) for name in ("value_by_convention", "explained", "explanation")}
+        return values_of(self.printed) | ours | {"convention": self.printed.convention} | other
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class PublishedTable(Answer):
-    """A table of the literature, a row a figure."""
+    """A table of the literature, a row for each figure."""
 
     name: str
     source: str
-    rows: tuple[PublishedRow, ...]
+    rows: tuple[PublishedRow, ...] = field(metadata=figure("results"))
 
     def _line(self) -> str:
         return f"{self.name}: {len(self.rows)} rows"
 
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON; what is undefined is None."""
-        return {"name": self.name, "source": self.source, "results": [row.to_dict() for row in self.rows]}
-
     def _table(self) -> list[dict[str, Any]]:
-        return [row.columns() for row in self.rows]
+        return [row._values() for row in self.rows]
 
 
 def tables(name: str) -> PublishedTable:
-    """A table of the literature, its figures computed anew.
+    """A table of the literature beside figures computed anew.
 
     Parameters
     ----------
@@ -268,8 +236,8 @@ def tables(name: str) -> PublishedTable:
     Returns
     -------
     PublishedTable
-        A `PublishedRow` for each figure that was printed: it, ours with its estimated error, and the figure by the
-        convention that explains the difference, where there is one.
+        A `PublishedRow` for each printed figure: it, ours with its estimated error, and the figure by the convention
+        that explains the difference, if there is one.
 
     Raises
     ------
@@ -278,7 +246,7 @@ def tables(name: str) -> PublishedTable:
 
     References
     ----------
-    Each table has its own, `source`; Kunimune's is Map-Projections, output/parameters.txt.
+    That of a table is its `source`; Kunimune's is Map-Projections, output/parameters.txt.
 
     Examples
     --------
@@ -286,14 +254,22 @@ def tables(name: str) -> PublishedTable:
     [(0.259, 0.259), (0.364, 0.364), (0.614, 0.614)]
     """
     rows = printed(check_choice("table", name, TABLES))
-    ours = dict(_at_points(rows)) | dict(_of_globe(rows))
-    return PublishedTable(name=name, source=TABLES[name], rows=tuple(_row(row, ours[row]) for row in rows))
-
-
-def _row(row: Printed, ours: Estimate) -> PublishedRow:
-    other = figure_of_others(row, ours.value)
-    slack = conventions()[row.convention][0] if row.convention else 0.0
-    return PublishedRow(row, *ours, other, _agrees(row, other, slack))
+    groups: dict[tuple[str, bool], list[Printed]] = {}
+    for row in rows:
+        groups.setdefault((row.definition, row.at_point), []).append(row)
+    ours: dict[Printed, Estimate] = {}
+    for (definition, at_point), group in groups.items():
+        if at_point:
+            ours |= _at_points(definition, group)
+        else:
+            found = index_figures(definition, GLOBE, list(dict.fromkeys(row.measure for row in group)))
+            ours |= {row: found[row.measure] for row in group}
+    compared = []
+    for row in rows:
+        other = figure_of_others(row, ours[row].value)
+        slack = conventions()[row.convention][0] if row.convention else 0.0
+        compared.append(PublishedRow(row, *ours[row], other, _agrees(row, other, slack)))
+    return PublishedTable(name=name, source=TABLES[name], rows=tuple(compared))
 
 
 def _agrees(row: Printed, value: float, slack: float = 0.0) -> bool:
@@ -301,24 +277,13 @@ def _agrees(row: Printed, value: float, slack: float = 0.0) -> bool:
     return abs(value - row.value) <= half + slack
 
 
-def _grouped(rows: Iterable[Printed], key: Callable[[Printed], str]) -> dict[str, list[Printed]]:
-    groups: dict[str, list[Printed]] = {}
-    for row in rows:
-        groups.setdefault(key(row), []).append(row)
-    return groups
-
-
-def _of_globe(rows: Iterable[Printed]) -> Iterator[tuple[Printed, Estimate]]:
-    for definition, group in _grouped((row for row in rows if not row.at_point), lambda row: row.definition).items():
-        found = index_figures(definition, GLOBE, list(dict.fromkeys(row.measure for row in group)))
-        yield from ((row, found[row.measure]) for row in group)
-
-
-def _at_points(rows: Iterable[Printed]) -> Iterator[tuple[Printed, Estimate]]:
-    for definition, group in _grouped((row for row in rows if row.at_point), lambda row: row.definition).items():
-        found = factors(definition, [row.lon for row in group], [row.lat for row in group])
-        for i, row in enumerate(group):
-            measure = get_measure(row.measure)
-            value, error = float(measure(found.jacobian[i])), float(found.error[i])
-            # A relative error of J, which scales have as it is, and angles as twice so many radians.
-            yield row, Estimate(value, math.degrees(2.0 * error) if measure.unit == "deg" else error * abs(value))
+def _at_points(definition: str, rows: Sequence[Printed]) -> dict[Printed, Estimate]:
+    """Our figures of a map at the points of printed ones."""
+    found = factors(definition, [row.lon for row in rows], [row.lat for row in rows])
+    ours = {}
+    for i, row in enumerate(rows):
+        measure = get_measure(row.measure)
+        value, error = float(measure(found.jacobian[i])), float(found.error[i])
+        # The error of J is the relative error of scales; twice that is the error of angles in radians.
+        ours[row] = Estimate(value, math.degrees(2.0 * error) if measure.unit == "deg" else error * abs(value))
+    return ours

@@ -108,7 +108,7 @@ def compare_command(
         written = [picture.path]
     report = comparison_report(
         found.to_dict(),
-        found.rows(),
+        found.plain_rows(),
         names,
         found.published,
         f"by {sort}",

@@ -75,13 +75,15 @@ class Modes(Answer):
     def _line(self) -> str:
         return self.summary
 
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """`"share"`, `"rms"`, `"words"` and `"matrix"` of each mode, largest first."""
+        rows = zip(self.shares.tolist(), self.rms.tolist(), self.words, self.matrices.tolist(), strict=True)
+        return [dict(zip(("share", "rms", "words", "matrix"), row, strict=True)) for row in rows]
+
     def to_dict(self) -> dict[str, Any]:
         """`{"T", "modes": [{"share", "rms", "words", "matrix"}]}`, largest first."""
-        rows = zip(self.shares.tolist(), self.rms.tolist(), self.words, self.matrices.tolist(), strict=True)
-        return {
-            "T": self.T.tolist(),
-            "modes": [dict(zip(("share", "rms", "words", "matrix"), row, strict=True)) for row in rows],
-        }
+        return {"T": self.T.tolist(), "modes": self.rows}
 
     def _table(self) -> dict[str, Any]:
         """One row per mode; its matrix as E_00, E_01, ..."""

@@ -1,4 +1,4 @@
-from .answers import Answer, plain
+from .answers import HIDDEN, Answer, FieldSchema, Record, figure, plain, schema_of, values_of
 from .checks import (
     Registry,
     check_bool,
@@ -46,11 +46,14 @@ from .text_tables import (
 )
 
 __all__ = [
+    "HIDDEN",
     "MISSING",
     "NEAR",
     "Answer",
+    "FieldSchema",
     "Notice",
     "Processes",
+    "Record",
     "Registry",
     "answering",
     "cells_of",
@@ -70,6 +73,7 @@ __all__ = [
     "comma_hint",
     "did_you_mean",
     "end_if_told",
+    "figure",
     "has_decimal_comma",
     "is_lost",
     "is_number",
@@ -92,11 +96,13 @@ __all__ = [
     "replacing",
     "rows_of_text",
     "run_all",
+    "schema_of",
     "separator_of",
     "shown",
     "split_rows",
     "suggestion",
     "tell",
+    "values_of",
     "with_decimal_points",
     "without_processes",
 ]

@@ -1,14 +1,17 @@
-"""Base class of answers, with conversions to a dictionary, JSON, a pandas DataFrame, a line and an HTML table."""
+"""Base classes of results, whose fields state once what JSON, tables, DataFrames and notebooks show of them."""
 
 from __future__ import annotations
 
+import functools
 import html
 import json
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from numbers import Number
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,69 +20,105 @@ _MOST_ROWS, _LONGEST = 30, 40  # rows of a table, characters of a cell
 _BAR = "background: linear-gradient(90deg, #c2d8ec {share:.0f}%, transparent {share:.0f}%)"
 
 
-def html_table(table: Mapping[str, Any] | Sequence[Mapping[str, Any]], caption: str) -> str:
-    """HTML table of columns by name or of rows, cut after 30 rows.
+# ---- the schema of a result ----------------------------------------------------------------------
 
-    Columns of several non-negative numbers get a bar in each cell, proportional to the number.
+
+class FieldSchema(NamedTuple):
+    """What JSON and tables show of a field of a result; `figure` describes the parts."""
+
+    key: str = ""
+    of: str | Sequence[str] | Mapping[str, str] = ""
+    spread: bool = False
+    hidden: bool = False
+    optional: bool = False
+    title: str = ""
+    unit: str = ""
+    show: Callable[..., str] = str
+    error: str = ""
+
+    def values(self, name: str, record: Any) -> dict[str, Any]:
+        """The values by key that a record has of the field `name`."""
+        value = getattr(record, name)
+        if self.hidden or (self.optional and value is None):
+            return {}
+        if isinstance(self.of, str):
+            part = attrgetter(self.of)(value) if self.of and value is not None else value
+        elif value is None and not self.spread:
+            part = None
+        else:
+            paths = self.of if isinstance(self.of, Mapping) else dict(zip(self.of, self.of, strict=True))
+            part = {key: None if value is None else attrgetter(path)(value) for key, path in paths.items()}
+        if self.spread:
+            return part._asdict() if hasattr(part, "_asdict") else dict(part)
+        return {self.key or name: part}
+
+
+def figure(key: str = "", **schema: Any) -> dict[str, FieldSchema]:
+    """Metadata of a dataclass's field: `error: float = field(metadata=figure("error_estimate", title="error"))`.
+
+    `key` is the field's key in JSON, by default its name. `of` is the attribute of the value that is shown, or several,
+    by their own keys if they differ: `of=("name", "area_km2")` or `of={"wkt": "wkt2"}`. Several make an object in JSON,
+    with `spread` keys beside the others. A `hidden` field is not shown, an `optional` one only if it is not None.
+    `title`, `unit`, the function `show` that makes its text, and the name of the field that is its `error` are for
+    tables.
     """
-    columns = _columns(table)
-    count = max((len(values) for values in columns.values()), default=0)
-    bars = {name: _bars(values) for name, values in columns.items()}
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
-    body = "".join(
-        f"<tr>{''.join(_cell(values[row], bars[name][row]) for name, values in columns.items())}</tr>"
-        for row in range(min(count, _MOST_ROWS))
-    )
-    rest = f"<p>and {count - _MOST_ROWS} more rows</p>" if count > _MOST_ROWS else ""
-    return f"<table><caption>{html.escape(caption)}</caption><tr>{head}</tr>{body}</table>{rest}"
+    return {"schema": FieldSchema(key, **schema)}
 
 
-def _columns(table: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
-    if isinstance(table, Mapping):
-        return {name: list(np.ravel(values)) for name, values in table.items()}
-    names = dict.fromkeys(name for row in table for name in row)
-    return {name: [row.get(name) for row in table] for name in names}
+HIDDEN = figure(hidden=True)
+"""Metadata of a field that neither JSON nor tables show."""
 
 
-def _bars(values: list[Any]) -> list[float | None]:
-    """Percentages of the largest value; None without a bar."""
-    numbers = [value for value in values if _is_figure(value)]
-    largest = max(numbers, default=0.0)
-    if len(numbers) < 2 or not largest > 0.0 or min(numbers) < 0.0:
-        return [None] * len(values)
-    return [100.0 * float(value / largest) if _is_figure(value) else None for value in values]
+@functools.cache
+def schema_of(kind: type) -> dict[str, FieldSchema]:
+    """The schema of each field of a dataclass, by the field's name."""
+    return {one.name: one.metadata.get("schema", FieldSchema()) for one in fields(kind)}
 
 
-def _is_figure(value: Any) -> bool:
-    return isinstance(value, float | np.floating) and bool(np.isfinite(value))
-
-
-def _cell(value: Any, share: float | None) -> str:
-    style = "" if share is None else f' style="{_BAR.format(share=share)}"'
-    return f"<td{style}>{_shown(value)}</td>"
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, float | np.floating):
-        return f"{value:.6g}"
-    text = str(value)
-    if len(text) <= _LONGEST:
-        return html.escape(text)
-    return f'<span title="{html.escape(text)}">{html.escape(text[:_LONGEST])}…</span>'
-
-
-# ---- the base class ------------------------------------------------------------------------------
+def values_of(record: Any) -> dict[str, Any]:
+    """The values of a dataclass by their keys in JSON, as they are."""
+    found: dict[str, Any] = {}
+    for name, schema in schema_of(record.__class__).items():
+        found |= schema.values(name, record)
+    return found
 
 
 def plain(value: Any) -> Any:
-    """JSON-safe value; NaN and infinity become None."""
-    value = value.item() if isinstance(value, np.generic) else value
-    return value if not isinstance(value, float) or np.isfinite(value) else None
+    """JSON-safe value; NaN and infinity become None, arrays and tuples lists, dataclasses and named tuples objects."""
+    if type(value) is float:
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, str | bool):
+        return value
+    if isinstance(value, Record):
+        return value.to_dict()
+    if hasattr(value, "tolist"):  # of NumPy
+        return plain(value.tolist())
+    if is_dataclass(value):
+        value = values_of(value)
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {key: plain(part) for key, part in value.items()}
+    return [plain(part) for part in value] if isinstance(value, list | tuple) else value
 
 
-class Answer(ABC):
+class Record:
+    """Base class of dataclasses that JSON shows: results, and the parts of them."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The values with the keys of the command line's JSON; NaN and infinity are None."""
+        return {key: plain(value) for key, value in self._values().items()}
+
+    def _values(self) -> dict[str, Any]:
+        """The values with the keys of JSON, as they are."""
+        return values_of(self)
+
+    def _flat(self) -> dict[str, Any]:
+        """The texts and numbers among them: a row of a table."""
+        return {key: value for key, value in self._values().items() if isinstance(value, str | Number)}
+
+
+class Answer(Record, ABC):
     """Base class of results.
 
     Subclasses are `@dataclass(frozen=True, kw_only=True, eq=False, repr=False)`: compared by identity, as most hold
@@ -98,13 +137,9 @@ class Answer(ABC):
     def _line(self) -> str:
         """The answer in a few words and numbers."""
 
-    @abstractmethod
-    def to_dict(self) -> dict[str, Any]:
-        """The answer with the keys of the command line's JSON; NaN and infinity are None."""
-
-    @abstractmethod
     def _table(self) -> Any:
         """Columns by name, or a list of rows, with unrounded numbers."""
+        return [self._flat()]
 
     def to_json(self, *, indent: int | None = None) -> str:
         """`to_dict` as JSON with numbers in full precision; NaN and infinity are null."""
@@ -113,9 +148,9 @@ class Answer(ABC):
     def plain_rows(self) -> list[dict[str, Any]]:
         """The rows of `to_frame` for JSON; NaN and infinity are None."""
         table = self._table()
-        if isinstance(table, dict):
-            table = [dict(zip(table, values, strict=True)) for values in zip(*table.values(), strict=True)]
-        return [{name: plain(value) for name, value in row.items()} for row in table]
+        if not isinstance(table, dict):
+            return [{name: plain(value) for name, value in row.items()} for row in table]
+        return [dict(zip(table, row, strict=True)) for row in zip(*map(plain, table.values()), strict=True)]
 
     def to_frame(self) -> pd.DataFrame:
         """A pandas DataFrame with a row per point or projection, NaN if undefined; raises ImportError without pandas.
@@ -127,3 +162,48 @@ class Answer(ABC):
         except ImportError as error:
             raise ImportError("Invalid call of to_frame. It needs pandas: pip install 'projdist[gis]'.") from error
         return pd.DataFrame(self._table())
+
+
+# ---- in notebooks --------------------------------------------------------------------------------
+
+
+def html_table(table: Mapping[str, Any] | Sequence[Mapping[str, Any]], caption: str) -> str:
+    """HTML table of columns by name or of rows, cut after 30 rows.
+
+    Columns of several non-negative numbers get a bar in each cell, proportional to the number.
+    """
+    if isinstance(table, Mapping):
+        columns = {name: _python(values) for name, values in table.items()}
+    else:
+        names = dict.fromkeys(name for row in table for name in row)
+        columns = {name: [_python(row.get(name)) for row in table] for name in names}
+    count = max((len(values) for values in columns.values()), default=0)
+    cells = {name: _cells(values) for name, values in columns.items()}
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
+    body = "".join(
+        f"<tr>{''.join(values[row] for values in cells.values())}</tr>" for row in range(min(count, _MOST_ROWS))
+    )
+    rest = f"<p>and {count - _MOST_ROWS} more rows</p>" if count > _MOST_ROWS else ""
+    return f"<table><caption>{html.escape(caption)}</caption><tr>{head}</tr>{body}</table>{rest}"
+
+
+def _python(value: Any) -> Any:
+    """An array of NumPy as a list, and one of its numbers as Python's."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _cells(values: Sequence[Any]) -> list[str]:
+    """The cells of a column, with bars where they have a sense."""
+    numbers = [value for value in values if isinstance(value, float) and math.isfinite(value)]
+    largest = max(numbers, default=0.0)
+    bars = len(numbers) > 1 and largest > 0.0 and min(numbers) >= 0.0
+    cells = []
+    for value in values[:_MOST_ROWS]:
+        share = bars and isinstance(value, float) and math.isfinite(value)
+        style = f' style="{_BAR.format(share=100.0 * value / largest)}"' if share else ""
+        text = "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+        shown = html.escape(text)
+        if len(text) > _LONGEST:
+            shown = f'<span title="{shown}">{html.escape(text[:_LONGEST])}…</span>'
+        cells.append(f"<td{style}>{shown}</td>")
+    return cells

@@ -17,7 +17,7 @@ from projdist import (
     great_circle_bending,
 )
 from projdist.answers import distances
-from projdist.answers.finite_distortions import ScatteredPoints, best_scale_of_distances
+from projdist.answers.distances import ScatteredPoints, best_scale_of_distances
 from projdist.answers.published_tables import printed
 from projdist.earth.ellipsoid import chord_angle, unit_vectors
 from projdist.projections import compose

@@ -6,7 +6,7 @@ from pyproj import Geod
 from tables import each
 
 from projdist import SPHERE, WGS84, Ellipsoid, PointSet, get_region
-from projdist.answers.finite_distortions import scatter_over
+from projdist.answers.distances import scatter_over
 
 TRIANGLE = {"type": "Polygon", "coordinates": [[[-20, 10], [60, 20], [10, 75], [-20, 10]]]}
 REGIONS = ["globe", "box:170,-60,-170,80", "cap:10,50,3000", "cap:0,-90,5000", TRIANGLE, "country:FJ"]
@@ -16,8 +16,8 @@ _SIGMAS = 4.0  # standard errors: one in 16,000 is further off
 def draws(region, ellipsoid, count=400):
     """Thirty-two draws."""
     rng = np.random.default_rng(5)
-    scatter = scatter_over(get_region(region), ellipsoid)
-    return [scatter.draw(count, rng) for _ in range(32)]
+    draw = scatter_over(get_region(region), ellipsoid)
+    return [draw(count, rng) for _ in range(32)]
 
 
 @each("region", REGIONS)
@@ -94,7 +94,7 @@ def test_caps_of_a_flat_body_are_strewn_by_area():
 def test_sets_of_points_are_drawn_by_weight():
     """A point of three quarters of the weight is three quarters of the points."""
     points = PointSet(np.array([1.0, 2.0, 3.0]), np.zeros(3), np.array([1.0, 6.0, 1.0]))
-    drawn = scatter_over(points, SPHERE).draw(800, np.random.default_rng(0))
+    drawn = scatter_over(points, SPHERE)(800, np.random.default_rng(0))
     assert np.sum(drawn.lon == 2.0) == pytest.approx(600, abs=2)  # a stratum on either side is cut
 
 

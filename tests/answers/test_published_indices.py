@@ -23,9 +23,8 @@ from projdist.answers.published_indices import (
     indices,
     terms,
 )
-from projdist.answers.published_indices.index import ScaleField
 from projdist.answers.published_indices.registry import score_of
-from projdist.answers.published_indices.terms import boundary_cuts
+from projdist.answers.published_indices.terms import ScaleField, boundary_cuts
 from projdist.numerics.statistics import Estimate
 from projdist.projections import compose
 from projdist.regions import GLOBE, get_region
@@ -268,7 +267,7 @@ def test_errors_are_what_errors_of_parts_make():
     assert found.value == pytest.approx(math.log(15.0))
     assert found.error == pytest.approx(math.log(furthest / 15.0), rel=1e-5)
     # Canters' mean factor of Peters' index.
-    field = Known({terms.pairs: terms.Pairs(Estimate(0.5, 1e-3), Estimate(0.2, 1e-7), Estimate(0.1, 0.0))})
+    field = Known({terms.pairs: [Estimate(0.5, 1e-3), Estimate(0.2, 1e-7), Estimate(0.1, 0.0)]})
     found = terms.finite_scale_factor(field, 1.0)
     assert found.value == pytest.approx(1.5)
     assert found.error == pytest.approx((1.2 + 1e-7) / (0.8 - 1e-7) - 1.5, rel=1e-5)

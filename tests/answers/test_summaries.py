@@ -328,7 +328,7 @@ def test_published_indices_of_a_comparison():
         alone = indices(found.given, "box:6,47,15,55", ["airy", "jordan"], tolerance=1e-4)
         assert found.indices.values == alone.values
         assert found.to_dict()["indices"] == alone.to_dict()["indices"]
-    for row, found in zip(compared.rows(), compared.results, strict=True):
+    for row, found in zip(compared.plain_rows(), compared.results, strict=True):
         assert row["jordan"] == found.indices["jordan"].value
         assert row["airy_best_scale"] == found.indices["airy"].best_scale
     assert summarize("robin", "box:6,47,15,55", tolerance=1e-3).indices is None

@@ -1,72 +1,85 @@
-"""A function of many regions, or of many maps over them."""
+"""A function of many regions, or of many maps over them, on any executor, with a file that keeps the results."""
 
 from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor
-from dataclasses import dataclass
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from io import FileIO
+from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 from projdist import __version__
-from projdist.answers.batches.running import open_partial, run_job
-from projdist.answers.batches.tasks import Area, Job, Task, areas_of, map_text
+from projdist.answers.batches.tasks import Area, Done, Job, Task, areas_of, failure, map_text, run_tasks
 from projdist.projections import Projection, ProjectionError, ProjectionLike, listed_projections
 from projdist.regions import RegionLike, ground_of_maps
-from projdist.support import Answer, check_executor, check_path, is_picklable, quoted
+from projdist.support import (
+    HIDDEN,
+    Answer,
+    Processes,
+    Record,
+    answering,
+    check_executor,
+    check_path,
+    figure,
+    is_lost,
+    is_picklable,
+    is_stream,
+    open_executor,
+    places_in,
+    quoted,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
-class BatchResult:
-    """What a function answered for a region, or for a map over it.
+class BatchResult(Record):
+    """The answer of a function for a region, or for a map over it.
 
-    `answer` is what it returned as JSON has it, an answer's `to_dict()`; `rows` are those of an answer's frame.
-    `notices` are what was told on the way.
+    `answer` is the returned value as in JSON, for answers their `to_dict()`; `rows` are those of an answer's frame,
+    `notices` the warnings.
     """
 
-    region: str
-    area_km2: float
-    projection: str | None
+    region: str = field(metadata=HIDDEN)
+    area_km2: float = field(metadata=HIDDEN)
+    projection: str | None = field(metadata=figure(optional=True))
     answer: Any
-    rows: list[dict[str, Any]]
+    rows: list[dict[str, Any]] = field(metadata=HIDDEN)
     notices: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """The region, the map where there is one, and the answer."""
-        named = {"region": {"name": self.region, "area_km2": self.area_km2}}
-        mapped = {} if self.projection is None else {"projection": self.projection}
-        return {**named, **mapped, "answer": self.answer, "notices": list(self.notices)}
+        """`{"region": {"name", "area_km2"}, "projection", "answer", "notices"}`, the map if there is one."""
+        return {"region": {"name": self.region, "area_km2": self.area_km2}} | super().to_dict()
 
 
 @dataclass(frozen=True)
-class BatchFailure:
-    """A region, or a map over it, that there is no answer for, and why.
+class BatchFailure(Record):
+    """A region, or a map over it, without an answer, and the error.
 
-    What was `lost` with the processes that worked on it is tried again when the job goes on.
+    It is repeated when the job goes on if it was `lost` with its processes.
     """
 
     region: str
-    projection: str | None
+    projection: str | None = field(metadata=figure(optional=True))
     error: str
-    lost: bool = False
+    lost: bool = field(default=False, metadata=HIDDEN)
 
     @property
     def line(self) -> str:
-        """What failed, and why."""
+        """The region and the map, and the error."""
         what = self.region if self.projection is None else f"{self.projection} over {self.region}"
         return f"{what}: {self.error}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """`{"region", "error"}`, and `"projection"` where there is one."""
-        mapped = {} if self.projection is None else {"projection": self.projection}
-        return {"region": self.region, **mapped, "error": self.error}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Batch(Answer):
-    """Answers for many regions, in their order, and failures. A frame has the rows of all, their region before them."""
+    """Answers for many regions, in their order, and failures; a frame has the rows of all, with the region first."""
 
     function: str
     results: tuple[BatchResult, ...]
@@ -74,14 +87,6 @@ class Batch(Answer):
 
     def _line(self) -> str:
         return f"{self.function}, {len(self.results)} results, {len(self.failures)} failures"
-
-    def to_dict(self) -> dict[str, Any]:
-        """`{"function", "results": [...], "failures": [...]}`."""
-        return {
-            "function": self.function,
-            "results": [result.to_dict() for result in self.results],
-            "failures": [one.to_dict() for one in self.failures],
-        }
 
     def _table(self) -> list[dict[str, Any]]:
         return [{"region": result.region, **row} for result in self.results for row in result.rows]
@@ -99,41 +104,41 @@ def batch(
 ) -> Batch:
     """A function of each of many regions, or of each of several maps over each of them.
 
-    What fails is told among the `failures`, and the rest goes on; what is lost with a worker is done again, once.
+    Errors are among the `failures`, and the rest goes on; tasks lost with a worker are repeated once.
 
     Parameters
     ----------
     function : callable
         `function(region, **options)`, or `function(projection, region, **options)` with projections, as
-        `projdist.recommend` and `projdist.summarize`; one of a module where it runs in other processes. It answers with
-        an answer of projdist's, or with what JSON can hold.
+        `projdist.recommend` and `projdist.summarize`; for other processes one that can be imported. It returns an
+        answer of projdist or a value for JSON.
     regions : RegionLike, or a list of them
-        `"countries"`, `"continents"`, `"states"`, a file or a frame, whose features are the regions, or whatever
-        `get_region` takes but points.
+        `"countries"`, `"continents"`, `"states"`, a file or frame whose features are the regions, or anything that
+        `get_region` takes except points.
     projections : ProjectionLike or iterable of ProjectionLike, optional
-        Whatever `Projection.from_user_input` takes and has a text, which is what workers are sent: no function.
+        Anything that `Projection.from_user_input` takes and that has a text, which is sent to workers: no function.
     options : mapping, optional
         Arguments by name: texts, numbers, and lists of them.
     executor : concurrent.futures.Executor or str, optional
-        Where the work is done: `"processes:N"`, `"processes"` (one a core), `"dask://HOST:PORT"`, or any executor; else
-        in this process. A script that asks for processes must guard itself by `if __name__ == "__main__"`.
+        `"processes:N"`, `"processes"` (one per core), `"dask://HOST:PORT"`, or any executor; by default this process.
+        A script that uses processes must guard itself by `if __name__ == "__main__"`.
     partial : path, optional
-        A file of JSON lines that results are added to as they come. Where it is there, of the same job, only what is
-        missing in it is done.
+        File of JSON lines to which results are added as they come. If it exists, from the same job, only missing
+        results are computed.
     progress : callable, optional
-        Called with how many results there are, and of how many.
+        Called with the number of results and the number of tasks.
 
     Returns
     -------
     Batch
-        The `results`, regions in their order and for each the maps in theirs, and the `failures`.
+        The `results` in the order of the regions, and for each of the maps, and the `failures`.
 
     Raises
     ------
     ValueError
-        For what is no region, options that are no text or numbers, and a partial file of another job.
+        For an unknown region, options that are no text or numbers, or a partial file of another job.
     ImportError, OSError
-        Without Dask, and where nothing answers at its address, also later (ConnectionError); for a partial file that
+        Without Dask, and if nothing answers at its address, also later (ConnectionError); for a partial file that
         cannot be written.
 
     References
@@ -142,7 +147,7 @@ def batch(
 
     Examples
     --------
-    Mercator's map over bands of ten degrees, each with the error of its own:
+    The error of Mercator's map over each of two bands of ten degrees:
 
     >>> bands = ["box:0,0,10,10", "box:0,40,10,50"]
     >>> from projdist.answers import summarize
@@ -150,7 +155,12 @@ def batch(
     >>> [round(one.answer["airy_kavrayskiy"], 3) for one in found.results]
     [0.01, 0.495]
     """
-    job = _job(function, {} if options is None else options)
+    if not callable(function) or not hasattr(function, "__qualname__"):
+        raise ValueError(f"Invalid function {quoted(function)} of a batch. It must be one of a module; see options.")
+    given = {} if options is None else options
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
+        raise ValueError(f"Invalid options {quoted(given)} of a batch. They must be arguments by name.")
+    job = Job(function, dict(given))
     tasks = _tasks(regions, projections)
     header = job.header(tasks, __version__)
     _check_executor(executor, job)
@@ -171,23 +181,21 @@ def batch(
         if progress is not None and results:
             progress(len(results), len(tasks))
         run_job(job, [task for task in tasks if task.number not in results], executor, keep)
-    return Batch(
-        function=job.name,
-        results=tuple(_result(task, results[task.number]) for task in tasks if "error" not in results[task.number]),
-        failures=tuple(_failure(task, results[task.number]) for task in tasks if "error" in results[task.number]),
-    )
-
-
-def _job(function: Any, options: Any) -> Job:
-    if not callable(function) or not hasattr(function, "__qualname__"):
-        raise ValueError(f"Invalid function {quoted(function)} of a batch. It must be one of a module; see options.")
-    if not isinstance(options, Mapping) or not all(isinstance(name, str) for name in options):
-        raise ValueError(f"Invalid options {quoted(options)} of a batch. They must be arguments by name.")
-    return Job(function, dict(options))
+    done: list[BatchResult] = []
+    failed: list[BatchFailure] = []
+    for task in tasks:
+        found = results[task.number]
+        if "error" in found:
+            failed.append(BatchFailure(task.name, task.projection, found["error"], found.get("again", False)))
+        else:
+            answer = {key: found[key] for key in ("area_km2", "answer", "rows")}
+            notices = tuple(found["notices"])
+            done.append(BatchResult(region=task.name, projection=task.projection, notices=notices, **answer))
+    return Batch(function=job.name, results=tuple(done), failures=tuple(failed))
 
 
 def _check_executor(executor: Any, job: Job) -> None:
-    """Whether an executor is one, and can be sent the job."""
+    """Raise ValueError for what is no executor, or cannot take the job."""
     if executor is None:
         return
     if isinstance(executor, str):
@@ -202,34 +210,205 @@ def _check_executor(executor: Any, job: Job) -> None:
 
 
 def _tasks(regions: Any, projections: Any) -> list[Task]:
-    """The tasks, those of a region one after the other, as they share what depends on it alone."""
-    given = [None] if projections is None else listed_projections(projections)
-    maps = [None if one is None else map_text(one) for one in given]
-    figure = None if projections is None else _figure(given)
-    pairs = ((area, one) for area in areas_of(regions) for one in maps)
-    return [Task(number, area.name, area.text, one, figure) for number, (area, one) in enumerate(pairs)]
+    """The tasks, those of a region one after the other, as they share computations.
+
+    One ellipsoid is for the regions of all maps; unknown maps fail in their tasks.
+    """
+    given: list[Any] = [None] if projections is None else [*listed_projections(projections)]
+    texts = [None if one is None else map_text(one) for one in given]
+    ellipsoid = None
+    if projections is not None:
+        maps: list[Projection] = []
+        for one in given:
+            with contextlib.suppress(ProjectionError):
+                maps.append(Projection.from_user_input(one))
+        ground = ground_of_maps(maps)
+        ellipsoid = ground.a, ground.f
+    pairs = ((area, text) for area in areas_of(regions) for text in texts)
+    return [Task(number, area.name, area.text, text, ellipsoid) for number, (area, text) in enumerate(pairs)]
 
 
-def _figure(given: Sequence[Any]) -> tuple[float, float]:
-    """The ellipsoid on which the regions of all maps are measured; what is no map fails in its task."""
-    maps: list[Projection] = []
-    for one in given:
-        with contextlib.suppress(ProjectionError):
-            maps.append(Projection.from_user_input(one))
-    ground = ground_of_maps(maps)
-    return ground.a, ground.f
+# ---- the file of results ---------------------------------------------------------------------------
 
 
-def _result(task: Task, found: Mapping[str, Any]) -> BatchResult:
-    return BatchResult(
-        region=task.name,
-        area_km2=found["area_km2"],
-        projection=task.projection,
-        answer=found["answer"],
-        rows=found["rows"],
-        notices=tuple(found["notices"]),
-    )
+_SYNC = 1.0  # seconds; after each line, of which a cluster sends hundreds a second, it would take most of the time
+_MARK = b'{"projdist": '  # beginning of every such file
 
 
-def _failure(task: Task, found: Mapping[str, Any]) -> BatchFailure:
-    return BatchFailure(task.name, task.projection, found["error"], found.get("again", False))
+class PartialFile:
+    """An open file of results: those it has are `done`."""
+
+    def __init__(self, file: FileIO, done: dict[int, dict[str, Any]]) -> None:
+        self._file, self.done = file, done
+        self._synced = time.monotonic()
+
+    def append(self, lines: Sequence[str]) -> None:
+        """Write lines of results; from time to time also to the disk, in case the machine stops."""
+        self._file.write("".join(f"{line}\n" for line in lines).encode("ascii"))
+        if time.monotonic() - self._synced > _SYNC:
+            os.fsync(self._file.fileno())
+            self._synced = time.monotonic()
+
+
+@contextlib.contextmanager
+def open_partial(path: str | os.PathLike[str], header: Mapping[str, Any]) -> Iterator[PartialFile]:
+    """The file of a job, new or as it was left.
+
+    Raises ValueError for a file of another job, another kind of file, and if another process is writing it; OSError.
+    """
+    path = Path(path)
+    if is_stream(path):
+        raise ValueError(f"Invalid partial file {quoted(str(path))}. It is a device or a pipe, which keeps nothing.")
+    with open(path, "ab+", buffering=0) as file:
+        with contextlib.suppress(ImportError):  # on Windows
+            import fcntl
+
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise ValueError(f"Invalid partial file {quoted(str(path))}. Another process is writing it.") from error
+        file.seek(0)
+        text = file.read()
+        whole = text[: text.rfind(b"\n") + 1]
+        if not whole and not _MARK.startswith(text[: len(_MARK)]):
+            raise ValueError(f"Invalid partial file {quoted(str(path))}. It is none; take another name.")
+        done = _results(whole, header, path)
+        if len(whole) < len(text):
+            file.truncate(len(whole))
+        partial = PartialFile(file, done)
+        if not whole:
+            partial.append([json.dumps(header)])
+        yield partial
+
+
+def _results(text: bytes, header: Mapping[str, Any], path: Path) -> dict[int, dict[str, Any]]:
+    """The results in whole lines by their tasks, without those that are to be repeated."""
+    lines = text.splitlines()
+    if not lines:
+        return {}
+    found = _parsed(lines[0], path, 1) if lines[0].startswith(_MARK) else {}
+    if "digest" not in found:
+        raise ValueError(f"Invalid partial file {quoted(str(path))}. It is none; take another name.")
+    if found["digest"] != header["digest"]:
+        words = {
+            "projdist": "of another version of projdist",
+            "PROJ": "with another version of PROJ",
+            "function": "of another function",
+            "options": "with other options",
+        }
+        how = next((words[key] for key in words if found.get(key) != header[key]), "of other regions or maps")
+        raise ValueError(
+            f"Invalid partial file {quoted(str(path))}. It belongs to another job, {how}. Take another name, or remove "
+            "it."
+        )
+    results = [_parsed(line, path, number) for number, line in enumerate(lines[1:], start=2)]
+    return {result["task"]: result for result in results if not result.get("again")}
+
+
+def _parsed(line: bytes, path: Path, number: int) -> dict[str, Any]:
+    try:
+        found = json.loads(line)
+    except ValueError as error:
+        raise ValueError(f"Invalid partial file {quoted(str(path))}. Its line {number} is damaged.") from error
+    if not isinstance(found, dict) or (number > 1 and not isinstance(found.get("task"), int)):
+        raise ValueError(f"Invalid partial file {quoted(str(path))}. Its line {number} is no result.")
+    return found
+
+
+# ---- tasks on an executor ------------------------------------------------------------------------
+
+
+_PAYS = 1.0  # seconds of a group of tasks, compared with the milliseconds for sending it
+_ASK = 2.0  # seconds
+_LARGEST = 100  # tasks in a group
+_LOSSES = 2  # lost workers of a task, after which it is not repeated
+
+Keep = Callable[[Sequence[str]], None]
+
+
+def run_job(job: Job, tasks: Sequence[Task], executor: Executor | str | None, keep: Keep) -> None:
+    """Run tasks, and call `keep` with the lines of finished ones; in this process without an executor."""
+    with contextlib.ExitStack() as stack:
+        if executor is None:
+            executor = stack.enter_context(ThreadPoolExecutor(1))
+        elif isinstance(executor, str):
+            executor = stack.enter_context(open_executor(executor))
+        _Run(job, tasks, executor, keep, stack).run()
+
+
+class _Run:
+    """The waiting and the running tasks of a job, and the time that a task takes."""
+
+    def __init__(
+        self, job: Job, tasks: Sequence[Task], executor: Executor, keep: Keep, stack: contextlib.ExitStack
+    ) -> None:
+        self._job, self._executor, self._keep, self._stack = job, executor, keep, stack
+        self._waiting = deque(tasks)
+        self._alone: deque[Task] = deque()  # of lost groups, each to be repeated in a group of its own
+        self._losses: Counter[int] = Counter()
+        self._under_way: dict[Future[Done], list[Task]] = {}
+        self._ended: SimpleQueue[Future[Done]] = SimpleQueue()
+        self._pace = math.inf  # seconds per task
+        self._known_places, self._ask_again = 1, -math.inf
+
+    def run(self) -> None:
+        """Run all tasks; if that ends early, also by Ctrl-C, waiting ones do not begin."""
+        try:
+            while True:
+                places = self._places()
+                while len(self._under_way) < places and (group := self._next(places)):
+                    self._submit(group)
+                if not self._under_way:
+                    return
+                future = self._ended.get()
+                self._finish(future, self._under_way.pop(future))
+        finally:
+            for future in self._under_way:
+                future.cancel()
+
+    def _places(self) -> int:
+        """Number of groups to run at a time; the executor is asked again from time to time, as a cluster may grow."""
+        if time.monotonic() >= self._ask_again:
+            with answering():
+                self._known_places = places_in(self._executor)
+            self._ask_again = time.monotonic() + _ASK
+        return self._known_places
+
+    def _next(self, places: int) -> list[Task]:
+        """The next group: large enough to pay, and small enough that all workers finish together."""
+        if self._alone:
+            return [self._alone.popleft()]
+        share = math.ceil(len(self._waiting) / (2 * places))
+        size = min(max(int(_PAYS / self._pace), 1), share, _LARGEST)
+        return [self._waiting.popleft() for _ in range(size)]
+
+    def _submit(self, group: list[Task]) -> None:
+        try:
+            with answering():
+                future = self._executor.submit(run_tasks, self._job, group)
+        except BrokenExecutor:  # for good: the caller's pool of processes
+            self._executor = self._stack.enter_context(Processes(max(places_in(self._executor) // 2, 1)))
+            future = self._executor.submit(run_tasks, self._job, group)
+        self._under_way[future] = group
+        future.add_done_callback(self._ended.put)
+
+    def _finish(self, future: Future[Done], group: list[Task]) -> None:
+        """Keep the results of a group; repeat lost tasks alone, unless they were lost alone, too."""
+        error = CancelledError() if future.cancelled() else future.exception()
+        if error is None:
+            lines, seconds = future.result()
+            self._keep(lines)
+            self._waiting.extendleft(reversed(group[len(lines) :]))
+            pace = max(seconds / len(lines), 1e-6)
+            self._pace = pace if self._pace == math.inf else 0.5 * (self._pace + pace)
+        elif is_lost(error):
+            for task in group:
+                self._losses[task.number] += 1
+                if self._losses[task.number] < _LOSSES:
+                    self._alone.append(task)
+                else:
+                    self._keep([failure(task, "The process that worked on it was killed, twice.", again=True)])
+        elif len(group) > 1:
+            self._alone += group
+        else:
+            self._keep([failure(group[0], f"{type(error).__name__}: {error}")])

@@ -1,4 +1,4 @@
-"""Tasks of a batch, made of text: regions, maps, and what a worker does with them."""
+"""Tasks of a batch as texts of regions and maps, and the work on them."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from projdist.projections import Projection, ProjectionLike, proj_version
 from projdist.regions import Box, Cap, Place, RegionLike, get_region, is_region_text, layer_path
 from projdist.support import Answer, notices_kept, quoted, read_text, without_processes
 
-# Words for all regions of a kind, and one of these, by which a suffix is checked before the work.
+# Words for all regions of a kind, and one of them, with which a suffix is checked before the work.
 _ALL = {"countries": "country:France", "continents": "continent:Europe", "states": "state:Ohio"}
-_FROM_FILES = re.compile(r"\b(file|geodesic|points):", re.IGNORECASE)  # which workers may not have
+_FROM_FILES = re.compile(r"\b(file|geodesic|points):", re.IGNORECASE)  # files that workers may not have
 
 
 class Area(NamedTuple):
-    """A region of a batch: what it is called, and a text in the language of regions, or GeoJSON."""
+    """A region of a batch: its name, and its text for `get_region` or GeoJSON."""
 
     name: str
     text: str
 
     def place(self, ellipsoid: Ellipsoid | None = None) -> Place:
-        """The region itself, on the body of an ellipsoid; raises ValueError."""
+        """The region on the body of an ellipsoid; raises ValueError."""
         if not self.text.startswith("{"):
             return get_region(self.text, ellipsoid)
         from projdist.regions import polygons_from_geojson  # shapely is slow to load
@@ -44,42 +44,31 @@ class Area(NamedTuple):
 def areas_of(regions: RegionLike | Iterable[RegionLike | Area]) -> list[Area]:
     """The regions of `countries`, `continents`, `states`, of the features of a file or frame, or of a list of these.
 
-    Names are told apart by numbers. Raises ValueError for what is no region, for none, and for points.
+    Equal names get a number. Raises ValueError for unknown regions, for none, and for points.
     """
-    several = regions if isinstance(regions, list | tuple) and not _is_box(regions) else [regions]
-    found = [area for region in several for area in _areas(region)]
-    if not found:
-        raise ValueError("Invalid regions of a batch. There must be one at least.")
-    return _told_apart(found)
-
-
-def _is_box(value: list[Any] | tuple[Any, ...]) -> bool:
-    """Whether it is the bounds of one box."""
-    return len(value) == 4 and all(isinstance(number, int | float) for number in value)
-
-
-def _told_apart(areas: list[Area]) -> list[Area]:
-    """The same with names that are different, the second of a name with 2 behind it."""
+    several = [regions]
+    if isinstance(regions, list | tuple):
+        is_box = len(regions) == 4 and all(isinstance(number, int | float) for number in regions)
+        several = several if is_box else [*regions]
     seen: Counter[str] = Counter()
     found = []
-    for name, text in areas:
+    for name, text in (area for region in several for area in _areas(region)):
         seen[name] += 1
         found.append(Area(name if seen[name] == 1 else f"{name} ({seen[name]})", text))
+    if not found:
+        raise ValueError("Invalid regions of a batch. There must be one at least.")
     return found
 
 
-def _areas(region: Any) -> Iterator[Area]:
+def _areas(region: Any) -> Iterable[Area]:
     if isinstance(region, Area):
-        yield region
-        return
+        return [region]
     if isinstance(region, str | os.PathLike):
-        yield from _named(os.fspath(region))
-        return
+        return _named(os.fspath(region))
     shape = getattr(region, "__geo_interface__", region)
     if isinstance(shape, Mapping) and shape.get("type") == "FeatureCollection":
-        yield from _features(shape, getattr(region, "crs", None))
-        return
-    yield _area(region)
+        return _features(shape, getattr(region, "crs", None))
+    return [_area(region)]
 
 
 def _named(text: str) -> Iterator[Area]:
@@ -97,12 +86,12 @@ def _named(text: str) -> Iterator[Area]:
     elif not is_region_text(text):
         yield from (Area(name, json.dumps(shape)) for name, shape in features_from_file(*layer_path(text)))
     else:
-        area = _area(get_region(text))  # a wrong word is refused before the work
+        area = _area(get_region(text))  # errors are raised before the work
         yield area if _FROM_FILES.search(text) else Area(text.strip(), text.strip())
 
 
 def _features(collection: Mapping[str, Any], crs: Any) -> Iterator[Area]:
-    """The rows of a frame, or the features of GeoJSON; by their names, else by their ids."""
+    """The rows of a frame or the features of GeoJSON, by name, else by id."""
     from projdist.regions import tell_of_geojson_in_degrees  # as above
 
     tell_of_geojson_in_degrees(collection, crs, "Invalid regions.")
@@ -115,7 +104,7 @@ def _features(collection: Mapping[str, Any], crs: Any) -> Iterator[Area]:
 
 
 def _area(value: Any) -> Area:
-    """One region, however it was given."""
+    """One region, given in any form."""
     region = get_region(value)
     if not region.area_km2:
         raise ValueError(f"Invalid region {quoted(region.name)} of a batch. It must be an area, not points.")
@@ -131,11 +120,11 @@ def _area(value: Any) -> Area:
 # ---- maps as text --------------------------------------------------------------------------------
 
 
-_FILES = (".prj", ".wkt", ".json")  # that a map may be in, and that workers may not have
+_FILES = (".prj", ".wkt", ".json")  # suffixes of files of maps, which workers may not have
 
 
 def map_text(projection: ProjectionLike) -> str:
-    """A projection as text: a name, a PROJ string, a code, WKT; raises ValueError for what has none."""
+    """A projection as text: a name, a PROJ string, a code, WKT; raises ValueError if there is none."""
     if isinstance(projection, str | Path):
         path = Path(projection)
         is_file = len(str(projection)) < 4096 and path.suffix.lower() in _FILES and path.is_file()
@@ -150,7 +139,7 @@ def map_text(projection: ProjectionLike) -> str:
 
 
 def _is_what_it_says(projection: Projection) -> bool:
-    """Whether its definition is a text that it can be made of again, as that of a function is not."""
+    """True if the projection can be made again of its definition, unlike that of a function."""
     try:
         again = Projection.from_user_input(projection.definition)
     except ValueError:
@@ -162,17 +151,17 @@ def _is_what_it_says(projection: Projection) -> bool:
     )
 
 
-# ---- what a worker does --------------------------------------------------------------------------
+# ---- the work ------------------------------------------------------------------------------------
 
 
-_SLICE = 1.5  # seconds, after which a worker answers with what it has done
-_KEPT = 4  # regions that a worker remembers, as those of many maps come one after the other
+_SLICE = 1.5  # seconds after which a worker returns its results
+_KEPT = 4  # regions that a worker keeps, as the tasks of many maps over a region follow each other
 
 
 class Task(NamedTuple):
-    """A region, by its name and in words of `get_region` or as GeoJSON, perhaps a map of it, and the task's number.
+    """The number of a task, the name of its region and its text for `get_region` or GeoJSON, and the map if any.
 
-    The `figure`, a semi-major axis and a flattening, is the ellipsoid on which the regions of all maps are measured.
+    `figure` is the semi-major axis and the flattening of the ellipsoid for the regions of all maps.
     """
 
     number: int
@@ -183,7 +172,7 @@ class Task(NamedTuple):
 
 
 class Done(NamedTuple):
-    """The lines of tasks that are done, of as many as there was time for, and the seconds that they took."""
+    """The lines of finished tasks, and the seconds they took."""
 
     lines: list[str]
     seconds: float
@@ -198,11 +187,11 @@ class Job:
 
     @property
     def name(self) -> str:
-        """The function, by its module."""
+        """The function with its module."""
         return f"{self.function.__module__}.{self.function.__qualname__}"
 
     def header(self, tasks: Sequence[Task], version: str) -> dict[str, Any]:
-        """What tells it from other jobs; raises ValueError for options that are no text or numbers."""
+        """The properties and the digest that identify the job; raises ValueError for options other than JSON."""
         try:
             options = json.loads(json.dumps(self.options, sort_keys=True, allow_nan=False))
         except (TypeError, ValueError) as error:
@@ -221,7 +210,7 @@ class Job:
 
 
 def run_tasks(job: Job, tasks: Sequence[Task]) -> Done:
-    """What a worker does: tasks one after the other, and not for long."""
+    """The work of a worker: tasks one after the other, for `_SLICE` seconds."""
     start = time.monotonic()
     lines: list[str] = []
     with without_processes():
@@ -233,33 +222,30 @@ def run_tasks(job: Job, tasks: Sequence[Task]) -> Done:
 
 
 def failure(task: Task, reason: str, *, again: bool = False) -> str:
-    """The line of a task that failed; whether it is to be tried again when the job goes on."""
+    """The line of a failed task; with `again` it is repeated when the job goes on."""
     return json.dumps({"task": task.number, "error": reason} | ({"again": True} if again else {}))
 
 
 def _line(job: Job, task: Task) -> str:
-    """A result as a line of JSON; what is wrong with the task is one, too."""
+    """A result or an error as a line of JSON."""
     try:
         region, notices = _region(task.name, task.region, task.figure)
         words = (region,) if task.projection is None else (task.projection, region)
         with notices_kept() as told:
             found = job.function(*words, **job.options)
         result = {"task": task.number, "area_km2": region.area_km2, "notices": [*notices, *told]}
-        return json.dumps(result | _told(found), allow_nan=False)
+        if isinstance(found, Answer):
+            result |= {"answer": found.to_dict(), "rows": found.plain_rows()}
+        else:
+            result |= {"answer": found, "rows": [found] if isinstance(found, dict) else []}
+        return json.dumps(result, allow_nan=False)
     except ValueError as error:
         return failure(task, str(error))
 
 
 @functools.lru_cache(_KEPT)
 def _region(name: str, text: str, figure: tuple[float, float] | None) -> tuple[Place, tuple[str, ...]]:
-    """The region of a task, and what is to be said of it."""
+    """The region of a task, and its notices."""
     with notices_kept() as told:
         region = Area(name, text).place(None if figure is None else Ellipsoid(*figure))
     return region, (*told, *region.notes)
-
-
-def _told(found: Any) -> dict[str, Any]:
-    """An answer and its rows, for JSON."""
-    if not isinstance(found, Answer):
-        return {"answer": found, "rows": [found] if isinstance(found, dict) else []}
-    return {"answer": found.to_dict(), "rows": found.plain_rows()}

@@ -4,16 +4,59 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from projdist.answers.published_indices import terms
-from projdist.answers.published_indices.index import Index, ScaleField
-from projdist.field import FIGURES
+from projdist.answers.published_indices.terms import ScaleField, Scales, Value
+from projdist.field import FIGURES, Figure
 from projdist.numerics import Estimate
 from projdist.support import Registry, check_number, check_text, listed_values, quoted
 
+
+@dataclass(frozen=True, kw_only=True)
+class Index:
+    """A published index of a whole map.
+
+    `value` (field, scale) is the index of the map enlarged by a scale; `best_scale` (field) the scale that minimises
+    it, or maximises it if more is better; None if the index does not depend on the scale. `terms` are the functions of
+    a and b whose means it needs, `kinked` is True if they have kinks that move with the scale; `second_order` are the
+    measures of second derivatives. `band` is the latitude north and south to which the index restricts the globe,
+    `published_within` the one to which the published figures do, if the index does not. `figure` is the one of
+    `FIGURES` that the index is made of, if any.
+    """
+
+    name: str
+    symbol: str
+    group: str
+    definition: str
+    normalisation: str
+    source: str
+    value: Value
+    best_scale: Callable[[ScaleField], float] | None = None
+    terms: tuple[Scales, ...] = ()
+    second_order: tuple[str, ...] = ()
+    band: float | None = None
+    published_within: float | None = None
+    kinked: bool = False
+    figure: Figure | None = None
+
+    @property
+    def published_over(self) -> str:
+        """The part of the globe that the published figures are of; "" for all of it."""
+        return "" if self.published_within is None else f"|lat| <= {self.published_within:g}"
+
+    @property
+    def scale_dependence(self) -> str:
+        """Text that says whether the index changes with the nominal scale."""
+        return "none" if self.best_scale is None else "at the nominal scale, and at the best"
+
+
+# ---- the score ------------------------------------------------------------------------------
+
+
 NORMALISERS = {"I": 0.51, "A": 0.41, "F": 0.64, "S": 0.60, "D": 0.449, "B": 0.25}
-"""The plate carree's row as Goldberg & Gott (2007) print it, rounded, which the published scores are made with."""
+"""The plate carree's row as Goldberg & Gott (2007) print it, rounded; the published scores are made with it."""
 
 
 def goldberg_gott_score(values: Mapping[str, float], normalisers: Mapping[str, float] = NORMALISERS) -> float:
@@ -24,8 +67,8 @@ def goldberg_gott_score(values: Mapping[str, float], normalisers: Mapping[str, f
     values : mapping of str to float
         The map's indices by symbol: isotropy I, area A, flexion F, skewness S, distances D, boundary cuts B.
     normalisers : mapping of str to float, optional
-        Those of the plate carree. Without any they are as Goldberg & Gott (2007) print them, rounded, which the
-        published scores are made with.
+        The indices of the plate carree, by default as Goldberg & Gott (2007) print them, rounded; the published scores
+        are made with these.
 
     Returns
     -------
@@ -35,7 +78,7 @@ def goldberg_gott_score(values: Mapping[str, float], normalisers: Mapping[str, f
     Raises
     ------
     ValueError
-        Where one of the indices is missing or is no number.
+        If one of the indices is missing or is no number.
 
     References
     ----------
@@ -63,10 +106,8 @@ def goldberg_gott_score(values: Mapping[str, float], normalisers: Mapping[str, f
     )
 
 
-def score_of(
-    values: Mapping[str, Callable[[ScaleField, float], Estimate]],
-) -> Callable[[ScaleField, float], Estimate]:
-    """The score of a field, of what its six indices are by symbol; NaN where one of them is undefined."""
+def score_of(values: Mapping[str, Value]) -> Value:
+    """The score of a field by the functions of its six indices, by symbol; NaN if one of them is undefined."""
 
     def score(field: ScaleField, scale: float) -> Estimate:
         found = {symbol: field.once(value) for symbol, value in values.items()}
@@ -89,7 +130,7 @@ _OZERI = "Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its 
 _KAVRAYSKIY = "Kavrayskiy 1934, Matematicheskaya kartografiya"
 _KUNIMUNE = "Kunimune, Map-Projections, output/parameters.txt"
 
-_WITHOUT_POLES = 88.0  # degrees: found by experiment (published/conventions.csv), the authors do not say it
+_WITHOUT_POLES = 88.0  # degrees: found by experiment (published/conventions.csv), not stated by the authors
 
 
 def _view(
@@ -123,7 +164,7 @@ def _view(
     )
 
 
-_RESOLVED = ("fisher", "kavrayskiy")  # by all samples
+_RESOLVED = ("fisher", "kavrayskiy")  # measures that all samples resolve
 _ISOTROPY = FIGURES["isotropy"]
 
 _SCORED = {
@@ -371,9 +412,9 @@ def get_index(name: str) -> Index:
 
 
 def get_indices(names: str | Iterable[str] = "all") -> list[Index]:
-    """The indices of groups, names and symbols, each once, and of "all"; raises ValueError with close matches.
+    """The indices of groups, names and symbols, or "all", each once; raises ValueError with close matches.
 
-    What is the name of a group and of an index is the group.
+    A name that a group and an index have is the group's.
     """
     chosen: dict[str, Index] = {}
     for name in listed_values(names):

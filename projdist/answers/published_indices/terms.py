@@ -5,27 +5,90 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.answers.distances import distance_distortions, great_circle_bending
-from projdist.answers.finite_distortions import best_scale_of_distances, gott, peters
-from projdist.answers.published_indices.index import ScaleField, Scales
-from projdist.field import FIGURES, Figure, evaluate, find_tears
+from projdist.answers import distances
+from projdist.field import FIGURES, Extreme, Field, Figure, evaluate, find_tears
+from projdist.matrices import principal_scales
 from projdist.numerics import Estimate, least_between
 from projdist.projections import Projection
-from projdist.regions import GLOBE
+from projdist.regions import GLOBE, Place
+
+T = TypeVar("T")
+Scales = Callable[[FloatArray, FloatArray], FloatArray]
+"""A function of the principal scales a >= b."""
+
+_STEP = 1e-3  # of the logarithms of the scales, for slopes that enter errors only
+
+
+@dataclass(frozen=True)
+class ScaleField:
+    """The principal scales of a field, with the means, extremes and shares that indices are made of."""
+
+    projection: Projection
+    region: Place
+    jacobians: Field
+    known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def once(self, figure: Callable[[ScaleField, float], T], scale: float = 1.0) -> T:
+        """A figure of the field at a scale, computed when first asked for."""
+        if (figure, scale) not in self.known:
+            self.known[figure, scale] = figure(self, scale)
+        return self.known[figure, scale]
+
+    @functools.cached_property
+    def scales(self) -> tuple[FloatArray, FloatArray]:
+        """The principal scales a and b (n,) at the nodes; NaN where the map is singular."""
+        scales = principal_scales(self.jacobians.jacobian)
+        scales[~(scales[..., 1] > 0)] = np.nan
+        return scales[..., 0], scales[..., 1]
+
+    def mean(self, term: Scales, scale: float = 1.0) -> Estimate:
+        """The mean of a term by true area, of the map enlarged by a scale."""
+        if not np.isfinite(scale):
+            return Estimate(np.nan, np.nan)
+        a, b = (scale * value for value in self.scales)
+        up, down = 1.0 + _STEP, 1.0 - _STEP
+        slope = np.abs(term(up * a, b) - term(down * a, b)) + np.abs(term(a, up * b) - term(a, down * b))
+        return self.jacobians.mean(term(a, b), slope=slope / (2.0 * _STEP))
+
+    def sum(self, term: Scales, scale: float) -> float:
+        """The sum over the nodes that the mean is made of, without an error, for searches."""
+        a, b = self.scales
+        return float(np.nansum(self.jacobians.weight * term(scale * a, scale * b)))
+
+    @functools.cached_property
+    def largest(self) -> Extreme:
+        """The largest scale in any direction; infinite where there is no bound."""
+        return self.jacobians.maximum("tissot_semimajor")
+
+    @functools.cached_property
+    def smallest(self) -> Extreme:
+        """The smallest scale in any direction."""
+        return self.jacobians.minimum("tissot_semiminor")
+
+    @functools.cached_property
+    def dense(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The scales a, b and weights that sum to 1 at many points, for shares of the area."""
+        # Not the scales are interpolated but the Jacobian, which is smooth where they cross.
+        J, weights = self.jacobians.dense_jacobian
+        a, b = principal_scales(J).T
+        return a, b, weights / weights.sum()
+
 
 Value = Callable[[ScaleField, float], Estimate]
+"""An index of the map enlarged by a scale."""
 
-# ---- functions of the scales ----------------------------------------------------------------
+# ---- functions of the scales ---------------------------------------------------------------------
 
 
 @functools.cache
 def term_of(figure: Figure) -> Scales:
-    """What a figure is the mean of, or the root of the mean of."""
+    """The function whose mean, or root of the mean, a figure is."""
 
     def term(a: FloatArray, b: FloatArray) -> FloatArray:
         values = figure.measure(np.stack([a, b], axis=-1)[..., None] * np.eye(2))
@@ -52,22 +115,6 @@ def log_area_squared(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.log(a * b) ** 2
 
 
-def _total(a: FloatArray, b: FloatArray) -> FloatArray:
-    return a + b
-
-
-def _squares(a: FloatArray, b: FloatArray) -> FloatArray:
-    return a * a + b * b
-
-
-def _area(a: FloatArray, b: FloatArray) -> FloatArray:
-    return a * b
-
-
-def _area_squared(a: FloatArray, b: FloatArray) -> FloatArray:
-    return (a * b) ** 2
-
-
 # ---- indices of means and extremes ---------------------------------------------------------------
 
 
@@ -87,7 +134,7 @@ def deviation_of_log_area(field: ScaleField, scale: float) -> Estimate:
     level, level_error = field.mean(log_area)
     square, square_error = field.mean(log_area_squared)
     variance, error = square - level**2, square_error + 2.0 * abs(level) * level_error
-    # Of an equal-area map there is nothing but rounding, whose square has no sign to cancel by.
+    # For an equal-area map there is nothing but rounding; its squares do not cancel.
     if variance <= error:
         return Estimate(0.0, math.sqrt(max(variance, 0.0) + error))
     return Estimate(variance, error).root()
@@ -100,41 +147,35 @@ def second_order(measure: str) -> Value:
 
 def largest_error(field: ScaleField, scale: float) -> Estimate:
     """The largest |ln scale| in any place and direction."""
-    worst = max(math.log(scale * field.largest.value), -_log(scale * field.smallest.value))
-    return _found(worst, _relative_error(field))
+    least = scale * field.smallest.value
+    worst = max(math.log(scale * field.largest.value), -math.log(least) if least > 0 else math.inf)
+    return _extreme(worst, field)
 
 
 def scale_ratio(field: ScaleField, scale: float) -> Estimate:
     """The largest scale over the smallest."""
     ratio = field.largest.value / field.smallest.value if field.smallest.value > 0 else math.inf
-    return _found(ratio, _relative_error(field) * ratio)
+    return _extreme(ratio, field, ratio)
 
 
 def log_scale_ratio(field: ScaleField, scale: float) -> Estimate:
-    """Its logarithm."""
-    return _found(math.log(scale_ratio(field, scale).value), _relative_error(field))
+    """Logarithm of the largest scale over the smallest."""
+    return _extreme(math.log(scale_ratio(field, scale).value), field)
 
 
-def _relative_error(field: ScaleField) -> float:
-    """The relative errors of the largest and the smallest scale, together."""
-    return sum(one.error / one.value if one.value > 0 else math.nan for one in (field.largest, field.smallest))
-
-
-def _found(value: float, error: float) -> Estimate:
-    return Estimate(value, error if math.isfinite(value) else math.nan)
+def _extreme(value: float, field: ScaleField, factor: float = 1.0) -> Estimate:
+    """A figure with a factor times the relative errors of the largest and the smallest scale; NaN if infinite."""
+    relative = sum(one.error / one.value if one.value > 0 else math.nan for one in (field.largest, field.smallest))
+    return Estimate(value, factor * relative if math.isfinite(value) else math.nan)
 
 
 def _logs(values: FloatArray) -> FloatArray:
-    """Logarithms, NaN for what is not above 0: interpolated scales beside singular points may be 0."""
+    """Logarithms, NaN unless positive: interpolated scales beside singular points may be 0."""
     return np.log(np.where(values > 0, values, np.nan))
 
 
-def _log(value: float) -> float:
-    return math.log(value) if value > 0 else -math.inf
-
-
 _MOST_OMEGA, _MOST_RATIO = 40.0, 1.5
-_KNOWN = 0.1  # of the smallest areal scale: a larger error is no knowledge
+_KNOWN = 0.1  # of the smallest areal scale: with a larger error it is unknown
 _THINNED = 2
 
 
@@ -142,7 +183,7 @@ def share_above_smallest(field: ScaleField, scale: float) -> Estimate:
     """Percentage of the area with omega <= 40 degrees and s <= 1.5 times the least s."""
     a, b, weights = field.dense
     least = field.jacobians.minimum("areal_scale")
-    # Where a map's rounding is all that is known of the place, as at an antipode, the points tell the least.
+    # Where only rounding is left, as at an antipode, the smallest value of the points is taken.
     smallest = least.value if least.error <= _KNOWN * least.value else float(np.min(a * b))
     return _share((omega(a, b) <= _MOST_OMEGA) & (a * b <= _MOST_RATIO * smallest), weights)
 
@@ -155,7 +196,7 @@ def share_near_nominal(field: ScaleField, scale: float) -> Estimate:
 
 
 def _share(good: BoolArray, weights: FloatArray) -> Estimate:
-    """The weight of some points in per cent, and by how much it differs from that of half of them."""
+    """The weight of some points in per cent; the error is the difference from that of every second point."""
     share = 100.0 * float(weights[good].sum())
     half = weights[::_THINNED]
     return Estimate(share, abs(share - 100.0 * float(half[good[::_THINNED]].sum() / half.sum())))
@@ -166,17 +207,17 @@ def _share(good: BoolArray, weights: FloatArray) -> Estimate:
 
 def best_for_airy(field: ScaleField) -> float:
     """sum (a + b) / sum (a^2 + b^2), a linear least-squares problem."""
-    return field.mean(_total).value / field.mean(_squares).value
+    return field.mean(lambda a, b: a + b).value / field.mean(lambda a, b: a * a + b * b).value
 
 
 def best_for_balance(field: ScaleField) -> float:
     """The same for areas: the square of the scale."""
-    return math.sqrt(field.mean(_area).value / field.mean(_area_squared).value)
+    return math.sqrt(field.mean(lambda a, b: a * b).value / field.mean(lambda a, b: (a * b) ** 2).value)
 
 
 def best_for_jordan(field: ScaleField) -> float:
     """The mean of the scale over that of its square, both over all places and directions."""
-    square = 0.5 * field.mean(_squares).value
+    square = 0.5 * field.mean(lambda a, b: a * a + b * b).value
     return 0.5 * (square + 1.0 - field.mean(jordan_squared).value) / square
 
 
@@ -191,13 +232,13 @@ def best_for_logarithms(field: ScaleField) -> float:
 
 
 def best_for_largest(field: ScaleField) -> float:
-    """1 / sqrt(max a min b), the geometric middle."""
+    """1 / sqrt(max a min b), by the geometric mean."""
     middle = field.largest.value * field.smallest.value
     return 1.0 / math.sqrt(middle) if 0 < middle < math.inf else math.nan
 
 
 def best_for_share(field: ScaleField) -> float:
-    """The middle of the interval of ln s, 2 ln 1.5 wide, that holds most of the area where omega is small."""
+    """The scale of the middle of the interval of ln s, 2 ln 1.5 wide, with most of the area of small omega."""
     a, b, weights = field.dense
     small = omega(a, b) <= _MOST_OMEGA
     if not small.any():
@@ -216,7 +257,7 @@ _REACH = 3.0  # of ln scale to either side of the geometric mean
 
 
 def searched(figure: Figure) -> Callable[[ScaleField], float]:
-    """The scale that makes the mean of a term least, which is a convex function of its logarithm."""
+    """The scale that minimises the mean of a term, a convex function of the logarithm of the scale."""
     term = term_of(figure)
 
     def best(field: ScaleField) -> float:
@@ -236,15 +277,15 @@ _POLE = (27.31, 63.17, 11.7)  # longitude, latitude and turn of the grid's pole:
 _TEAR = 5e-6  # of the semi-major axis; PROJ's goode slips by 4e-6 along the parallels where its two maps meet
 _FADING = 100.0  # tears; a cut that is narrower where it seems to end may go on for as far as the cube root of one
 _APART = 0.01  # radians; ends of cuts nearer to each other are one
-_MOST = 4000  # cells in a generation; those of maps that do not end in curves double without end
-_SMALLEST = 1e-7  # radians; what is in a cell so small is left out
+_MOST = 4000  # cells in a generation; if the map does not end in curves, their number doubles without end
+_SMALLEST = 1e-7  # radians; smaller cells are left out
 _STRAIGHT = 1e-6  # radians, between a piece and the sum of its parts
 _TOGETHER = 1e-6  # degrees, between the two sides of one tear
 _WHOLE = 0.999  # of the globe
 
 
 def boundary_cuts(field: ScaleField, scale: float) -> Estimate:
-    """The length of the cuts over 4 pi; NaN where the region is not the globe, or the map shows a part of it only."""
+    """The length of the cuts over 4 pi; NaN unless the region is the globe and the map shows all of it."""
     if field.region != GLOBE or field.jacobians.coverage < _WHOLE:
         return Estimate(math.nan, math.nan)
     length, error = cut_length(field.projection)
@@ -262,20 +303,20 @@ def cut_length(projection: Projection) -> tuple[float, float]:
         chord = cells.chords(parents)
         children = _quarters(parents)
         parts = cells.chords(children).reshape(-1, 4)
-        # A curve and its chord differ by four times what its halves and theirs do.
+        # A curve differs from its chord four times as much as its halves from theirs.
         gap = parts.sum(axis=1) - chord
         settled = np.abs(gap) <= _STRAIGHT
         total += float(np.sum((parts.sum(axis=1) + gap / 3.0)[settled]))
         error += float(np.abs(gap[settled]).sum())
         small = _size(parents) < _SMALLEST
         error += _TEAR ** (1.0 / 3.0) * cells.fading(parents[small & ~settled])
-        # With those beside: a narrow cut is not seen in the next large cell.
+        # All four parts are kept: a narrow cut may be missed in a large neighbour.
         parents = children.reshape(-1, 4, 4)[~settled & ~small].reshape(-1, 4)
     return total, error
 
 
 def _quarters(cells: FloatArray) -> FloatArray:
-    """The quarters of cells (n, 4) of u0, u1, v0, v1, four in a row of each, (4 n, 4)."""
+    """The quarters (4 n, 4) of cells (n, 4) of u0, u1, v0, v1, four in turn of each."""
     u0, u1, v0, v1 = cells.T
     u, v = 0.5 * (u0 + u1), 0.5 * (v0 + v1)
     parts = [(u0, u, v0, v), (u, u1, v0, v), (u0, u, v, v1), (u, u1, v, v1)]
@@ -308,7 +349,7 @@ class _CutCells:
         return self.projection(np.degrees(np.arctan2(y, x)), np.degrees(np.arctan2(z, np.hypot(x, y))))
 
     def first(self) -> FloatArray:
-        """The cells of the grid (n, 4) that a cut enters, or may."""
+        """The cells of the grid (n, 4) that a cut enters or may enter."""
         u = np.linspace(-180.0, 180.0, _COLUMNS + 1)
         v = np.linspace(-90.0, 90.0, _ROWS + 1)
         points = evaluate(self, *np.meshgrid(u, v))
@@ -319,27 +360,27 @@ class _CutCells:
         across, along = torn[0].reshape(_ROWS + 1, _COLUMNS), torn[1].reshape(_ROWS, _COLUMNS + 1)
         entered = np.pad(across[:-1] | across[1:] | along[:, :-1] | along[:, 1:], 1)
         entered[:, [0, -1]] = entered[:, [-2, 1]]
-        # And those beside, as a narrow cut is not seen in cells so large.
+        # Neighbours, too, as a narrow cut may be missed in cells so large.
         entered = entered[:-2] | entered[1:-1] | entered[2:]
         row, column = np.nonzero(entered[:, :-2] | entered[:, 1:-1] | entered[:, 2:])
         return np.stack([u[column], u[column + 1], v[row], v[row + 1]], axis=-1)
 
     def fading(self, cells: FloatArray) -> int:
-        """In how many places, of tiny cells in which cuts end, they are narrow."""
+        """Number of places where cuts end narrow, of the tiny cells in which they end."""
         torn, _, _, width = self._sides(cells)
         narrow = np.where(torn, width, 0.0).max(axis=1, initial=0.0) < _FADING * _TEAR
         places = self.directions(cells[narrow, 0], cells[narrow, 2])
         return len(np.unique(np.round(places / _APART), axis=0))
 
     def _sides(self, cells: FloatArray) -> tuple[BoolArray, FloatArray, BoolArray, FloatArray]:
-        """What `_torn` tells of the four sides of cells."""
+        """The answer of `_torn` for the four sides of cells."""
         u0, u1, v0, v1 = cells.T
         corners = evaluate(self, np.stack([u0, u1, u1, u0], axis=1), np.stack([v0, v0, v1, v1], axis=1))
         torn, places, once, width = self._torn(corners, np.roll(corners, -1, axis=1))
         return torn.reshape(-1, 4), places.reshape(-1, 4, 2), once.reshape(-1, 4), width.reshape(-1, 4)
 
     def _torn(self, start: FloatArray, stop: FloatArray) -> tuple[BoolArray, FloatArray, BoolArray, FloatArray]:
-        """Which links are torn, where (n, 2), which of these once, and how widely, in semi-major axes."""
+        """Which links are torn, where (n, 2), which of them just once, and the width in semi-major axes."""
         start, stop = start.reshape(-1, 4), stop.reshape(-1, 4)
         torn, once = np.zeros((2, len(start)), dtype=bool)
         places, width = np.full((len(start), 2), np.nan), np.zeros(len(start))
@@ -352,7 +393,7 @@ class _CutCells:
         return torn, places, once, width
 
     def _suspect(self, start: FloatArray, stop: FloatArray) -> BoolArray:
-        """Links along which fourth differences, which any tear makes as large as itself, are no less than a tear."""
+        """Links with fourth differences as large as a tear; any tear makes them as large as itself."""
         shares = np.array([0.25, 0.5, 0.75])
         between = start[:, None, :2] + shares[:, None] * (stop - start)[:, None, :2]
         inner = np.stack(self(between[..., 0], between[..., 1]), axis=-1)
@@ -361,7 +402,7 @@ class _CutCells:
         return np.asarray(~(fourth < _TEAR * self.radius))
 
     def chords(self, cells: FloatArray) -> FloatArray:
-        """Length of the piece of a cut in each cell; 0 where there is none, NaN where it is more than one piece."""
+        """Length of the piece of a cut in each cell; 0 without one, NaN if it is more than one piece."""
         torn, places, once, _ = self._sides(cells)
         count = torn.sum(axis=1)
         single = (count == 2) & (once.sum(axis=1) == 2)
@@ -376,32 +417,28 @@ class _CutCells:
 # ---- finite distances ----------------------------------------------------------------------------
 
 
-class Pairs(NamedTuple):
-    """Gott's and Peters' measures of the distances on the map at a scale, and ln of the scale that betters it most."""
-
-    gott: Estimate
-    peters: Estimate
-    best: Estimate
-
-
-def pairs(field: ScaleField, scale: float) -> Pairs:
-    """The measures of distances, all of the same pairs."""
-    found = distance_distortions(
+def pairs(field: ScaleField, scale: float) -> list[Estimate]:
+    """Gott's and Peters' measures at a scale, and ln of the scale that minimises the latter, all of the same pairs."""
+    found = distances.distance_distortions(
         field.projection,
         field.region,
-        [gott, lambda ratio, weight: peters(scale * ratio, weight), best_scale_of_distances],
+        [
+            distances.gott,
+            lambda ratio, weight: distances.peters(scale * ratio, weight),
+            distances.best_scale_of_distances,
+        ],
     )
-    return Pairs(*(Estimate(one.value, one.error) for one in found))
+    return [Estimate(one.value, one.error) for one in found]
 
 
 def spread(field: ScaleField, scale: float) -> Estimate:
     """The standard deviation of ln(d_map / d_globe), which does not depend on the scale."""
-    return field.once(pairs).gott
+    return field.once(pairs)[0]
 
 
 def distance_index(field: ScaleField, scale: float) -> Estimate:
     """The distance index of Peters."""
-    return field.once(pairs, scale).peters
+    return field.once(pairs, scale)[1]
 
 
 def finite_scale_factor(field: ScaleField, scale: float) -> Estimate:
@@ -411,11 +448,11 @@ def finite_scale_factor(field: ScaleField, scale: float) -> Estimate:
 
 
 def best_for_distances(field: ScaleField) -> float:
-    """The scale that makes both least."""
-    return math.exp(field.once(pairs).best.value)
+    """The scale that minimises the index of Peters, and so Canters' factor."""
+    return math.exp(field.once(pairs)[2].value)
 
 
 def bending(field: ScaleField, scale: float) -> Estimate:
-    """How far great circles are from straight lines."""
-    found = great_circle_bending(field.projection, field.region)
+    """Mean distance of great circles from straight lines."""
+    found = distances.great_circle_bending(field.projection, field.region)
     return Estimate(found.value, found.error)

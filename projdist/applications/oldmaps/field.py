@@ -226,7 +226,7 @@ class OldMap(Answer):
             "outliers": list(self.outliers),
             "outliers_left_out": bool(self.is_outlier.any() and not self.is_fitted.all()),
             "statistics": self.statistics(),
-            "modes": self.modes.to_dict()["modes"],
+            "modes": self.modes.rows,
             "notes": list(self.notes),
             "points": [{name: plain(value) for name, value in row.items()} for row in self._table()],
         }

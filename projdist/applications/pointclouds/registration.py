@@ -170,7 +170,7 @@ class Registration(Answer):
             "reference": None if self.reference is None else self.names[self.reference],
             "frames": {name: {"cloud": cloud, "sum": total} for name, (cloud, total) in self.frames.items()},
             "rms": self.rms_total,
-            "modes": self.modes.to_dict()["modes"],
+            "modes": self.modes.rows,
             "clouds": rows,
             "weighted": self.weights is not None,
             "robust": self.robust,

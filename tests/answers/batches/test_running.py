@@ -6,7 +6,7 @@ from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future,
 import pytest
 from batch_functions import name_of, wrong
 
-from projdist.answers.batches.running import run_job
+from projdist.answers.batches.jobs import run_job
 from projdist.answers.batches.tasks import Job, Task
 
 TASKS = [Task(number, f"r{number}", f"box:{number},0,{number + 1},1") for number in range(60)]
