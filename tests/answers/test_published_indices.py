@@ -14,6 +14,8 @@ import scipy.optimize
 from scipy.special import ellipe
 
 from projdist import FIGURES, Projection, distance_distortion, sample
+from projdist.answers import index_terms as terms
+from projdist.answers.index_terms import ScaleField, boundary_cuts
 from projdist.answers.published_indices import (
     GROUPS,
     INDICES,
@@ -21,10 +23,8 @@ from projdist.answers.published_indices import (
     get_indices,
     goldberg_gott_score,
     indices,
-    terms,
+    score_of,
 )
-from projdist.answers.published_indices.registry import score_of
-from projdist.answers.published_indices.terms import ScaleField, boundary_cuts
 from projdist.numerics.statistics import Estimate
 from projdist.projections import compose
 from projdist.regions import GLOBE, get_region

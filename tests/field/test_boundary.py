@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from projdist.answers.index_terms import cut_length
 from projdist.answers.published_indices import indices
-from projdist.answers.published_indices.terms import cut_length
 from projdist.projections import Projection
 
 # Where a cut fades out (as cos(lat) - 1 does at the equator), a jump of 5e-6 ends it: 3e-3 to 0.02 radians early.
