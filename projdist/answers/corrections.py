@@ -42,7 +42,7 @@ from projdist.projections import (
     wkt_of,
 )
 from projdist.regions import Place, RegionLike, reaches, region_for
-from projdist.support import HIDDEN, Answer, FieldSchema, check_bool, check_choice, check_degrees, check_number, figure
+from projdist.support import HIDDEN, Answer, FieldSchema, check_bool, check_choice, check_degrees, check_number, schema
 
 # The matrix is as good as the integrals: near the minimum the cost changes in second order, its gradient in first.
 _TOLERANCE = 1e-10
@@ -63,7 +63,7 @@ CONSTRAINTS: dict[str, Callable[[FloatArray], FloatArray]] = {
 
 def _fisher(suffix: str) -> dict[str, FieldSchema]:
     """Metadata of the mean and median Fisher distortion."""
-    return figure(of={f"fisher_{name}{suffix}": f"{name}.value" for name in Spread._fields}, spread=True)
+    return schema(of={f"fisher_{name}{suffix}": f"{name}.value" for name in Spread._fields}, spread=True)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -79,9 +79,9 @@ class Correction(Answer):
     distortion by area: of the projection as it is, after the best linear map (the MDT), and corrected.
     """
 
-    given: str = field(metadata=figure("projection"))
-    projection: Projection = field(metadata=figure(of=("name", "definition"), spread=True))
-    region: Place = field(metadata=figure(of=("name", "area_km2")))
+    given: str = field(metadata=schema("projection"))
+    projection: Projection = field(metadata=schema(of=("name", "definition"), spread=True))
+    region: Place = field(metadata=schema(of=("name", "area_km2")))
     criterion: str
     constraint: str
     keep_north: bool
@@ -97,7 +97,7 @@ class Correction(Answer):
     spread: Spread | None = field(metadata=_fisher(""))
     spread_affine: Spread | None = field(metadata=_fisher("_affine"))
     spread_corrected: Spread | None = field(metadata=_fisher("_corrected"))
-    parts: Decomposition = field(metadata=figure(spread=True))
+    parts: Decomposition = field(metadata=schema(spread=True))
     note: str
     parameters: str | None
     pipeline: str | None

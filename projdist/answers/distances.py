@@ -13,7 +13,7 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import Ellipsoid, chord_angle, destination, unit_vectors
 from projdist.projections import Projection, ProjectionLike, geodesic_lengths, geodesic_points
 from projdist.regions import Box, Cap, Place, PointSet, Region, RegionLike, cells_of, region_for
-from projdist.support import Answer, check_choice, check_number, check_whole_number, figure, quoted
+from projdist.support import Answer, check_choice, check_number, check_whole_number, quoted, schema, values_of
 
 # Points in a set, by whether it is a sphere, where distances cost a twentieth.
 _SIZES = {True: (1024, 2048), False: (512, 1024)}
@@ -29,9 +29,9 @@ class FiniteDistortion(Answer):
     beyond it do not count.
     """
 
-    given: str = field(metadata=figure("projection"))
-    projection: Projection = field(metadata=figure(of=("name", "definition"), spread=True))
-    region: Place = field(metadata=figure(of=("name", "area_km2")))
+    given: str = field(metadata=schema("projection"))
+    projection: Projection = field(metadata=schema(of=("name", "definition"), spread=True))
+    region: Place = field(metadata=schema(of=("name", "area_km2")))
     measure: str
     value: float
     error: float
@@ -42,7 +42,7 @@ class FiniteDistortion(Answer):
         return f"{self.projection.name} over {self.region.name}: {self.measure} {self.value:.4g} ± {self.error:.1g}"
 
     def _table(self) -> list[dict[str, Any]]:
-        return [self._values() | {"region": self.region.name}]
+        return [values_of(self) | {"region": self.region.name}]
 
 
 # ---- distance measures ---------------------------------------------------------------------------

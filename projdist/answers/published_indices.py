@@ -27,9 +27,9 @@ from projdist.support import (
     Registry,
     check_number,
     check_text,
-    figure,
     listed_values,
     quoted,
+    schema,
 )
 
 
@@ -280,12 +280,12 @@ class IndexValue(Record):
 class IndexSummary(Answer):
     """Indices of a projection over a region, by name."""
 
-    given: str = field(metadata=figure("projection"))
-    projection: Projection = field(metadata=figure(of=("name", "definition"), spread=True))
+    given: str = field(metadata=schema("projection"))
+    projection: Projection = field(metadata=schema(of=("name", "definition"), spread=True))
     region: Place = field(metadata=HIDDEN)
     coverage: float
     evaluations: int
-    values: dict[str, IndexValue] = field(metadata=figure("indices"))
+    values: dict[str, IndexValue] = field(metadata=schema("indices"))
 
     def __getitem__(self, name: str) -> IndexValue:
         """The index of a name or symbol."""

@@ -20,7 +20,7 @@ from projdist.matrices import get_measure
 from projdist.numerics import Estimate
 from projdist.projections import distance_around_edge
 from projdist.regions import GLOBE, Box, Place, PointSet
-from projdist.support import HIDDEN, Answer, Record, check_choice, figure, values_of
+from projdist.support import HIDDEN, Answer, Record, check_choice, plain, schema, values_of
 
 TABLES: dict[str, str] = {
     "goldberg-gott": "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth",
@@ -51,7 +51,7 @@ class Printed:
     lon: float
     lat: float
     measure: str
-    value: float = field(metadata=figure("published"))
+    value: float = field(metadata=schema("published"))
     decimals: int
     status: str
     convention: str = field(metadata=HIDDEN)
@@ -203,7 +203,12 @@ class PublishedRow(Record):
         """The convention or sampling by which the printed figure comes out, if it does not by ours; else ""."""
         return conventions()[self.printed.convention][1] if self.printed.convention else ""
 
-    def _values(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
+        """The figures by name; NaN and infinity become None."""
+        return {name: plain(value) for name, value in self.columns().items()}
+
+    def columns(self) -> dict[str, Any]:
+        """The figures by name, as they are."""
         ours = {name: getattr(self, name) for name in ("value", "error", "difference", "reproduced")}
         other = {name: getattr(self, name) for name in ("value_by_convention", "explained", "explanation")}
         return values_of(self.printed) | ours | {"convention": self.printed.convention} | other
@@ -215,13 +220,13 @@ class PublishedTable(Answer):
 
     name: str
     source: str
-    rows: tuple[PublishedRow, ...] = field(metadata=figure("results"))
+    rows: tuple[PublishedRow, ...] = field(metadata=schema("results"))
 
     def _line(self) -> str:
         return f"{self.name}: {len(self.rows)} rows"
 
     def _table(self) -> list[dict[str, Any]]:
-        return [row._values() for row in self.rows]
+        return [row.columns() for row in self.rows]
 
 
 def tables(name: str) -> PublishedTable:

@@ -16,7 +16,7 @@ from projdist.matrices import Measure, Modes, listed_measures
 from projdist.numerics import median, p95
 from projdist.projections import Projection, ProjectionError, ProjectionLike, listed_projections
 from projdist.regions import Box, Place, PointSet, RegionLike, region_for, share_in
-from projdist.support import HIDDEN, Answer, Record, check_bool, figure, shown, tell
+from projdist.support import HIDDEN, Answer, Record, check_bool, schema, shown, tell
 
 STATISTICS = ("mean", "rms", "median", "p95", "max", "min")
 """The statistics of a measure over a region."""
@@ -71,8 +71,8 @@ class Summary(Answer):
     components of the distortion about the MDT, if requested.
     """
 
-    given: str = field(metadata=figure("projection"))
-    projection: Projection = field(metadata=figure(of=("name", "definition"), spread=True))
+    given: str = field(metadata=schema("projection"))
+    projection: Projection = field(metadata=schema(of=("name", "definition"), spread=True))
     region: Place = field(metadata=HIDDEN)
     coverage: float
     airy_kavrayskiy: float
@@ -83,9 +83,9 @@ class Summary(Answer):
     limit: str = field(metadata=HIDDEN)
     mdt: FloatArray = field(metadata=HIDDEN)
     mirrored: float = field(metadata=HIDDEN)
-    measures: dict[str, MeasureSummary] = field(metadata=figure(spread=True))
-    indices: IndexSummary | None = field(default=None, metadata=figure(of="values", optional=True))
-    modes: Modes | None = field(default=None, metadata=figure(of="rows", optional=True))
+    measures: dict[str, MeasureSummary] = field(metadata=schema(spread=True))
+    indices: IndexSummary | None = field(default=None, metadata=schema(of="values", optional=True))
+    modes: Modes | None = field(default=None, metadata=schema(of="rows", optional=True))
 
     def _line(self) -> str:
         return (
@@ -107,7 +107,7 @@ class Summary(Answer):
 class Failure(Record):
     """A projection that could not be measured, and why."""
 
-    given: str = field(metadata=figure("projection"))
+    given: str = field(metadata=schema("projection"))
     error: str
 
 
@@ -119,7 +119,7 @@ class Comparison(Answer):
     ellipsoid its area is. A frame has the results only.
     """
 
-    region: Place = field(metadata=figure(of=("name", "area_km2")))
+    region: Place = field(metadata=schema(of=("name", "area_km2")))
     results: tuple[Summary, ...]
     failures: tuple[Failure, ...]
     published: tuple[Index, ...] = field(default=(), metadata=HIDDEN)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import contextlib
 import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -44,7 +44,7 @@ from projdist.projections import (
     wkt_of,
 )
 from projdist.regions import Place, RegionLike, check_on_body, get_region
-from projdist.support import Answer, check_number, check_text, listed_values, plain
+from projdist.support import Answer, Record, check_number, check_text, listed_values, plain, schema
 
 LIMITED = ("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine")
 """Figures of which the least value is known."""
@@ -98,7 +98,7 @@ _WHOLE = 0.9999  # coverage of a map that shows the region whole
 
 
 @dataclass(frozen=True)
-class Baseline:
+class Baseline(Record):
     """A projection to compare with: its value of the criterion, with an error estimate, and Airy-Kavrayskiy error."""
 
     name: str
@@ -106,10 +106,6 @@ class Baseline:
     value: float
     airy_kavrayskiy: float
     error_estimate: float
-
-    def to_dict(self) -> dict[str, Any]:
-        """The fields by name."""
-        return asdict(self)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -126,7 +122,7 @@ class Optimum(Answer):
     """
 
     family: str
-    region: Place
+    region: Place = field(metadata=schema(of=("name", "area_km2")))
     criterion: str
     unit: str
     parameters: dict[str, float]
@@ -135,7 +131,8 @@ class Optimum(Answer):
     error_estimate: float
     airy_kavrayskiy: float
     coverage: float
-    projection: Projection
+    limit: float | None = None
+    projection: Projection = field(metadata=schema("proj", of="definition"))
     wkt: str | None
     wkt_reason: str | None
     at_limit: tuple[str, ...]
@@ -146,8 +143,7 @@ class Optimum(Answer):
     failures: tuple[Failure, ...]
     evaluations: int
     note: str | None = None
-    flats: tuple[Flat, ...] = ()
-    limit: float | None = None
+    flats: tuple[Flat, ...] = field(default=(), metadata=schema("flat"))
 
     @property
     def cylinder(self) -> str:
@@ -169,32 +165,8 @@ class Optimum(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
-        return {
-            "family": self.family,
-            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
-            "criterion": self.criterion,
-            "unit": self.unit,
-            "parameters": self.parameters,
-            "scale": self.scale,
-            "value": plain(self.value),
-            "error_estimate": plain(self.error_estimate),
-            "airy_kavrayskiy": plain(self.airy_kavrayskiy),
-            "coverage": self.coverage,
-            "limit": self.limit,
-            "proj": self.proj,
-            "wkt": self.wkt,
-            "wkt_reason": self.wkt_reason,
-            "at_limit": list(self.at_limit),
-            "round_to": self.round_to,
-            "roundings": [rounded.to_dict() for rounded in self.roundings],
-            "baselines": [baseline.to_dict() for baseline in self.baselines],
-            "others": [{"family": o.family, "value": plain(o.value), "proj": o.proj} for o in self.others],
-            "failures": [failure.to_dict() for failure in self.failures],
-            "evaluations": self.evaluations,
-            "note": self.note,
-            "flat": [flat._asdict() for flat in self.flats],
-            "remarks": list(self.remarks),
-        }
+        others = [{"family": one.family, "value": plain(one.value), "proj": one.proj} for one in self.others]
+        return super().to_dict() | {"others": others, "remarks": list(self.remarks)}
 
     def _table(self) -> list[dict[str, Any]]:
         """A row a family, the best first."""

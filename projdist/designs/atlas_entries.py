@@ -8,17 +8,17 @@ import importlib.resources
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from projdist.regions import folded, full_name
-from projdist.support import Answer, close_words, did_you_mean, shown
+from projdist.support import HIDDEN, Answer, Record, close_words, did_you_mean, shown
 
 _BEST = ("existing", "custom", "made")
 
 
 @dataclass(frozen=True, kw_only=True)
-class AtlasMap:
+class AtlasMap(Record):
     """A map of a region: `projection` is its code or its PROJ string; figures that were not measured are None.
 
     `share` is that of the region within the area of use of a CRS, `national` is True for a CRS of the region's country,
@@ -42,13 +42,9 @@ class AtlasMap:
     mean_areal_error_ppm: float | None = None
     cut_km: float | None = None
 
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON."""
-        return asdict(self) | {"keeps": None if self.keeps is None else list(self.keeps)}
-
 
 @dataclass(frozen=True, kw_only=True)
-class AtlasPurpose:
+class AtlasPurpose(Record):
     """The best maps for a purpose, by a figure, the `criterion`.
 
     `existing` is the best CRS of the registries, `custom` the best member of PROJ's families, `made` the best map made
@@ -56,7 +52,7 @@ class AtlasPurpose:
     of the purpose; None if unknown.
     """
 
-    name: str
+    name: str = field(metadata=HIDDEN)
     criterion: str
     existing: AtlasMap | None
     custom: AtlasMap | None
@@ -69,11 +65,6 @@ class AtlasPurpose:
         """The maps that exist, by "existing", "custom" and "made"."""
         found = zip(_BEST, (self.existing, self.custom, self.made), strict=True)
         return {what: one for what, one in found if one is not None}
-
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON."""
-        maps = {what: self.maps[what].to_dict() if what in self.maps else None for what in _BEST}
-        return {"criterion": self.criterion} | maps | {"limit": self.limit, "reason": self.reason}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,20 +125,6 @@ class AtlasEntry(Answer):
     def _line(self) -> str:
         best = self.purposes["any"].existing
         return f"{self.title}: official {_called(self.official)}, best {_called(best)}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON."""
-        return {
-            "title": self.title,
-            "kind": self.kind,
-            "region": self.region,
-            "area_km2": self.area_km2,
-            "country": self.country,
-            "official": None if self.official is None else self.official.to_dict(),
-            "purposes": {name: purpose.to_dict() for name, purpose in self.purposes.items()},
-            "zones": [asdict(system) for system in self.zones],
-            "versions": dict(self.versions),
-        }
 
     def rows(self) -> list[dict[str, Any]]:
         """A flat row for each map of each purpose, after the official CRS, which has no purpose."""

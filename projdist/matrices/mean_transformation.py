@@ -44,17 +44,13 @@ class MDT(Answer):
     gradient_norm: Any
     iterations: Any
     floor: Any
-    distances: FloatArray
     unique: Any
+    distances: FloatArray
 
     def _line(self) -> str:
         return (
             f"T {np.array2string(np.asarray(self.T), precision=4, threshold=16).replace(chr(10), '')}, cost {self.cost}"
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """The fields by name, arrays as lists."""
-        return {name: np.asarray(getattr(self, name)).tolist() for name in ("T", *_FIGURES, "distances")}
 
     def _table(self) -> dict[str, FloatArray]:
         """One row per set of matrices: the figures, and T as T_00, T_01, ..."""

@@ -43,8 +43,7 @@ class Rotation(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """The fields by name, arrays as lists; and the note."""
-        names = ("q", "reflection", "mean_resultant_length")
-        return {name: np.asarray(getattr(self, name)).tolist() for name in names} | {"note": self.note}
+        return super().to_dict() | {"note": self.note}
 
     def _table(self) -> dict[str, Any]:
         """One row per rotation, q as q_00, q_01, ..."""

@@ -85,11 +85,6 @@ class CrsSearch(Answer):
             f", first {self.results[0].code}" if self.results else ""
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON."""
-        hits = [asdict(hit) for hit in self.results]
-        return {"text": self.text, "total": self.total, "results": hits, "advice": self.advice}
-
     def rows(self) -> list[dict[str, Any]]:
         """One flat row per result."""
         ends = ("west", "south", "east", "north")

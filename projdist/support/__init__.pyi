@@ -1,4 +1,4 @@
-from .answers import HIDDEN, Answer, FieldSchema, Record, figure, plain, schema_of, values_of
+from .answers import HIDDEN, Answer, FieldSchema, Record, plain, schema, schema_of, values_of
 from .checks import (
     Registry,
     check_bool,
@@ -73,7 +73,6 @@ __all__ = [
     "comma_hint",
     "did_you_mean",
     "end_if_told",
-    "figure",
     "has_decimal_comma",
     "is_lost",
     "is_number",
@@ -96,6 +95,7 @@ __all__ = [
     "replacing",
     "rows_of_text",
     "run_all",
+    "schema",
     "schema_of",
     "separator_of",
     "shown",

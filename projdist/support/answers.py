@@ -24,7 +24,7 @@ _BAR = "background: linear-gradient(90deg, #c2d8ec {share:.0f}%, transparent {sh
 
 
 class FieldSchema(NamedTuple):
-    """What JSON and tables show of a field of a result; `figure` describes the parts."""
+    """What JSON and tables show of a field of a result; `schema` describes the parts."""
 
     key: str = ""
     of: str | Sequence[str] | Mapping[str, str] = ""
@@ -36,25 +36,9 @@ class FieldSchema(NamedTuple):
     show: Callable[..., str] = str
     error: str = ""
 
-    def values(self, name: str, record: Any) -> dict[str, Any]:
-        """The values by key that a record has of the field `name`."""
-        value = getattr(record, name)
-        if self.hidden or (self.optional and value is None):
-            return {}
-        if isinstance(self.of, str):
-            part = attrgetter(self.of)(value) if self.of and value is not None else value
-        elif value is None and not self.spread:
-            part = None
-        else:
-            paths = self.of if isinstance(self.of, Mapping) else dict(zip(self.of, self.of, strict=True))
-            part = {key: None if value is None else attrgetter(path)(value) for key, path in paths.items()}
-        if self.spread:
-            return part._asdict() if hasattr(part, "_asdict") else dict(part)
-        return {self.key or name: part}
 
-
-def figure(key: str = "", **schema: Any) -> dict[str, FieldSchema]:
-    """Metadata of a dataclass's field: `error: float = field(metadata=figure("error_estimate", title="error"))`.
+def schema(key: str = "", **parts: Any) -> dict[str, FieldSchema]:
+    """Metadata of a dataclass's field: `error: float = field(metadata=schema("error_estimate", title="error"))`.
 
     `key` is the field's key in JSON, by default its name. `of` is the attribute of the value that is shown, or several,
     by their own keys if they differ: `of=("name", "area_km2")` or `of={"wkt": "wkt2"}`. Several make an object in JSON,
@@ -62,10 +46,10 @@ def figure(key: str = "", **schema: Any) -> dict[str, FieldSchema]:
     `title`, `unit`, the function `show` that makes its text, and the name of the field that is its `error` are for
     tables.
     """
-    return {"schema": FieldSchema(key, **schema)}
+    return {"schema": FieldSchema(key, **parts)}
 
 
-HIDDEN = figure(hidden=True)
+HIDDEN = schema(hidden=True)
 """Metadata of a field that neither JSON nor tables show."""
 
 
@@ -78,8 +62,20 @@ def schema_of(kind: type) -> dict[str, FieldSchema]:
 def values_of(record: Any) -> dict[str, Any]:
     """The values of a dataclass by their keys in JSON, as they are."""
     found: dict[str, Any] = {}
-    for name, schema in schema_of(record.__class__).items():
-        found |= schema.values(name, record)
+    for name, shown in schema_of(record.__class__).items():
+        value = getattr(record, name)
+        if shown.hidden or (shown.optional and value is None):
+            continue
+        if shown.of and isinstance(shown.of, str):
+            value = None if value is None else attrgetter(shown.of)(value)
+        elif shown.of and (value is not None or shown.spread):
+            paths = shown.of if isinstance(shown.of, Mapping) else dict(zip(shown.of, shown.of, strict=True))
+            value = {key: None if value is None else attrgetter(path)(value) for key, path in paths.items()}
+        if shown.spread:
+            value = values_of(value) if is_dataclass(value) else value
+            found |= value._asdict() if hasattr(value, "_asdict") else value
+        else:
+            found[shown.key or name] = value
     return found
 
 
@@ -107,15 +103,11 @@ class Record:
 
     def to_dict(self) -> dict[str, Any]:
         """The values with the keys of the command line's JSON; NaN and infinity are None."""
-        return {key: plain(value) for key, value in self._values().items()}
-
-    def _values(self) -> dict[str, Any]:
-        """The values with the keys of JSON, as they are."""
-        return values_of(self)
+        return {key: plain(value) for key, value in values_of(self).items()}
 
     def _flat(self) -> dict[str, Any]:
-        """The texts and numbers among them: a row of a table."""
-        return {key: value for key, value in self._values().items() if isinstance(value, str | Number)}
+        """The texts and numbers among the values, as they are: a row of a table."""
+        return {key: value for key, value in values_of(self).items() if isinstance(value, str | Number)}
 
 
 class Answer(Record, ABC):

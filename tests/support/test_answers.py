@@ -3,13 +3,14 @@
 import dataclasses
 import math
 from html.parser import HTMLParser
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import projdist
 from projdist import Box
-from projdist.support.answers import Answer, html_table
+from projdist.support.answers import HIDDEN, Answer, Record, html_table, plain, schema, schema_of
 
 SQUARE = Box(8, 48, 12, 52)
 ANSWERS = {
@@ -65,6 +66,69 @@ def test_an_answer_in_a_line_and_in_a_table(name):
     rows = Cells(answer._repr_html_()).rows
     assert len(rows) > 1
     assert {len(row) for row in rows} == {len(rows[0])}
+
+
+class Extent(NamedTuple):
+    """A part without a schema."""
+
+    west: float
+    east: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Place:
+    """A part with one."""
+
+    name: str
+    extent: Extent
+    note: str | None = dataclasses.field(default=None, metadata=schema(optional=True))
+
+
+@dataclasses.dataclass(frozen=True)
+class Sheet(Record):
+    """A value of each sort."""
+
+    place: Place = dataclasses.field(metadata=schema("where", of=("name", "extent")))
+    base: Place | None = dataclasses.field(metadata=schema(of={"base": "name", "east": "extent.east"}, spread=True))
+    parts: tuple[Place, ...]
+    figures: dict[str, float] = dataclasses.field(metadata=schema(spread=True))
+    matrix: np.ndarray
+    error: float = dataclasses.field(metadata=schema("error_estimate", title="error", unit="m", show="{:.1f}".format))
+    secret: float = dataclasses.field(default=1.0, metadata=HIDDEN)
+
+
+def test_json_follows_from_the_fields():
+    """Keys in the order of the fields; attributes, spread, optional and hidden ones; what is not finite is None."""
+    one, other = Place("A", Extent(1.0, math.nan)), Place("B", Extent(3.0, 4.0), "far")
+    found = Sheet(one, other, (one, other), {"s": np.float64(2.0)}, np.array([[1.0, np.inf]]), math.inf).to_dict()
+    first = {"name": "A", "extent": {"west": 1.0, "east": None}}
+    assert found == {
+        "where": first,
+        "base": "B",
+        "east": 4.0,
+        "parts": [first, {"name": "B", "extent": {"west": 3.0, "east": 4.0}, "note": "far"}],
+        "s": 2.0,
+        "matrix": [[1.0, None]],
+        "error_estimate": None,
+    }
+    assert list(found) == ["where", "base", "east", "parts", "s", "matrix", "error_estimate"]
+    without = Sheet(one, None, (), {}, np.zeros(0), 0.0).to_dict()
+    assert (without["base"], without["east"], without["matrix"]) == (None, None, [])
+
+
+def test_the_schema_of_a_class():
+    """Title, unit and format stand with the field, for tables."""
+    error = schema_of(Sheet)["error"]
+    assert (error.key, error.title, error.unit, error.show(0.25)) == ("error_estimate", "error", "m", "0.2")
+    assert schema_of(Sheet)["parts"].show(1.5) == "1.5"
+
+
+def test_plain_values():
+    """What JSON can hold, whatever it was."""
+    given = (np.int64(3), np.bool_(True), np.float32(0.5), -math.inf, "x", None, 7, np.arange(2))
+    found = plain(given)
+    assert found == [3, True, 0.5, None, "x", None, 7, [0, 1]]
+    assert list(map(type, found[:3])) == [int, bool, float]
 
 
 def test_one_policy():

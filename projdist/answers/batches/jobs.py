@@ -28,13 +28,13 @@ from projdist.support import (
     answering,
     check_executor,
     check_path,
-    figure,
     is_lost,
     is_picklable,
     is_stream,
     open_executor,
     places_in,
     quoted,
+    schema,
 )
 
 
@@ -48,7 +48,7 @@ class BatchResult(Record):
 
     region: str = field(metadata=HIDDEN)
     area_km2: float = field(metadata=HIDDEN)
-    projection: str | None = field(metadata=figure(optional=True))
+    projection: str | None = field(metadata=schema(optional=True))
     answer: Any
     rows: list[dict[str, Any]] = field(metadata=HIDDEN)
     notices: tuple[str, ...]
@@ -66,7 +66,7 @@ class BatchFailure(Record):
     """
 
     region: str
-    projection: str | None = field(metadata=figure(optional=True))
+    projection: str | None = field(metadata=schema(optional=True))
     error: str
     lost: bool = field(default=False, metadata=HIDDEN)
 
