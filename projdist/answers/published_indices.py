@@ -222,8 +222,14 @@ def _index(row: dict[str, str]) -> Index:
     )
 
 
-_FILE = importlib.resources.files("projdist") / "data" / "published" / "indices.csv"
-_INDICES = {row["name"]: _index(row) for row in csv.DictReader(_FILE.read_text(encoding="utf-8").splitlines())}
+@functools.cache
+def read_published(name: str) -> tuple[dict[str, str], ...]:
+    """The rows of a file of published figures."""
+    file = importlib.resources.files("projdist") / "data" / "published" / name
+    return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+
+
+_INDICES = {row["name"]: _index(row) for row in read_published("indices.csv")}
 
 GROUPS: tuple[str, ...] = tuple(dict.fromkeys(index.group for index in _INDICES.values()))
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import functools
-import importlib.resources
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,7 +12,7 @@ import numpy as np
 
 from projdist.answers.distances import distance_distortion
 from projdist.answers.point_factors import factors
-from projdist.answers.published_indices import goldberg_gott_score, indices
+from projdist.answers.published_indices import goldberg_gott_score, indices, read_published
 from projdist.earth import MEAN_EARTH_RADIUS
 from projdist.matrices import get_measure
 from projdist.numerics import Estimate
@@ -65,7 +63,7 @@ class Printed:
 @functools.cache
 def printed(table: str) -> tuple[Printed, ...]:
     """The figures of a published table."""
-    rows = [row for file in ("world.csv", "pointwise.csv") for row in _read(file)]
+    rows = [row for file in ("world.csv", "pointwise.csv") for row in read_published(file)]
     return tuple(
         Printed(
             table=table,
@@ -88,13 +86,10 @@ def printed(table: str) -> tuple[Printed, ...]:
 @functools.cache
 def conventions() -> dict[str, tuple[float, str]]:
     """By name, the allowed difference of a convention (NaN if it has no figure of its own), and its description."""
-    return {row["convention"]: (float(row["slack"] or "nan"), row["explanation"]) for row in _read("conventions.csv")}
-
-
-@functools.cache
-def _read(name: str) -> tuple[dict[str, str], ...]:
-    file = importlib.resources.files("projdist") / "data" / "published" / name
-    return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+    return {
+        row["convention"]: (float(row["slack"] or "nan"), row["explanation"])
+        for row in read_published("conventions.csv")
+    }
 
 
 # ---- figures by others' conventions --------------------------------------------------------------
@@ -118,8 +113,18 @@ def figure_of_others(row: Printed, value: float) -> float:
         same = (one for one in printed(row.table) if one.definition == row.definition)
         symbols = tuple(one.measure for one in same if one.convention == row.convention)
         return _elsewhere(row.definition, row.convention, symbols)[row.measure].value
-    other = _OTHERS.get(row.convention)
-    return other(row, value) if other else math.nan
+    if row.convention == "cut-off":  # not rounded
+        unit = 10.0**row.decimals
+        return math.floor(value * unit) / unit
+    if row.convention == "printed-row":  # the score of the figures that Goldberg and Gott print for the map
+        figures = {one.measure: one.value for one in printed("goldberg-gott") if one.definition == row.definition}
+        return goldberg_gott_score(figures)
+    if row.convention == "over-the-edge":  # the score of a map with two sides, which has no cuts
+        figures = {symbol: one.value for symbol, one in index_figures(row.definition, GLOBE, [*"IAFS"]).items()}
+        edge = functools.partial(distance_around_edge, edge=0.5 * math.pi * MEAN_EARTH_RADIUS)
+        distances = distance_distortion(row.definition, map_distance=edge)
+        return goldberg_gott_score(figures | {"D": distances.value, "B": 0.0})
+    return math.nan
 
 
 @functools.lru_cache(maxsize=64)
@@ -127,44 +132,11 @@ def _elsewhere(definition: str, convention: str, symbols: tuple[str, ...]) -> di
     return index_figures(definition, _REGIONS[convention], symbols)
 
 
-def _cells(step: float) -> PointSet:
-    """The centres of cells of the globe, weighted by area."""
-    lon, lat = np.meshgrid(np.arange(-180.0 + step / 2, 180.0, step), np.arange(-90.0 + step / 2, 90.0, step))
-    return PointSet(lon.ravel(), lat.ravel(), np.cos(np.radians(lat)).ravel())
-
-
+_LON, _LAT = (axis.ravel() for axis in np.meshgrid(np.arange(-178.75, 180.0, 2.5), np.arange(-88.75, 90.0, 2.5)))
 _REGIONS: dict[str, Place] = {
     "without-poles": Box(-180.0, -88.0, 180.0, 88.0),
     "band-85.05": Box(-180.0, -85.0511287798066, 180.0, 85.0511287798066),
-    "cells-2.5": _cells(2.5),
-}
-
-
-def _cut_off(row: Printed, value: float) -> float:
-    """The figure cut off, not rounded, after its decimals."""
-    unit = 10.0**row.decimals
-    return math.floor(value * unit) / unit
-
-
-def _of_printed_row(row: Printed, value: float) -> float:
-    """The score of the figures that Goldberg and Gott print for the map."""
-    figures = {one.measure: one.value for one in printed("goldberg-gott") if one.definition == row.definition}
-    return goldberg_gott_score(figures)
-
-
-def _over_the_edge(row: Printed, value: float) -> float:
-    """The score of a map with two sides, which has no cuts."""
-    found = index_figures(row.definition, GLOBE, [*"IAFS"])
-    edge = 0.5 * math.pi * MEAN_EARTH_RADIUS
-    distances = distance_distortion(row.definition, map_distance=functools.partial(distance_around_edge, edge=edge))
-    figures = {symbol: one.value for symbol, one in found.items()} | {"D": distances.value, "B": 0.0}
-    return goldberg_gott_score(figures)
-
-
-_OTHERS: dict[str, Callable[[Printed, float], float]] = {
-    "cut-off": _cut_off,
-    "printed-row": _of_printed_row,
-    "over-the-edge": _over_the_edge,
+    "cells-2.5": PointSet(_LON, _LAT, np.cos(np.radians(_LAT))),  # the centres of cells, weighted by area
 }
 
 
