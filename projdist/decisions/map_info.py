@@ -10,7 +10,7 @@ less than 1e-9, the accuracy of derivatives.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ from projdist.projections import (
     metadata_of,
 )
 from projdist.regions import Place, RegionLike, region_for
-from projdist.support import Answer, plain
+from projdist.support import Answer, FieldSchema, Record, plain, schema
 
 _SHARE = 0.99  # of the region
 _LARGEST, _LEAST = 1e-5, 1e-9  # limits, as scales less 1
@@ -102,21 +102,19 @@ INFO_TOLERANCE = 1e-4
 _NODES = 400
 
 
+def _at(name: str) -> dict[str, FieldSchema]:
+    """Metadata of an extreme: its value, error and place."""
+    keys = {name: "value", f"{name}_error": "error", f"{name}_lon": "lon", f"{name}_lat": "lat"}
+    return schema(of=keys, spread=True)
+
+
 @dataclass(frozen=True, kw_only=True)
-class MeasureRange:
+class MeasureRange(Record):
     """Mean, minimum and maximum of a measure over a region, each with its error; infinite if it diverges."""
 
-    mean: Estimate
-    minimum: Extreme
-    maximum: Extreme
-
-    def to_dict(self) -> dict[str, Any]:
-        """Values, errors and places; NaN and infinity become None."""
-        found: dict[str, Any] = {"mean": plain(self.mean.value), "mean_error": plain(self.mean.error)}
-        for name, one in (("min", self.minimum), ("max", self.maximum)):
-            found |= {name: plain(one.value), f"{name}_error": plain(one.error)}
-            found |= {f"{name}_lon": plain(one.lon), f"{name}_lat": plain(one.lat)}
-        return found
+    mean: Estimate = field(metadata=schema(of={"mean": "value", "mean_error": "error"}, spread=True))
+    minimum: Extreme = field(metadata=_at("min"))
+    maximum: Extreme = field(metadata=_at("max"))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -165,18 +163,18 @@ class MapInfo(Answer):
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON; NaN and infinity become None."""
         stated, ellipsoid, bounds = self.crs_metadata, self.projection.ellipsoid, self.projection.area_of_use
-        return {
+        found = {
             "projection": self.given,
             "code": stated.code,
             "name": self.projection.name,
             "kind": stated.kind,
             "definition": self.projection.definition,
             "deprecated": stated.deprecated,
-            "replaced_by": list(stated.replaced_by),
-            "keeps": list(self.keeps),
-            "departures": {name: plain(off) for name, off in self.departures.items()},
+            "replaced_by": stated.replaced_by,
+            "keeps": self.keeps,
+            "departures": self.departures,
             "promises": self.promises,
-            "area_of_use": {"name": stated.area_name, "bounds": list(bounds) if bounds else None},
+            "area_of_use": {"name": stated.area_name, "bounds": bounds},
             "scope": stated.scope,
             "remarks": stated.remarks,
             "datum": stated.datum,
@@ -187,23 +185,24 @@ class MapInfo(Answer):
                 "a": ellipsoid.a,
                 "inverse_flattening": 1.0 / ellipsoid.f if ellipsoid.f else None,
             },
-            "unit": {"name": stated.unit, "metres": plain(stated.unit_metres)},
-            "axes": [axis._asdict() for axis in stated.axes],
+            "unit": {"name": stated.unit, "metres": stated.unit_metres},
+            "axes": stated.axes,
             "method": stated.method,
-            "parameters": [one._asdict() for one in stated.parameters],
+            "parameters": stated.parameters,
             "same_map": [{"code": code, "name": name} for code, name in self.same_map.items()],
             "region": {"name": self.region.name},
-            "errors": self._figures() | {name: one.to_dict() for name, one in self.measures.items()},
+            "errors": self._figures() | self.measures,
         }
+        return plain(found)
 
     def _figures(self) -> dict[str, Any]:
         found = self.airy_kavrayskiy
         return {
-            "coverage": plain(self.coverage),
-            "airy_kavrayskiy": plain(found.raw),
-            "airy_kavrayskiy_scaled": plain(found.scaled),
-            "airy_kavrayskiy_affine": plain(found.affine),
-            "error_estimate": plain(found.error),
+            "coverage": self.coverage,
+            "airy_kavrayskiy": found.raw,
+            "airy_kavrayskiy_scaled": found.scaled,
+            "airy_kavrayskiy_affine": found.affine,
+            "error_estimate": found.error,
         }
 
     def row(self) -> dict[str, Any]:
@@ -232,7 +231,7 @@ class MapInfo(Answer):
         measures = {
             f"{name}_{key}": value for name, found in self.measures.items() for key, value in found.to_dict().items()
         }
-        return one | self._figures() | measures
+        return plain(one | self._figures() | measures)
 
     def _table(self) -> list[dict[str, Any]]:
         return [self.row()]
