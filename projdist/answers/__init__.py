@@ -1,4 +1,4 @@
-"""What a given map does: its factors, its figures over a region, and what corrects it."""
+"""Figures of given maps, at points, along lines and over regions, and their corrections."""
 
 import lazy_loader
 

@@ -15,7 +15,7 @@ from projdist.projections import Projection, ProjectionLike, geodesic_lengths, g
 from projdist.regions import Box, Cap, Place, PointSet, Region, RegionLike, cells_of, region_for
 from projdist.support import Answer, check_choice, check_number, check_whole_number, quoted, schema, values_of
 
-# Points in a set, by whether it is a sphere, where distances cost a twentieth.
+# Points in a set, for spheres (True), on which distances cost a twentieth, and for other ellipsoids.
 _SIZES = {True: (1024, 2048), False: (512, 1024)}
 _EXACT = 1000  # points whose pairs are all taken
 _TOLERANCE = 5e-3  # of the value, for polygons; on whole globes the first sets give 1e-4 of a distance measure
@@ -393,7 +393,7 @@ def _answers(
 ) -> list[FiniteDistortion]:
     """Means of figures over draws of two sets of points, and their standard errors.
 
-    `sizes` are those of the sets, by whether the ellipsoid is a sphere; the next size is taken if the error of the
+    `sizes` are those of the sets, for spheres (True) and other ellipsoids; the next size is taken if the error of the
     first figure is too large. All pairs of at most `exact` given points are taken once, without an error.
     """
     given = projection if isinstance(projection, str) else None
@@ -449,7 +449,7 @@ _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)  # the step, modulo 1, of the sequence that
 _CELLS = 200  # of polygons; between a half and nine tenths of them is polygon
 
 Draw = Callable[[int, np.random.Generator], ScatteredPoints]
-"""Function that scatters about so many points."""
+"""Function that scatters about the given number of points."""
 
 
 def scatter_over(region: Place, ellipsoid: Ellipsoid) -> Draw:
@@ -482,7 +482,7 @@ def _in_boxes(region: Region, ellipsoid: Ellipsoid) -> Draw:
     """Points in the boxes that cover a region.
 
     Polygons are covered by cells, and points beside them are dropped, not moved. So coasts have their share of points,
-    and the number of points is only about what is requested.
+    and the number of points is close to the requested one.
     """
     if isinstance(region, Box):
         boxes = np.array([region.bounds])

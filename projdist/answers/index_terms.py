@@ -1,4 +1,4 @@
-"""What indices are made of: functions of the principal scales, finite distances, and the length of a map's cuts."""
+"""Parts of published indices: functions of the principal scales, finite distances, and the length of a map's cuts."""
 
 from __future__ import annotations
 

@@ -89,9 +89,9 @@ def tell(text: str) -> None:
 @contextlib.contextmanager
 def notices_kept() -> Iterator[list[str]]:
     """Context that collects the notices of this thread in a list instead of warning."""
-    told: list[str] = []
-    token = _KEPT.set(told)
+    messages: list[str] = []
+    token = _KEPT.set(messages)
     try:
-        yield told
+        yield messages
     finally:
         _KEPT.reset(token)

@@ -195,7 +195,7 @@ def batch(
 
 
 def _check_executor(executor: Any, job: Job) -> None:
-    """Raise ValueError for what is no executor, or cannot take the job."""
+    """Raise ValueError for an invalid executor, or one that cannot take the job."""
     if executor is None:
         return
     if isinstance(executor, str):

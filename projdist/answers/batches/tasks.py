@@ -221,9 +221,9 @@ def _line(job: Job, task: Task) -> str:
     try:
         region, notices = _region(task.name, task.region, task.figure)
         words = (region,) if task.projection is None else (task.projection, region)
-        with notices_kept() as told:
+        with notices_kept() as messages:
             found = job.function(*words, **job.options)
-        result = {"task": task.number, "area_km2": region.area_km2, "notices": [*notices, *told]}
+        result = {"task": task.number, "area_km2": region.area_km2, "notices": [*notices, *messages]}
         if isinstance(found, Answer):
             result |= {"answer": found.to_dict(), "rows": found.plain_rows()}
         else:
@@ -236,6 +236,6 @@ def _line(job: Job, task: Task) -> str:
 @functools.lru_cache(_KEPT)
 def _region(name: str, text: str, figure: tuple[float, float] | None) -> tuple[Place, tuple[str, ...]]:
     """The region of a task, and its notices."""
-    with notices_kept() as told:
+    with notices_kept() as messages:
         region = Area(name, text).place(None if figure is None else Ellipsoid(*figure))
-    return region, (*told, *region.notes)
+    return region, (*messages, *region.notes)
