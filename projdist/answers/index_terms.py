@@ -301,7 +301,10 @@ def cut_length(projection: Projection) -> tuple[float, float]:
         if len(parents) > _MOST:
             return total, error + float(_size(parents).sum())
         chord = cells.chords(parents)
-        children = _quarters(parents)
+        u0, u1, v0, v1 = parents.T
+        u, v = 0.5 * (u0 + u1), 0.5 * (v0 + v1)
+        quarters = [(u0, u, v0, v), (u, u1, v0, v), (u0, u, v, v1), (u, u1, v, v1)]
+        children = np.stack([np.stack(part, axis=-1) for part in quarters], axis=1).reshape(-1, 4)
         parts = cells.chords(children).reshape(-1, 4)
         # A curve differs from its chord four times as much as its halves from theirs.
         gap = parts.sum(axis=1) - chord
@@ -313,14 +316,6 @@ def cut_length(projection: Projection) -> tuple[float, float]:
         # All four parts are kept: a narrow cut may be missed in a large neighbour.
         parents = children.reshape(-1, 4, 4)[~settled & ~small].reshape(-1, 4)
     return total, error
-
-
-def _quarters(cells: FloatArray) -> FloatArray:
-    """The quarters (4 n, 4) of cells (n, 4) of u0, u1, v0, v1, four in turn of each."""
-    u0, u1, v0, v1 = cells.T
-    u, v = 0.5 * (u0 + u1), 0.5 * (v0 + v1)
-    parts = [(u0, u, v0, v), (u, u1, v0, v), (u0, u, v, v1), (u, u1, v, v1)]
-    return np.stack([np.stack(part, axis=-1) for part in parts], axis=1).reshape(-1, 4)
 
 
 def _size(cells: FloatArray) -> FloatArray:
@@ -384,22 +379,19 @@ class _CutCells:
         start, stop = start.reshape(-1, 4), stop.reshape(-1, 4)
         torn, once = np.zeros((2, len(start)), dtype=bool)
         places, width = np.full((len(start), 2), np.nan), np.zeros(len(start))
-        look = np.flatnonzero(self._suspect(start, stop))
+        # Any tear makes fourth differences as large as itself: links with smaller ones have none.
+        shares = np.array([0.25, 0.5, 0.75])
+        between = start[:, None, :2] + shares[:, None] * (stop - start)[:, None, :2]
+        inner = np.stack(self(between[..., 0], between[..., 1]), axis=-1)
+        f = np.concatenate([start[:, None, 2:], inner, stop[:, None, 2:]], axis=1)
+        fourth = np.abs(np.diff(f, n=4, axis=1)).max(axis=(1, 2))
+        look = np.flatnonzero(~(fourth < _TEAR * self.radius))
         links = find_tears(self, start[look], stop[look], self.radius, smallest=_TEAR * self.radius)
         sides = links.start[:, :2], links.stop[:, :2]
         torn[look], places[look] = links.torn, 0.5 * (sides[0] + sides[1])
         once[look] = links.torn & (np.abs(sides[0] - sides[1]).max(axis=1) <= _TOGETHER)
         width[look] = np.hypot(*(links.stop - links.start)[:, 2:].T) / self.radius
         return torn, places, once, width
-
-    def _suspect(self, start: FloatArray, stop: FloatArray) -> BoolArray:
-        """Links with fourth differences as large as a tear; any tear makes them as large as itself."""
-        shares = np.array([0.25, 0.5, 0.75])
-        between = start[:, None, :2] + shares[:, None] * (stop - start)[:, None, :2]
-        inner = np.stack(self(between[..., 0], between[..., 1]), axis=-1)
-        f = np.concatenate([start[:, None, 2:], inner, stop[:, None, 2:]], axis=1)
-        fourth = np.abs(np.diff(f, n=4, axis=1)).max(axis=(1, 2))
-        return np.asarray(~(fourth < _TEAR * self.radius))
 
     def chords(self, cells: FloatArray) -> FloatArray:
         """Length of the piece of a cut in each cell; 0 without one, NaN if it is more than one piece."""
