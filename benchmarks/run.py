@@ -15,7 +15,7 @@ from pyproj import Proj
 from projdist.answers.point_factors import factors
 from projdist.answers.summaries import summarize
 from projdist.field import interpolant, jacobian, jacobian_grid
-from projdist.matrices.distortions import principal_scales
+from projdist.matrices.measures import principal_scales
 from projdist.projections import Projection
 from projdist.projections.operations import Pipeline
 from projdist.regions import get_region

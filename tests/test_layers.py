@@ -52,7 +52,7 @@ HOMES = {
     "rasterio": {"gis", "decisions.ground"},
     "distributed": {"support.executors"},
     "scipy": {
-        *("numerics.minima", "matrices.distortions", "regions.parts"),
+        *("numerics.minima", "matrices.measures", "regions.parts"),
         *("applications.oldmaps.field", "applications.oldmaps.field", "applications.oldmaps.rectifying"),
         *("applications.pointclouds.correspondences", "applications.pointclouds.affine"),
         *("applications.mosaics.homographies", "applications.mosaics.features"),

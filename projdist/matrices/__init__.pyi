@@ -1,16 +1,21 @@
 from . import spd
 from .distortion_modes import Modes, field_modes, modes
-from .distortions import (
+from .energies import EXPONENT, Energy, Expansion
+from .mean_transformation import MDT, check_weights, field_mdt, field_median, mdt
+from .measures import (
     FACTORS,
-    Affine,
+    MEASURES,
     Decomposition,
+    Measure,
     angular_distortion,
     areal_error_ppm,
     areal_scale,
     decompose,
     factors_of,
     fisher,
+    get_measure,
     jordan,
+    listed_measures,
     log_anisotropy,
     log_areal_scale,
     log_scales,
@@ -19,10 +24,7 @@ from .distortions import (
     principal_scales,
     scale_error_ppm,
 )
-from .energies import EXPONENT, Energy, Expansion
-from .mean_transformation import MDT, check_weights, field_mdt, field_median, mdt
-from .measures import MEASURES, Measure, get_measure, listed_measures
-from .rotations import ROTATIONS, Rotation, axes_shift, field_rotation, mean_rotation, turns
+from .rotations import ROTATIONS, Affine, Rotation, axes_shift, field_rotation, mean_rotation, turns
 from .spd import factor_distance
 
 __all__ = [

@@ -69,8 +69,8 @@ class Modes(Answer):
     @property
     def summary(self) -> str:
         """The modes in a line, without those below half a per cent."""
-        told = [(share, word) for share, word in zip(self.shares, self.words, strict=True) if share >= _LEAST_SHARE]
-        return "; ".join(f"{100.0 * share:.0f} % {word}" for share, word in told) or "nothing is distorted"
+        named = [(share, word) for share, word in zip(self.shares, self.words, strict=True) if share >= _LEAST_SHARE]
+        return "; ".join(f"{100.0 * share:.0f} % {word}" for share, word in named) or "nothing is distorted"
 
     def _line(self) -> str:
         return self.summary
@@ -134,20 +134,19 @@ def modes(A: ArrayLike, weights: ArrayLike | None = None, *, T: ArrayLike | None
     if A.ndim != 3:
         raise ValueError(f"Invalid shape {A.shape} of matrices. It must be (N, n, n).")
     w = check_weights(weights, A.shape[:1])
-    found = mdt(A, w)  # which also checks that they are not singular
-    return _modes(A, w, found.T if T is None else _checked(T, A.shape[1:]))
+    mean = mdt(A, w).T  # which also checks that they are not singular
+    if T is not None:
+        mean = check_numbers("T", T)
+        if mean.shape != A.shape[1:] or not np.isfinite(mean).all() or np.linalg.matrix_rank(mean) < len(mean):
+            raise ValueError(
+                f"Invalid T of shape {mean.shape}. It must be an invertible matrix of shape {A.shape[1:]}."
+            )
+    return _modes(A, w, mean)
 
 
 def field_modes(J: FloatArray, weights: FloatArray, T: FloatArray | None = None) -> Modes:
     """The modes of a smooth field of matrices at the nodes of a quadrature rule, whose weights may be negative."""
     return _modes(J, weights / weights.sum(), field_mdt(J, weights).T if T is None else T)
-
-
-def _checked(T: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-    T = check_numbers("T", T)
-    if T.shape != shape or not np.isfinite(T).all() or np.linalg.matrix_rank(T) < len(T):
-        raise ValueError(f"Invalid T of shape {T.shape}. It must be an invertible matrix of shape {shape}.")
-    return T
 
 
 def _seen(T: FloatArray, A: FloatArray) -> FloatArray:
@@ -196,15 +195,12 @@ def _settled(vectors: FloatArray, rms: FloatArray) -> FloatArray:
 
 
 def _words(E: FloatArray) -> str:
-    """Description of a symmetric matrix of norm 1."""
+    """Description of a symmetric matrix of norm 1; in the plane by the scales along and across the largest."""
     n = len(E)
     if abs(np.trace(E)) / np.sqrt(n) > 1.0 - 0.5 * _PURE**2:
         return "size"
-    return _plane_words(E) if n == 2 else _space_words(E)
-
-
-def _plane_words(E: FloatArray) -> str:
-    """Description in the plane, by the scales along and across the direction of the largest."""
+    if n != 2:
+        return _space_words(E)
     turned = float(np.degrees(0.5 * np.arctan2(2.0 * E[0, 1], E[0, 0] - E[1, 1])))
     low, high = np.linalg.eigvalsh(E)
     ratio = low / high
@@ -228,7 +224,7 @@ def _direction(degrees: float) -> str:
 
 
 def _space_words(E: FloatArray) -> str:
-    """Description in more dimensions, by the entries above `_LEAST`."""
+    """Description in other dimensions than 2, by the entries above `_LEAST`."""
     n = len(E)
     names = _AXES if n <= len(_AXES) else [f"{k + 1}" for k in range(n)]
     named = [

@@ -95,6 +95,7 @@ class Energy:
         return Expansion(value, gradient, directions, np.column_stack([bends, twist, flip]))
 
     def _half(self, weight: float, t: FloatArray) -> FloatArray:
+        """One of the two parts, S(t) or D(t)."""
         k = self.exponent
         return weight * (0.5 * t * t if k == 0.0 else np.expm1(k * t * t) / (2.0 * k))
 

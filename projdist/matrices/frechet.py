@@ -1,8 +1,15 @@
-"""Frechet means and geometric medians of matrices of any size in the affine-invariant metric."""
+"""Frechet means of matrices in the affine-invariant metric: of any size, and by coordinates for 2 x 2 matrices.
+
+SPD(2) is a line times the hyperbolic plane. The line is v = ln |det A|, whose mean is the plain one. The point of the
+upper half-plane is (x, y) = (l21, l22) / l11, l the lower triangular LQ factor of A: no product A A^T is formed, so no
+condition is squared. With r the hyperbolic distance of two points and dv their difference on the line,
+Dist_F(A^-1 B)^2 = (dv^2 + r^2) / 2, where sinh^2(r / 2) = (dx^2 + dy^2) / (4 y1 y2).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +21,6 @@ from projdist.matrices.spd import (
     LapackSets,
     View,
     WhitenedSets,
-    logarithms,
     lower_factor,
     pieces,
     symmetric_exp,
@@ -29,14 +35,16 @@ _POOR = 100.0  # of |T^-1| |T|, invariant under scaling of rows: above it a refi
 
 
 class Mean(NamedTuple):
-    """The means T of B sets of N matrices and their accuracy."""
+    """The means T, or medians, of B sets of N matrices and their accuracy; in brackets what differs for medians."""
 
     T: FloatArray  # (B, n, n), lower triangular with a positive diagonal
-    cost: FloatArray  # (B,), the weighted mean of the distances
-    gradient_norm: FloatArray  # (B,), of the weighted mean of ln(T^-1 A_i A_i^T T^-T)
+    cost: FloatArray  # (B,), the weighted mean of the distances (of their roots)
+    # (B,), of the weighted mean of ln(T^-1 A_i A_i^T T^-T) (of directions, less the weight of what lies at T).
+    gradient_norm: FloatArray
     iterations: IntArray  # (B,)
     floor: FloatArray  # (B,), the gradient's rounding: n eps times the mean of cosh r, r the log of a condition
     distances: FloatArray  # (B, N), Dist_F(T^-1 A_i)^2
+    unique: BoolArray  # (B,), True for all means
 
 
 def newton(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
@@ -52,7 +60,11 @@ def newton(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
 
 def gradient(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """The gradient method with the automatic step 2 / (1 + mean of r coth r) (Bini & Iannazzo 2013)."""
-    return _refined(A, w, _descend(LapackSets(A, w, start), _gradient_step, _GRADIENT_STEPS))
+
+    def step(_: WhitenedSets, view: View) -> FloatArray:
+        return view.logarithm * (2.0 / (1.0 + view.bend))[:, None, None]
+
+    return _refined(A, w, _descend(LapackSets(A, w, start), step, _GRADIENT_STEPS))
 
 
 def _newton_step(sets: WhitenedSets, view: View) -> FloatArray:
@@ -61,10 +73,6 @@ def _newton_step(sets: WhitenedSets, view: View) -> FloatArray:
         return V  # all eigenvalues are below 1
     values = np.linalg.eigvalsh(V)
     return V * damping(0.5 * (values[:, -1] - values[:, 0]), view.bend)[:, None, None]
-
-
-def _gradient_step(_: WhitenedSets, view: View) -> FloatArray:
-    return view.logarithm * (2.0 / (1.0 + view.bend))[:, None, None]
 
 
 def damping(length: FloatArray, bend: FloatArray) -> FloatArray:
@@ -103,7 +111,7 @@ def _descend(sets: WhitenedSets, step: Callable[[WhitenedSets, View], FloatArray
         best, previous = np.where(fresh, view.cost, best), np.where(fresh, size, previous)
         iterations += active
         sets.move(V)
-    return Mean(lower_factor(sets.T), view.cost, size, iterations, floor, view.distances)
+    return Mean(lower_factor(sets.T), view.cost, size, iterations, floor, view.distances, np.ones(b, dtype=bool))
 
 
 def _floor(view: View) -> FloatArray:
@@ -181,8 +189,8 @@ def _known(A: FloatArray, w: FloatArray, T: FloatArray, iterations: int = 0) -> 
     T = lower_factor(T)
     view = LapackSets(A, w, T).look()
     size = np.linalg.norm(view.logarithm, axis=(-1, -2))
-    count = np.full(len(T), iterations)
-    return Mean(T, view.cost, size, count, _floor(view), view.distances)
+    count, unique = np.full(len(T), iterations), np.ones(len(T), dtype=bool)
+    return Mean(T, view.cost, size, count, _floor(view), view.distances, unique)
 
 
 def arithmetic(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
@@ -253,218 +261,264 @@ METHODS: dict[str, Callable[[FloatArray, FloatArray, FloatArray], Mean]] = {
 }
 
 
-# ---- geometric medians ---------------------------------------------------------------------------
+# ---- 2 x 2 matrices ------------------------------------------------------------------------------
 
 
-_STEPS = 500  # about ten suffice; more if many matrices are near the median
-_WHOLE = 20  # largest n for which the full Hessian, n (n + 1) / 2 on a side, is used
-_SAME = 64.0 * EPS  # times the condition: matrices nearer than that are equal
-_FLAT = 1e-12  # of the largest curvature: smaller ones are rounding
-_LINE = 1e-6  # of distances: mean distance from a geodesic below which the median is near that on the geodesic
-_ENOUGH = 0.05  # of the bound of the gradient's rounding, which is pessimistic
-_GAIN = 0.1  # of the gain predicted by the gradient, required of a step
-_SEEN = 1e-11  # of a sum of distances: smaller gains are judged by the gradient
+# Doubles of one array, of which a dozen are in use; BLAS starts no threads for the product of so few.
+_CHUNK = 10_000
+_MANY_POINTS, _STRIDE = 8192, 8  # above this number every eighth matrix gives the start
+_CENTRE_STEPS = 10
+_SQRT2 = np.sqrt(2.0)  # by which lengths in the plane count more in the metric of SPD(2)
 
 
-class Median(NamedTuple):
-    """The medians T of B sets of N matrices and their accuracy."""
+class PlanePoints(NamedTuple):
+    """Coordinates of matrices on the line and in the half-plane, each of shape (B, N): B sets of N matrices."""
 
-    T: FloatArray  # (B, n, n), lower triangular with a positive diagonal
-    cost: FloatArray  # (B,), the weighted mean of Dist_F
-    gradient_norm: FloatArray  # (B,), of the weighted sum of directions, less the weight of a matrix that is the median
-    iterations: IntArray  # (B,)
-    floor: FloatArray  # (B,), the gradient's rounding
-    distances: FloatArray  # (B, N), Dist_F(T^-1 A_i)^2
-    unique: BoolArray  # (B,)
+    v: FloatArray
+    x: FloatArray
+    y: FloatArray
 
 
-class _View(NamedTuple):
-    """N matrices relative to T."""
+class _Plane(NamedTuple):
+    """Points with the inverse of y and weights of sum 1, each of shape (B, N); passes over them are in pieces."""
 
-    Z: FloatArray  # (N, n, n)
-    spread: FloatArray  # (N,), r, the logarithm of the condition of T^-1 A_i
-    far: FloatArray  # (N,), |Z|, 0 for what lies at T itself
-    total: float  # of the weighted distances
-    pull: FloatArray  # (n, n), the weighted sum of the directions of what does not lie at T
-    held: float  # the weight of what lies at T
-    floor: float
+    v: FloatArray
+    x: FloatArray
+    y: FloatArray
+    inverse: FloatArray
+    w: FloatArray
 
-    @property
-    def size(self) -> float:
-        """The norm of the least subgradient."""
-        return max(float(np.linalg.norm(self.pull)) - self.held, 0.0)
-
-    @property
-    def is_least(self) -> bool:
-        """True if T is the median to rounding."""
-        return self.size <= self.floor
+    def mean(self, values: FloatArray) -> FloatArray:
+        """Weighted means of values (B, N)."""
+        total = np.zeros(len(self.w))
+        for part in _slices(self.w):
+            total += _dot(self.w[:, part], values[:, part])
+        return total
 
 
-def medians(A: FloatArray, w: FloatArray, start: FloatArray, noise: float = 0.0) -> Median:
-    """Medians of sets A (B, N, n, n) with weights w (B, N) of sum 1, from a start T (B, n, n).
+class _Moments(NamedTuple):
+    """Weighted means about a trial centre, each of shape (B,) or a pair or triple of such."""
 
-    Matrices within `noise` of a geodesic count as on it; with noise, directions are balanced only to the largest
-    weight, as a single matrix does not matter.
-    """
-    found = [_median(*each, noise) for each in zip(A, w, start, strict=True)]
-    return Median(*(np.array(values) for values in zip(*found, strict=True)))
+    gradient: FloatArray  # the mean of r times the direction to the point
+    square: FloatArray  # of r^2
+    cosh: FloatArray  # of cosh r
+    hessian: FloatArray  # h11, h22, h12
 
+    def newton_step(self) -> FloatArray:
+        """The step that the Hessian maps to the gradient."""
+        (h11, h22, h12), (g1, g2) = self.hessian, self.gradient
+        return np.array([h22 * g1 - h12 * g2, h11 * g2 - h12 * g1]) / (h11 * h22 - h12 * h12)
 
-def _median(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[Any, ...]:
-    """The fields of `Median` for one set."""
-    counts = w > 0
-    T, on_line, is_unique = _on_a_line(A[counts], w[counts], T, noise)
-    count = 0
-    if not on_line:
-        T, count = _descend_to_median(A[counts], w[counts], T, noise)
-    T = lower_factor(T)
-    view = _look(A[counts], w[counts], T)
-    distances = 0.25 * _squares(logarithms(_whitened(T, A))[0])
-    return T, 0.5 * view.total, view.size, count, view.floor, distances, is_unique
+    def damping(self, length: FloatArray) -> FloatArray:
+        """Factor of a step; the Hessian's trace holds the mean of r coth r and a 1."""
+        return damping(length, self.hessian[0] + self.hessian[1] - 1.0)
 
 
-def _descend_to_median(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[FloatArray, int]:
-    """The median from the start T, and the number of steps."""
-    view, tried, enough = _look(A, w, T), -1, float(w.max()) if noise > 0 else 0.0
-    for count in range(_STEPS):
-        if view.size <= max(_ENOUGH * view.floor, enough):
-            return T, count
-        nearest = int(np.argmin(view.far))
-        if nearest != tried:
-            tried = nearest
-            there = lower_factor(A[nearest])
-            other = _look(A, w, there)
-            if other.total <= view.total * (1.0 + EPS) or (other.held > 0 and other.is_least):
-                T, view = there, other
-                if view.held > 0 and view.is_least:
-                    return T, count
-        for V in _steps(view, w):
-            there = T @ symmetric_exp(0.5 * V)[0]
-            other = _look(A, w, there)
-            promised = float(np.einsum("ij,ij", view.pull, V)) * (1.0 - view.held / float(np.linalg.norm(view.pull)))
-            seen = promised > _SEEN * view.total
-            if view.total - other.total > _GAIN * promised if seen else other.size < view.size:
-                T, view = there, other
+def plane_points(A: FloatArray) -> tuple[PlanePoints, BoolArray]:
+    """Points of matrices (B, N, 2, 2), and a mask of singular or non-finite ones."""
+    found = PlanePoints(*(np.empty(A.shape[:2]) for _ in range(3)))
+    wrong = np.zeros(A.shape[:2], dtype=bool)
+    for part in _slices(A):
+        piece = PlanePoints(*(values[:, part] for values in found))
+        _locate(A[:, part], piece)
+        v, x, y = piece
+        # NaN compares as false. If a square may be out of range, each matrix is divided by a power of 2.
+        if not (v.min() > -600 and y.min() > 1e-30 and y.max() < 1e30 and math.isfinite(x.sum())):
+            exponents = np.frexp(np.abs(A[:, part]).max(axis=(2, 3)))[1]
+            _locate(np.ldexp(A[:, part], -exponents[:, :, None, None]), piece)
+            v += 2.0 * np.log(2.0) * exponents
+            wrong[:, part] = ~(np.isfinite(v) & np.isfinite(x) & np.isfinite(y) & (y > 0))
+    return found, wrong
+
+
+def _locate(A: FloatArray, found: PlanePoints) -> None:
+    a, b, c, d = A[..., 0, 0], A[..., 0, 1], A[..., 1, 0], A[..., 1, 1]
+    v, x, y = found
+    with np.errstate(all="ignore"):
+        row = a * a
+        row += b * b
+        np.multiply(a, d, out=y)
+        y -= b * c
+        np.abs(y, out=y)
+        np.log(y, out=v)
+        y /= row
+        np.multiply(a, c, out=x)
+        x += b * d
+        x /= row
+
+
+def newton_in_plane(points: PlanePoints, w: FloatArray, start: FloatArray | None = None) -> Mean:
+    """The Frechet mean by Newton's method, weights w of shape (B, N) and sum 1; `start`: x and y, shape (2, B)."""
+    plane, squares = _Plane(*points, 1.0 / points.y, w), np.empty(w.shape)
+    centre = _start(plane) if start is None else start
+    active, iterations = np.ones(len(w), dtype=bool), np.zeros(len(w), dtype=int)
+    best, previous, expected = np.full((3, len(w)), np.inf)
+    floor, length, base, step = np.zeros(len(w)), np.ones(len(w)), centre, np.zeros((2, len(w)))
+    for count in range(_NEWTON_STEPS + 1):
+        # If the last step leaves no error, the Hessian is not needed.
+        last = bool((expected <= floor).all()) or count == _NEWTON_STEPS
+        if not last:
+            found = _moments(plane, centre)
+            # Rounding of the points and of the centre.
+            size, floor = _SQRT2 * np.hypot(*found.gradient), 4.0 * EPS * (found.cosh + np.abs(centre[0] / centre[1]))
+            last = bool((settled(size, previous, floor) | ~active).all())
+        if last:
+            size = _SQRT2 * np.hypot(*_distances(plane, centre, squares))
+            active &= ~settled(size, previous, floor)
+            if count == _NEWTON_STEPS or not active.any():
                 break
+            found = _moments(plane, centre)
+        active &= ~settled(size, previous, floor)
+        # Newton's error is a constant times the square of that before; the steps so far estimate the constant.
+        constant = size / (length * length) if count else 0.1
+        risen = active & (found.square > best * (1.0 + 1e-9) + 10.0 * floor * np.sqrt(found.square))
+        fresh = found.newton_step() * active
+        if risen.any():
+            base, step = np.where(risen, base, centre), np.where(risen, 0.5 * step, fresh)
+            best, previous = np.where(risen, best, found.square), np.where(risen, previous, size)
         else:
-            return T, count  # no step improves: the rest is rounding
-    return T, _STEPS
+            base, step, best, previous = centre, fresh, found.square, size
+        length = np.maximum(np.hypot(step[0], step[1]), 1e-150)
+        if (length > 1.0).any():
+            step = step * np.where(risen, 1.0, found.damping(length))
+        expected = constant * length * length
+        iterations += active
+        centre = _move(base, step)
+    v0 = plane.mean(points.v)
+    for part in _slices(plane.w):
+        square, dv = squares[:, part], points.v[:, part] - v0[:, None]
+        dv *= dv
+        square += dv
+        square *= 0.5
+    (x0, y0), T = centre, np.zeros((len(w), 2, 2))
+    T[:, 0, 0] = np.exp(0.5 * v0) / np.sqrt(y0)
+    T[:, 1, 0] = x0 * T[:, 0, 0]
+    T[:, 1, 1] = y0 * T[:, 0, 0]
+    return Mean(T, plane.mean(squares), size, iterations, floor, squares, np.ones(len(w), dtype=bool))
 
 
-def _steps(view: _View, w: FloatArray) -> list[FloatArray]:
-    """Candidate steps: Newton's if it exists, and Weiszfeld's corrected for curvature."""
-    away = view.far > 0
-    pull, ratio = view.pull, np.divide(w, view.far, out=np.zeros_like(w), where=away)
-    bend = _bend(view.spread)
-    length = 1.0 - view.held / float(np.linalg.norm(pull))
-    weiszfeld = pull * (length / float(ratio @ bend))
-    if view.held > 0 or view.Z.shape[-1] > _WHOLE:
-        return [weiszfeld]
-    newton = _newton(view, ratio)
-    return [weiszfeld] if newton is None else [newton, 0.25 * newton, weiszfeld]
+def _start(plane: _Plane) -> FloatArray:
+    """The centroid on the hyperboloid; of many points that of every eighth and one Newton step.
 
-
-def _newton(view: _View, ratio: FloatArray) -> FloatArray | None:
-    """Newton step by the full Hessian: the sum of w / |Z| (Hessian of |Z|^2 / 2 - projector on the direction)."""
-    n = view.Z.shape[-1]
-    i, j = np.triu_indices(n)
-    root = np.where(i == j, 1.0, np.sqrt(2.0))
-    hessian = ratio.sum() * np.eye(i.size)
-    for part in pieces(view.Z[None]):
-        Z, weight = view.Z[part], ratio[part]
-        across, excess = _across(Z, view.spread[part])
-        across = across[..., i, j] * root
-        hessian += np.einsum("mpc,mp,mpd->cd", across, excess * weight[:, None], across, optimize=True)
-        directions = Z[:, i, j] * (root / np.maximum(view.far[part], 1e-300)[:, None])
-        hessian -= (directions * weight[:, None]).T @ directions
-    values, vectors = np.linalg.eigh(hessian)
-    if not values[0] > _FLAT * values[-1]:
-        return None
-    coordinates = vectors @ ((view.pull[i, j] * root) @ vectors / values) / root
-    V = np.zeros((n, n))
-    V[i, j] = V[j, i] = coordinates
-    size = float(np.linalg.norm(V))
-    return V if size <= 1.0 else V / size
-
-
-def _across(Z: FloatArray, spread: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Unit tangents (N, P, n, n) along which the Hessian of |Z|^2 / 2 exceeds 1, and its excess (N, P)."""
-    n = Z.shape[-1]
-    if n == 2:
-        half = np.stack([-Z[:, 0, 1], 0.5 * (Z[:, 0, 0] - Z[:, 1, 1])], axis=-1)
-        length = np.maximum(np.hypot(*half.T), 1e-300)
-        p, q = half.T / (np.sqrt(2.0) * length)
-        return np.stack([p, q, q, -p], axis=-1).reshape(-1, 1, 2, 2), _bend(spread)[:, None] - 1.0
-    values, U = np.linalg.eigh(Z)
-    a, b = np.triu_indices(n, 1)
-    left, right = transposed(U)[:, a], transposed(U)[:, b]
-    products = left[..., :, None] * right[..., None, :]
-    return (products + transposed(products)) / np.sqrt(2.0), _bend(0.5 * np.abs(values[:, a] - values[:, b])) - 1.0
-
-
-def _bend(r: FloatArray) -> FloatArray:
-    """r coth r."""
-    r = np.maximum(r, 1e-8)
-    return np.asarray(r / np.tanh(r))
-
-
-def _look(A: FloatArray, w: FloatArray, T: FloatArray) -> _View:
-    n = A.shape[-1]
-    Z, spread = logarithms(_whitened(T, A))
-    far = np.sqrt(_squares(Z))
-    condition = _condition(T)
-    far = np.where(far > _SAME * n * condition, far, 0.0)
-    away = far > 0
-    ratio = np.divide(w, far, out=np.zeros_like(w), where=away)
-    floor = 4.0 * n * EPS * float((w[away] + condition * ratio[away]) @ np.cosh(spread[away]))
-    pull = np.einsum("m,mij->ij", ratio, Z)
-    return _View(Z, spread, far, float(w @ far), pull, float(w[~away].sum()), floor)
-
-
-def _condition(T: FloatArray) -> float:
-    """Condition of T, invariant under scaling of rows."""
-    return float((np.abs(np.linalg.inv(T)) @ np.abs(T)).max())
-
-
-def _whitened(T: FloatArray, A: FloatArray) -> FloatArray:
-    n = A.shape[-1]
-    columns = np.linalg.solve(T, A.swapaxes(0, 1).reshape(n, -1))
-    return np.asarray(columns.reshape(n, -1, n).swapaxes(0, 1))
-
-
-def _squares(Z: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("mij,mij->m", Z, Z))
-
-
-# ---- matrices on one geodesic -----------------------------------------------------------------
-
-
-def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[FloatArray, bool, bool]:
-    """The median of matrices on one geodesic to rounding, True if they are on one, and True if it is unique.
-
-    For matrices near a geodesic it is near the median; for others it is T.
+    That centre is the midpoint of the arithmetic and the harmonic mean of the matrices, for determinant 1.
     """
-    base = lower_factor(A[np.argmin(_squares(logarithms(_whitened(T, A))[0]))])
-    Z, spread = logarithms(_whitened(base, A))
-    far = np.sqrt(_squares(Z))
-    longest = float(far.max())
-    same = _SAME * A.shape[-1] * _condition(base) * float(np.cosh(spread.max()))
-    if longest <= same:
-        return base, True, True
-    sides = np.where(np.einsum("mij,ij->m", Z, Z[np.argmax(far)]) < 0, -w, w)
-    direction = np.einsum("m,mij->ij", sides, Z)
-    direction /= np.linalg.norm(direction)
-    t = np.einsum("mij,ij->m", Z, direction)
-    off = np.sqrt(_squares(Z - t[:, None, None] * direction))
-    if w @ off > max(same, _LINE * float(w @ far)):
-        return T, False, True
-    on_line = bool(off.max() <= max(same, noise))
-    order = np.argsort(t, kind="stable")
-    t, up_to = t[order], np.cumsum(w[order])
-    half, rounding = 0.5 * up_to[-1], EPS * len(t)
-    k = int(np.searchsorted(up_to, half - rounding))
-    is_even = bool(abs(up_to[k] - half) <= rounding) and k + 1 < len(t) and bool(t[k + 1] - t[k] > same)
-    if not is_even:
-        return lower_factor(A[order[k]]), on_line, True
-    middle = base @ symmetric_exp(0.25 * (t[k] + t[k + 1]) * direction)[0]
-    return middle, on_line, not on_line
+    many = plane.w.shape[1] >= _MANY_POINTS
+    if many:
+        some = plane.w[:, ::_STRIDE].copy()
+        total = some.sum(axis=1, keepdims=True)
+        many = bool((total > 0).all())
+    if many:
+        x, y = (values[:, ::_STRIDE].copy() for values in (plane.x, plane.y))
+        plane = _Plane(plane.v, x, y, 1.0 / y, some / total)
+    centre = np.array([plane.mean(plane.x), np.exp(plane.mean(np.log(plane.y)))])
+    for _ in range(_CENTRE_STEPS):
+        sums = np.zeros((3, len(plane.w)))  # the weighted means of s and of cosh r
+        for part in _slices(plane.w):
+            seen, weight = _seen(plane, part, centre), plane.w[:, part]
+            for row, values in zip(sums, seen, strict=False):
+                row += _dot(weight, values)
+        length = np.hypot(sums[0], sums[1])
+        # For points far on one side cosh and length cancel: then some steps instead of one.
+        ratio = np.minimum(length / sums[2], 1.0 - 1e-12)
+        centre = _move(centre, sums[:2] * (np.arctanh(ratio) / np.where(length > 0, length, 1.0)))
+        if (ratio < 0.9).all():
+            break
+    if many:
+        found = _moments(plane, centre)
+        step = found.newton_step()
+        centre = _move(centre, step * found.damping(np.hypot(*step)))
+    return centre
+
+
+def _dot(a: FloatArray, b: FloatArray) -> Any:
+    """Sums of a b over the last axis; for one set by BLAS, single-threaded at this size."""
+    return a[0] @ b[0] if len(a) == 1 else np.einsum("bi,bi->b", a, b)
+
+
+def _slices(sets: FloatArray) -> Iterator[slice]:
+    """Slices of the second axis that stay in a processor's cache."""
+    count = sets.shape[1]
+    step = math.ceil(count / math.ceil(count / _CHUNK))
+    return (slice(start, start + step) for start in range(0, count, step))
+
+
+class _FromCentre(NamedTuple):
+    """Points relative to a centre: s = sinh(r) times the direction, cosh(r), cosh(r) - 1 and sinh(r)^2."""
+
+    s1: FloatArray
+    s2: FloatArray
+    cosh: FloatArray
+    excess: FloatArray
+    square: FloatArray
+
+
+def _seen(plane: _Plane, part: slice, centre: FloatArray) -> _FromCentre:
+    """Points after an isometry that moves the centre to (0, 1)."""
+    (x0, y0), reciprocal = centre, plane.inverse[:, part]
+    dx, dy = plane.x[:, part] - x0[:, None], plane.y[:, part] - y0[:, None]
+    # cosh(r) - 1 = (dx^2 + dy^2) / (2 y y0), without cancellation; s2 = cosh(r) - y0 / y is good to eps cosh(r).
+    excess = dx * dx
+    dy *= dy
+    excess += dy
+    excess *= reciprocal
+    excess *= 0.5 / y0[:, None]
+    dx *= reciprocal
+    cosh = excess + 1.0
+    s2 = np.multiply(reciprocal, -y0[:, None], out=dy)
+    s2 += cosh
+    square = excess + 2.0
+    square *= excess
+    return _FromCentre(dx, s2, cosh, excess, square)
+
+
+def _moments(plane: _Plane, centre: FloatArray) -> _Moments:
+    sums = np.zeros((7, len(plane.w)))
+    for part in _slices(plane.w):
+        (s1, s2, cosh, _, square), weight = _seen(plane, part, centre), plane.w[:, part]
+        square += 1e-18  # so that r / sinh(r) is 1 at 0
+        sinh = np.sqrt(square)
+        r = sinh + cosh
+        np.log(r, out=r)
+        f = np.divide(r, sinh, out=sinh)
+        f *= weight
+        r *= r
+        sums[0] += _dot(f, s1)
+        sums[1] += _dot(f, s2)
+        sums[2] += _dot(weight, r)
+        sums[3] += _dot(weight, cosh)
+        # The Hessian of r^2 / 2 is 1 along the geodesic and r coth r across it: 1 - this times (-s2, s1) squared.
+        f *= cosh
+        f -= weight
+        f /= square
+        g = np.multiply(f, s1, out=square)
+        f *= s2
+        sums[4] += _dot(f, s2)
+        sums[5] += _dot(g, s1)
+        sums[6] -= _dot(f, s1)
+    sums[4:6] += 1.0
+    return _Moments(sums[:2], sums[2], sums[3], sums[4:])
+
+
+def _distances(plane: _Plane, centre: FloatArray, squares: FloatArray) -> FloatArray:
+    """The gradient; writes r^2 to full relative accuracy into `squares`."""
+    gradient = np.zeros((2, len(plane.w)))
+    for part in _slices(plane.w):
+        (s1, s2, _, excess, square), weight = _seen(plane, part, centre), plane.w[:, part]
+        square += 1e-300
+        sinh = np.sqrt(square, out=square)
+        excess += sinh
+        r = np.log1p(excess, out=excess)
+        f = np.divide(r, sinh, out=sinh)
+        f *= weight
+        gradient[0] += _dot(f, s1)
+        gradient[1] += _dot(f, s2)
+        np.multiply(r, r, out=squares[:, part])
+    return gradient
+
+
+def _move(centre: FloatArray, step: FloatArray) -> FloatArray:
+    """The end of the geodesic from a centre in the direction and of the length of `step`, all of shape (2, B)."""
+    length = np.hypot(step[0], step[1])
+    slope = np.sinh(length) / np.maximum(length, 1e-300)
+    y0 = centre[1] / (np.cosh(length) - step[1] * slope)
+    return np.array([centre[0] + y0 * step[0] * slope, y0])

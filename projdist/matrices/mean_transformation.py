@@ -1,4 +1,4 @@
-"""The mean distorting transformation (MDT).
+"""The mean distorting transformation (MDT), and geometric medians.
 
 Among all linear maps T, the MDT is the one that minimises the weighted mean of
 Dist_F(T^-1 A_i)^2, Dist_F the Fisher distortion (D. Ozeri, "Riemannian Geometry Approach for
@@ -10,17 +10,18 @@ the Jacobians of a map f, T^-1 o f is its least distorting linear correction.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist._typing import BoolArray, FloatArray
-from projdist.matrices import frechet, frechet_plane
-from projdist.matrices.spd import place
+from projdist._typing import FloatArray
+from projdist.matrices import frechet
+from projdist.matrices.spd import EPS, logarithms, lower_factor, pieces, place, refuse, symmetric_exp, transposed
 from projdist.support import Answer, check_choice, check_numbers
 
 _GROUP = 1 << 15  # doubles in the sets of matrices processed together
+_REGULAR = "finite and invertible"
 _TOO_FAR = "Invalid matrices. They lie so far apart that their squares leave the range of doubles."
 
 
@@ -48,9 +49,8 @@ class MDT(Answer):
     distances: FloatArray
 
     def _line(self) -> str:
-        return (
-            f"T {np.array2string(np.asarray(self.T), precision=4, threshold=16).replace(chr(10), '')}, cost {self.cost}"
-        )
+        T = np.array2string(np.asarray(self.T), precision=4, threshold=16).replace("\n", "")
+        return f"T {T}, cost {self.cost}"
 
     def _table(self) -> dict[str, FloatArray]:
         """One row per set of matrices: the figures, and T as T_00, T_01, ..."""
@@ -139,52 +139,37 @@ def field_median(J: FloatArray, weights: FloatArray, noise: float) -> MDT:
 
 
 def _solved(A: FloatArray, w: FloatArray, method: str, noise: float = 0.0) -> MDT:
+    """The means of sets of matrices (..., N, n, n) with weights (..., N), some sets at a time."""
     shape, (count, n, _) = A.shape[:-3], A.shape[-3:]
     A, w = A.reshape(-1, count, n, n), w.reshape(-1, count)
     rows = max(1, _GROUP // (count * n * n))
-    found: list[frechet.Mean | frechet.Median] = []
+    found: list[frechet.Mean] = []
     for first in range(0, len(A), rows):
         part = slice(first, first + rows)
+        singular = np.zeros((len(A), count), dtype=bool)
         try:
             with np.errstate(all="ignore"):
-                found.append(_mean(A[part], w[part], method, noise))
-        except _Singular as singular:
-            row, column = singular.args
-            index = (*(int(i) for i in np.unravel_index(first + row, shape)), column) if shape else column
-            raise ValueError(f"Invalid matrix at index {index}. It must be finite and invertible.") from None
+                if n == 2 and method in ("auto", "newton"):
+                    points, singular[part] = frechet.plane_points(A[part])
+                    refuse(singular.reshape(*shape, count), _REGULAR)
+                    found.append(frechet.newton_in_plane(points, w[part]))
+                else:
+                    singular[part] = ~np.isfinite(A[part]).all(axis=(-1, -2))
+                    refuse(singular.reshape(*shape, count), _REGULAR)
+                    start, singular[part] = frechet.middle(A[part], w[part])
+                    refuse(singular.reshape(*shape, count), _REGULAR)
+                    if method == "median":
+                        found.append(medians(A[part], w[part], start, noise))
+                    else:
+                        solve = frechet.METHODS["newton" if method == "auto" else method]
+                        found.append(solve(A[part], w[part], start))
         except np.linalg.LinAlgError as error:
             raise ValueError(_TOO_FAR) from error
         if not np.isfinite(found[-1].cost).all():
             raise ValueError(_TOO_FAR)
     parts: Any = found[0] if len(found) == 1 else [np.concatenate(part) for part in zip(*found, strict=True)]
     shaped = (part.reshape(shape + part.shape[1:])[()] for part in parts)
-    values: dict[str, Any] = dict(zip(found[0]._fields, shaped, strict=True))
-    return MDT(**({"unique": np.ones(shape, dtype=bool)[()]} | values))
-
-
-class _Singular(Exception):
-    """The first singular matrix: index of its set, and index in the set."""
-
-
-def _mean(A: FloatArray, w: FloatArray, method: str, noise: float) -> frechet.Mean | frechet.Median:
-    """The means of sets of matrices, shape (B, N, n, n)."""
-    if A.shape[-1] == 2 and method in ("auto", "newton"):
-        points, wrong = frechet_plane.points(A)
-        _refuse(wrong)
-        found = frechet_plane.newton(points, w)
-    else:
-        _refuse(np.asarray(~np.isfinite(A).all(axis=(-1, -2))))
-        start, wrong = frechet.middle(A, w)
-        _refuse(wrong)
-        if method == "median":
-            return frechet.medians(A, w, start, noise)
-        found = frechet.METHODS["newton" if method == "auto" else method](A, w, start)
-    return found
-
-
-def _refuse(wrong: BoolArray) -> None:
-    if wrong.any():
-        raise _Singular(*(int(i) for i in np.argwhere(wrong)[0]))
+    return MDT(**dict(zip(frechet.Mean._fields, shaped, strict=True)))
 
 
 def check_matrices(A: ArrayLike) -> FloatArray:
@@ -213,3 +198,204 @@ def check_weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> FloatArr
     if not (total > 0).all():
         raise ValueError(f"Invalid weights{place(total[..., 0] == 0)}. They must not all be zero.")
     return np.broadcast_to(w / total, shape)
+
+
+# ---- geometric medians ---------------------------------------------------------------------------
+
+
+_STEPS = 500  # about ten suffice; more if many matrices are near the median
+_WHOLE = 20  # largest n for which the full Hessian, n (n + 1) / 2 on a side, is used
+_SAME = 64.0 * EPS  # times the condition: matrices nearer than that are equal
+_FLAT = 1e-12  # of the largest curvature: smaller ones are rounding
+_LINE = 1e-6  # of distances: mean distance from a geodesic below which the median is near that on the geodesic
+_ENOUGH = 0.05  # of the bound of the gradient's rounding, which is pessimistic
+_GAIN = 0.1  # of the gain predicted by the gradient, required of a step
+_SEEN = 1e-11  # of a sum of distances: smaller gains are judged by the gradient
+
+
+class _View(NamedTuple):
+    """N matrices relative to T."""
+
+    Z: FloatArray  # (N, n, n)
+    spread: FloatArray  # (N,), r, the logarithm of the condition of T^-1 A_i
+    far: FloatArray  # (N,), |Z|, 0 for what lies at T itself
+    total: float  # of the weighted distances
+    pull: FloatArray  # (n, n), the weighted sum of the directions of what does not lie at T
+    held: float  # the weight of what lies at T
+    floor: float
+
+    @property
+    def size(self) -> float:
+        """The norm of the least subgradient."""
+        return max(float(np.linalg.norm(self.pull)) - self.held, 0.0)
+
+    @property
+    def is_least(self) -> bool:
+        """True if T is the median to rounding."""
+        return self.size <= self.floor
+
+
+def medians(A: FloatArray, w: FloatArray, start: FloatArray, noise: float = 0.0) -> frechet.Mean:
+    """Medians of sets A (B, N, n, n) with weights w (B, N) of sum 1, from a start T (B, n, n).
+
+    Matrices within `noise` of a geodesic count as on it; with noise, directions are balanced only to the largest
+    weight, as a single matrix does not matter.
+    """
+    found = []
+    for every, weights, T in zip(A, w, start, strict=True):
+        some, counting, count = every[weights > 0], weights[weights > 0], 0
+        T, on_line, is_unique = _on_a_line(some, counting, T, noise)
+        if not on_line:
+            T, count = _descend(some, counting, T, noise)
+        T = lower_factor(T)
+        view = _look(some, counting, T)
+        distances = 0.25 * _squares(logarithms(_whitened(T, every))[0])
+        found.append((T, 0.5 * view.total, view.size, count, view.floor, distances, is_unique))
+    return frechet.Mean(*(np.array(values) for values in zip(*found, strict=True)))
+
+
+def _descend(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[FloatArray, int]:
+    """The median from the start T, and the number of steps."""
+    view, tried, enough = _look(A, w, T), -1, float(w.max()) if noise > 0 else 0.0
+    for count in range(_STEPS):
+        if view.size <= max(_ENOUGH * view.floor, enough):
+            return T, count
+        nearest = int(np.argmin(view.far))
+        if nearest != tried:
+            tried = nearest
+            there = lower_factor(A[nearest])
+            other = _look(A, w, there)
+            if other.total <= view.total * (1.0 + EPS) or (other.held > 0 and other.is_least):
+                T, view = there, other
+                if view.held > 0 and view.is_least:
+                    return T, count
+        for V in _steps(view, w):
+            there = T @ symmetric_exp(0.5 * V)[0]
+            other = _look(A, w, there)
+            promised = float(np.einsum("ij,ij", view.pull, V)) * (1.0 - view.held / float(np.linalg.norm(view.pull)))
+            seen = promised > _SEEN * view.total
+            if view.total - other.total > _GAIN * promised if seen else other.size < view.size:
+                T, view = there, other
+                break
+        else:
+            return T, count  # no step improves: the rest is rounding
+    return T, _STEPS
+
+
+def _steps(view: _View, w: FloatArray) -> list[FloatArray]:
+    """Candidate steps: Newton's if it exists, and Weiszfeld's corrected for curvature."""
+    away = view.far > 0
+    pull, ratio = view.pull, np.divide(w, view.far, out=np.zeros_like(w), where=away)
+    bend = _bend(view.spread)
+    length = 1.0 - view.held / float(np.linalg.norm(pull))
+    weiszfeld = pull * (length / float(ratio @ bend))
+    if view.held > 0 or view.Z.shape[-1] > _WHOLE:
+        return [weiszfeld]
+    newton = _newton(view, ratio)
+    return [weiszfeld] if newton is None else [newton, 0.25 * newton, weiszfeld]
+
+
+def _newton(view: _View, ratio: FloatArray) -> FloatArray | None:
+    """Newton step by the full Hessian: the sum of w / |Z| (Hessian of |Z|^2 / 2 - projector on the direction)."""
+    n = view.Z.shape[-1]
+    i, j = np.triu_indices(n)
+    root = np.where(i == j, 1.0, np.sqrt(2.0))
+    hessian = ratio.sum() * np.eye(i.size)
+    for part in pieces(view.Z[None]):
+        Z, weight = view.Z[part], ratio[part]
+        across, excess = _across(Z, view.spread[part])
+        across = across[..., i, j] * root
+        hessian += np.einsum("mpc,mp,mpd->cd", across, excess * weight[:, None], across, optimize=True)
+        directions = Z[:, i, j] * (root / np.maximum(view.far[part], 1e-300)[:, None])
+        hessian -= (directions * weight[:, None]).T @ directions
+    values, vectors = np.linalg.eigh(hessian)
+    if not values[0] > _FLAT * values[-1]:
+        return None
+    coordinates = vectors @ ((view.pull[i, j] * root) @ vectors / values) / root
+    V = np.zeros((n, n))
+    V[i, j] = V[j, i] = coordinates
+    size = float(np.linalg.norm(V))
+    return V if size <= 1.0 else V / size
+
+
+def _across(Z: FloatArray, spread: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Unit tangents (N, P, n, n) along which the Hessian of |Z|^2 / 2 exceeds 1, and its excess (N, P)."""
+    n = Z.shape[-1]
+    if n == 2:
+        half = np.stack([-Z[:, 0, 1], 0.5 * (Z[:, 0, 0] - Z[:, 1, 1])], axis=-1)
+        length = np.maximum(np.hypot(*half.T), 1e-300)
+        p, q = half.T / (np.sqrt(2.0) * length)
+        return np.stack([p, q, q, -p], axis=-1).reshape(-1, 1, 2, 2), _bend(spread)[:, None] - 1.0
+    values, U = np.linalg.eigh(Z)
+    a, b = np.triu_indices(n, 1)
+    left, right = transposed(U)[:, a], transposed(U)[:, b]
+    products = left[..., :, None] * right[..., None, :]
+    return (products + transposed(products)) / np.sqrt(2.0), _bend(0.5 * np.abs(values[:, a] - values[:, b])) - 1.0
+
+
+def _bend(r: FloatArray) -> FloatArray:
+    """r coth r."""
+    r = np.maximum(r, 1e-8)
+    return np.asarray(r / np.tanh(r))
+
+
+def _look(A: FloatArray, w: FloatArray, T: FloatArray) -> _View:
+    n = A.shape[-1]
+    Z, spread = logarithms(_whitened(T, A))
+    far = np.sqrt(_squares(Z))
+    condition = _condition(T)
+    far = np.where(far > _SAME * n * condition, far, 0.0)
+    away = far > 0
+    ratio = np.divide(w, far, out=np.zeros_like(w), where=away)
+    floor = 4.0 * n * EPS * float((w[away] + condition * ratio[away]) @ np.cosh(spread[away]))
+    pull = np.einsum("m,mij->ij", ratio, Z)
+    return _View(Z, spread, far, float(w @ far), pull, float(w[~away].sum()), floor)
+
+
+def _condition(T: FloatArray) -> float:
+    """Condition of T, invariant under scaling of rows."""
+    return float((np.abs(np.linalg.inv(T)) @ np.abs(T)).max())
+
+
+def _whitened(T: FloatArray, A: FloatArray) -> FloatArray:
+    n = A.shape[-1]
+    columns = np.linalg.solve(T, A.swapaxes(0, 1).reshape(n, -1))
+    return np.asarray(columns.reshape(n, -1, n).swapaxes(0, 1))
+
+
+def _squares(Z: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("mij,mij->m", Z, Z))
+
+
+# ---- matrices on one geodesic -----------------------------------------------------------------
+
+
+def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[FloatArray, bool, bool]:
+    """The median of matrices on one geodesic to rounding, True if they are on one, and True if it is unique.
+
+    For matrices near a geodesic it is near the median; for others it is T.
+    """
+    base = lower_factor(A[np.argmin(_squares(logarithms(_whitened(T, A))[0]))])
+    Z, spread = logarithms(_whitened(base, A))
+    far = np.sqrt(_squares(Z))
+    longest = float(far.max())
+    same = _SAME * A.shape[-1] * _condition(base) * float(np.cosh(spread.max()))
+    if longest <= same:
+        return base, True, True
+    sides = np.where(np.einsum("mij,ij->m", Z, Z[np.argmax(far)]) < 0, -w, w)
+    direction = np.einsum("m,mij->ij", sides, Z)
+    direction /= np.linalg.norm(direction)
+    t = np.einsum("mij,ij->m", Z, direction)
+    off = np.sqrt(_squares(Z - t[:, None, None] * direction))
+    if w @ off > max(same, _LINE * float(w @ far)):
+        return T, False, True
+    on_line = bool(off.max() <= max(same, noise))
+    order = np.argsort(t, kind="stable")
+    t, up_to = t[order], np.cumsum(w[order])
+    half, rounding = 0.5 * up_to[-1], EPS * len(t)
+    k = int(np.searchsorted(up_to, half - rounding))
+    is_even = bool(abs(up_to[k] - half) <= rounding) and k + 1 < len(t) and bool(t[k + 1] - t[k] > same)
+    if not is_even:
+        return lower_factor(A[order[k]]), on_line, True
+    middle = base @ symmetric_exp(0.25 * (t[k] + t[k + 1]) * direction)[0]
+    return middle, on_line, not on_line

@@ -1,4 +1,4 @@
-"""Pointwise measures of distortion by name, flexion and skewness among them."""
+"""Pointwise measures of distortion: functions of the Jacobian of a map, and all of them by name."""
 
 from __future__ import annotations
 
@@ -7,182 +7,333 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from projdist._typing import FloatArray
-from projdist.matrices.distortions import (
-    airy,
-    angular_distortion,
-    areal_error_ppm,
-    areal_scale,
-    fisher,
-    jordan,
-    jordan_kavrayskiy,
-    kavrayskiy,
-    log_anisotropy,
-    log_areal_scale,
-    meridian_convergence,
-    meridian_parallel_angle,
-    meridional_scale,
-    orientation,
-    parallel_scale,
-    scale_at,
-    scale_error_ppm,
-    tissot_semimajor,
-    tissot_semiminor,
-)
-from projdist.support import Registry, listed_values, quoted
+from projdist.matrices.flexion import flexion, skewness
+from projdist.support import Registry, check_numbers, listed_values, quoted
+
+_SMALL, _LARGE = 1e-290, 1e300  # squares that have all their digits
+_FAR = 1e100  # scales whose squares have them
+_DEGREES = 180.0 / np.pi
+_CHUNK = 8192  # Jacobians at a time, so that results stay in the cache
+
+FACTORS = ("h", "k", "a", "b", "s", "omega", "theta", "convergence", "fisher")
 
 
-def flexion(J: FloatArray, H: FloatArray) -> FloatArray:
-    """Goldberg and Gott's flexion |v x w| / |v|^2, the mean over all directions.
+def principal_scales(J: ArrayLike) -> FloatArray:
+    """The singular values of Jacobians, the largest first: a and b, the semi-axes of Tissot's indicatrix.
 
-    v is the velocity and w the acceleration on the map of a unit-speed great circle; the
-    unit is one per radian of arc when J and H are per radian. Goldberg & Gott 2007, section 3.
+    For n = 2 they come from a + b and a - b, each one a hypotenuse: exact to rounding near
+    conformality, where a and b from the trace and the determinant lose half of the digits.
+
+    Parameters
+    ----------
+    J : array_like (..., n, n)
+        Jacobians, or other matrices of any dimension.
+
+    Returns
+    -------
+    ndarray (..., n)
+        Ratios, in descending order; NaN where J is not finite.
+
+    Raises
+    ------
+    ValueError
+        For values that are no numbers, and matrices that are not square.
+
+    References
+    ----------
+    Snyder 1987, Map Projections: A Working Manual, USGS Professional Paper 1395, equations 4-12 and 4-13.
+
+    Examples
+    --------
+    The eigenvalues of J^T J, here of rows 25, 20 and 20, 25, are their squares:
+
+    >>> (principal_scales([[3, 0], [4, 5]]) ** 2).round(9)
+    array([45.,  5.])
     """
-    return _mean_over_directions(J, H, _cross)
+    J = check_numbers("Jacobian", J)
+    if J.ndim < 2 or J.shape[-1] != J.shape[-2]:
+        raise ValueError(f"Invalid Jacobian shape {J.shape}. The last two axes must be equal, as in (..., 2, 2).")
+    if J.shape[-1] == 2:
+        total, difference = _sum_and_difference(J)
+        return np.stack([0.5 * (total + difference), 0.5 * (total - difference)], axis=-1)
+    finite = np.isfinite(J).all(axis=(-1, -2))
+    scales = np.full(J.shape[:-1], np.nan)
+    scales[finite] = np.linalg.svd(J[finite], compute_uv=False)
+    return scales
 
 
-def skewness(J: FloatArray, H: FloatArray) -> FloatArray:
-    """Goldberg and Gott's skewness |v . w| / |v|^2, the mean over all directions (as `flexion`)."""
-    return _mean_over_directions(J, H, _dot)
+def _sum_and_difference(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The principal scales' sum a + b and difference a - b >= 0."""
+    similar = _length(J[..., 0, 0] + J[..., 1, 1], J[..., 1, 0] - J[..., 0, 1])
+    mirrored = _length(J[..., 0, 0] - J[..., 1, 1], J[..., 1, 0] + J[..., 0, 1])
+    return np.maximum(similar, mirrored), np.minimum(similar, mirrored)
 
 
-def _cross(v: FloatArray, w: FloatArray) -> FloatArray:
-    return np.asarray(v[..., 0] * w[..., 1] - v[..., 1] * w[..., 0])
+def _principal(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The principal scales a >= b."""
+    total, difference = _sum_and_difference(J)
+    return 0.5 * (total + difference), 0.5 * (total - difference)
 
 
-def _dot(v: FloatArray, w: FloatArray) -> FloatArray:
-    return np.asarray(v[..., 0] * w[..., 0] + v[..., 1] * w[..., 1])
+def _length(x: FloatArray, y: FloatArray) -> FloatArray:
+    """sqrt(x^2 + y^2), ten times faster than `np.hypot`, which serves squares out of range."""
+    with np.errstate(over="ignore", under="ignore"):
+        square = x * x + y * y
+    odd = (square < _SMALL) | (square > _LARGE)
+    if np.any(odd):
+        return np.asarray(np.where(odd, np.hypot(x, y), np.sqrt(square)))
+    return np.sqrt(square)
 
 
-class _Form(NamedTuple):
-    """A cubic form p cos^3 + q cos^2 sin + r cos sin^2 + s sin^3, and the half-axes a >= b of |v|."""
-
-    p: FloatArray
-    q: FloatArray
-    r: FloatArray
-    s: FloatArray
-    a: FloatArray
-    b: FloatArray
+def _log(value: FloatArray) -> FloatArray:
+    """The natural logarithm; NaN, not -inf, of zero."""
+    return np.log(_where(value > 0, value))
 
 
-def _mean_over_directions(
-    J: FloatArray, H: FloatArray, product: Callable[[FloatArray, FloatArray], FloatArray]
-) -> FloatArray:
-    """Mean over t in [0, pi) of |product(J t, H(t, t))| / |J t|^2; NaN where J is singular."""
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        form = _in_principal_axes(J, H, product)
-        start = _roots(form)
-        stop = np.concatenate([start[..., 1:], start[..., :1] + np.pi], axis=-1)
-        ends = _antiderivative(form, np.concatenate([start, stop], axis=-1))
-        mean = np.abs(ends[..., 3:] - ends[..., :3]).sum(axis=-1) / np.pi
-    return np.where(np.isfinite(mean), mean, np.nan)
+def _where(defined: NDArray[np.bool_], value: FloatArray) -> FloatArray:
+    """The values where they are defined, else NaN."""
+    return value if np.all(defined) else np.where(defined, value, np.nan)
 
 
-def _in_principal_axes(J: FloatArray, H: FloatArray, product: Callable[[FloatArray, FloatArray], FloatArray]) -> _Form:
-    """The form with angles counted from the direction in which |v| is largest; each part has one trailing axis."""
-    east, north = J[..., 0], J[..., 1]
-    axis = 0.5 * np.arctan2(2.0 * _dot(east, north), _dot(east, east) - _dot(north, north))[..., None]
-    cos, sin = np.cos(axis), np.sin(axis)
-    first, second = east * cos + north * sin, north * cos - east * sin
-    along, mixed, across = H[..., 0, 0], H[..., 0, 1], H[..., 1, 1]
-    w11 = along * cos**2 + 2.0 * mixed * cos * sin + across * sin**2
-    w12 = (across - along) * cos * sin + mixed * (cos - sin) * (cos + sin)
-    w22 = along * sin**2 - 2.0 * mixed * cos * sin + across * cos**2
-    parts = (
-        product(first, w11),
-        product(second, w11) + 2.0 * product(first, w12),
-        product(first, w22) + 2.0 * product(second, w12),
-        product(second, w22),
-        np.hypot(first[..., 0], first[..., 1]),
-        np.hypot(second[..., 0], second[..., 1]),
+def _determinant(J: FloatArray) -> FloatArray:
+    return np.asarray(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0])
+
+
+def _omega(total: FloatArray, difference: FloatArray) -> FloatArray:
+    # tan(omega / 2) = (a - b) / (2 sqrt(a b)) is safe near 0 and near 180 degrees alike.
+    omega = (2.0 * _DEGREES) * np.arctan2(difference, np.sqrt((total - difference) * (total + difference)))
+    return _where(total > 0, omega)
+
+
+def _theta(J: FloatArray, h: FloatArray, k: FloatArray, s: FloatArray) -> FloatArray:
+    dot = J[..., 0, 0] * J[..., 0, 1] + J[..., 1, 0] * J[..., 1, 1]
+    return _where((h > 0) & (k > 0), _DEGREES * np.arctan2(s, np.abs(dot)))
+
+
+def _convergence(J: FloatArray, h: FloatArray) -> FloatArray:
+    return _where(h > 0, _DEGREES * np.arctan2(-J[..., 0, 1], J[..., 1, 1]))
+
+
+def _fisher(a: FloatArray, b: FloatArray) -> FloatArray:
+    log_a, log_b = _log(a), _log(b)
+    return np.sqrt(log_a * log_a + log_b * log_b)
+
+
+def factors_of(J: FloatArray) -> dict[str, FloatArray]:
+    """h, k, a, b, s, omega, theta, convergence and fisher of Jacobians (..., 2, 2), sharing intermediate results."""
+    flat = J.reshape(-1, 2, 2)
+    found = np.empty((len(FACTORS), len(flat)))  # one array: allocating many is slow
+    for start in range(0, len(flat), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        some = flat[part]
+        h, k, s = meridional_scale(some), parallel_scale(some), areal_scale(some)
+        total, difference = _sum_and_difference(some)
+        a, b = 0.5 * (total + difference), 0.5 * (total - difference)
+        omega, theta, convergence = _omega(total, difference), _theta(some, h, k, s), _convergence(some, h)
+        for row, values in zip(found, (h, k, a, b, s, omega, theta, convergence, _fisher(a, b)), strict=True):
+            row[part] = values
+    return dict(zip(FACTORS, found.reshape(len(FACTORS), *J.shape[:-2]), strict=True))
+
+
+def meridional_scale(J: FloatArray) -> FloatArray:
+    """Scale h along the meridian, the length of J's north column."""
+    return _length(J[..., 0, 1], J[..., 1, 1])
+
+
+def parallel_scale(J: FloatArray) -> FloatArray:
+    """Scale k along the parallel, the length of J's east column."""
+    return _length(J[..., 0, 0], J[..., 1, 0])
+
+
+def areal_scale(J: FloatArray) -> FloatArray:
+    """Areal scale s = a b = |det J|; whether the map mirrors is the measure `orientation`."""
+    return np.abs(_determinant(J))
+
+
+def tissot_semimajor(J: FloatArray) -> FloatArray:
+    """Largest scale a, the indicatrix' semi-major axis."""
+    return _principal(J)[0]
+
+
+def tissot_semiminor(J: FloatArray) -> FloatArray:
+    """Smallest scale b, the indicatrix' semi-minor axis."""
+    return _principal(J)[1]
+
+
+def angular_distortion(J: FloatArray) -> FloatArray:
+    """Maximum angular deformation omega = 2 asin((a - b) / (a + b)) in degrees (Snyder 1987, 4-9)."""
+    return _omega(*_sum_and_difference(J))
+
+
+def meridian_parallel_angle(J: FloatArray) -> FloatArray:
+    """Angle theta' between the meridian and the parallel on the map, 0 to 90 degrees (Snyder 1987, 4-14)."""
+    return _theta(J, meridional_scale(J), parallel_scale(J), areal_scale(J))
+
+
+def meridian_convergence(J: FloatArray) -> FloatArray:
+    """Angle from true north clockwise to grid north in degrees.
+
+    The surveyors' sign, PROJ's too: positive east of the central meridian of a transverse
+    Mercator in the northern hemisphere.
+    """
+    return _convergence(J, meridional_scale(J))
+
+
+def scale_at(J: FloatArray, azimuth: ArrayLike) -> FloatArray:
+    """Scale in the direction `azimuth`, degrees clockwise from north."""
+    angle = np.radians(azimuth)
+    east, north = np.sin(angle), np.cos(angle)
+    return _length(
+        J[..., 0, 0] * east + J[..., 0, 1] * north,
+        J[..., 1, 0] * east + J[..., 1, 1] * north,
     )
-    return _Form(*(part[..., None] for part in parts))
 
 
-# ---- the antiderivative ---------------------------------------------------------------------
+def fisher(J: FloatArray) -> FloatArray:
+    """Fisher distortion sqrt(sum of ln^2 of the principal scales), any dimension.
 
-
-def _antiderivative(form: _Form, angle: FloatArray) -> FloatArray:
-    """Of the form over a^2 cos^2 + b^2 sin^2.
-
-    The form is cos (p + (r - p) sin^2) + sin (s + (q - s) cos^2), and with x the sine or the cosine either half is a
-    fraction of x whose denominator is a^2 (1 - k x^2) or b^2 (1 + l x^2). Nothing cancels as a - b goes to 0.
+    D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications".
     """
-    p, q, r, s, a, b = form
-    sin, cos = np.sin(angle), np.cos(angle)
-    gap, ratio = (a - b) * (a + b), b / a
-    k, l = gap / a**2, gap / b**2  # noqa: E741 the names of the formula
-    zeroth, first = _fractions(k * sin**2, cos**2 + (ratio * sin) ** 2)
-    by_sine = (p * zeroth + (r - p) * sin**2 * first) * sin / a**2
-    zeroth, first = _fractions(-l * cos**2, 1.0 + l * cos**2)
-    by_cosine = (s * zeroth + (q - s) * cos**2 * first) * cos / b**2
-    return np.asarray(by_sine - by_cosine)
+    if J.shape[-1] == 2:
+        return _fisher(*_principal(J))
+    return np.sqrt(np.sum(_log(principal_scales(J)) ** 2, axis=-1))
 
 
-_SMALL, _TERMS = 0.1, 16  # of the series: 0.1^16 is below rounding
+def log_anisotropy(J: FloatArray) -> FloatArray:
+    """ln(a / b), the logarithmic distortion of angles."""
+    a, b = _principal(J)
+    return _log(a / np.where(b > 0, b, np.nan))
 
 
-def _fractions(x: FloatArray, complement: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The sums of x^j / (2 j + 1) and of x^j / (2 j + 3), for x < 1; `complement` is 1 - x."""
-    root = np.sqrt(np.abs(x))
-    # artanh(z) / z and arctan(z) / z.
-    zeroth = np.where(x > 0, 0.5 * np.log((1.0 + root) ** 2 / complement), np.arctan(root)) / root
-    first = (zeroth - 1.0) / x
-    small = np.abs(x) < _SMALL
-    near = x[small]
-    series = np.zeros_like(near)
-    for j in reversed(range(_TERMS)):
-        series = series * near + 1.0 / (2 * j + 3)
-    first[small] = series
-    zeroth[small] = 1.0 + near * series
-    return zeroth, first
+def log_areal_scale(J: FloatArray) -> FloatArray:
+    """ln(a b), the logarithmic distortion of areas."""
+    return _log(areal_scale(J))
 
 
-# ---- the zeros ------------------------------------------------------------------------------
+def log_scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """ln^2 a + ln^2 b and ln(a b) together, NaN where the map is singular."""
+    east_x, north_x, east_y, north_y = J[..., 0, 0], J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
+    with np.errstate(over="ignore", invalid="ignore"):
+        one, other = (np.sqrt((east_x + k * north_y) ** 2 + (east_y - k * north_x) ** 2) for k in (1.0, -1.0))
+        a, b = 0.5 * (one + other), 0.5 * np.abs(one - other)
+    # Squares in the range of doubles are half as dear as `hypot`; NaN compares as false.
+    if not (a.max(initial=1.0) < _FAR and b.min(initial=1.0) > 1.0 / _FAR):
+        a, b = _principal(J)
+        a, b = (np.where(value > 0, value, np.nan) for value in (a, b))
+    log_a, log_b = np.log(a), np.log(b)
+    return log_a * log_a + log_b * log_b, log_a + log_b
 
 
-def _roots(form: _Form) -> FloatArray:
-    """Three ascending angles in an interval of length pi where the form is zero; a single zero is repeated.
+def airy(J: FloatArray) -> FloatArray:
+    """Airy's term sqrt(((a - 1)^2 + (b - 1)^2) / 2); its RMS is Airy's error (Airy 1861)."""
+    a, b = _principal(J)
+    return np.sqrt(0.5 * ((a - 1.0) ** 2 + (b - 1.0) ** 2))
 
-    Of four directions the one with the largest form is put at infinity, so that the leading coefficient does not
-    vanish; the zeros of a zero form are arbitrary.
+
+def kavrayskiy(J: FloatArray) -> FloatArray:
+    """Kavrayskiy's term sqrt((ln^2 a + ln^2 b) / 2), with the half that `fisher` has not."""
+    return fisher(J) / np.sqrt(2.0)
+
+
+def jordan(J: FloatArray) -> FloatArray:
+    """Jordan's term: the RMS over all directions of scale - 1 (Jordan 1896)."""
+    total, difference = _sum_and_difference(J)
+    c = 0.5 * total
+    n = (difference / np.where(total > 0, total, 1.0)) ** 2
+    # Mean scale over the directions = c (1 + n/4 + n^2/64 + ...), the perimeter of an ellipse (Ivory 1798).
+    # Written for the excess over c, the sum has no cancellation near scale 1.
+    return np.sqrt((c - 1.0) ** 2 + c * (c * n - 2.0 * _perimeter_excess(n)))
+
+
+def jordan_kavrayskiy(J: FloatArray) -> FloatArray:
+    """The RMS over all directions of ln of the scale (Kavrayskiy 1934)."""
+    total, difference = _sum_and_difference(J)
+    from scipy.special import spence  # imported here: scipy is slow to load, and few need it
+
+    # In the direction z the scale is (a + b) / 2 times |1 + n exp(2 i z)|, n = (a - b) / (a + b), whose logarithm has
+    # the Fourier coefficients n^k / k: the mean of its square is half a dilogarithm.
+    n = difference / np.where(total > 0, total, np.nan)
+    return np.asarray(np.sqrt(_log(0.5 * total) ** 2 + 0.5 * spence(1.0 - n * n)))
+
+
+def _perimeter_excess(n: FloatArray) -> FloatArray:
+    """Perimeter of an ellipse over pi (a + b), less 1, for n = ((a - b) / (a + b))^2."""
+    # A sum of squares of the binomial coefficients of sqrt(1 + x). Below n = 0.05 six terms are exact to 1e-16 n.
+    series = n * (1 / 4 + n * (1 / 64 + n * (1 / 256 + n * (25 / 16384 + n * (49 / 65536 + n * 441 / 1048576)))))
+    large = n > 0.05
+    if np.any(large):
+        from scipy.special import ellipe  # imported here: scipy is slow to load, and few need it
+
+        root = np.sqrt(n)
+        exact = 2.0 / np.pi * (1.0 + root) * ellipe(np.minimum(4.0 * root / (1.0 + root) ** 2, 1.0)) - 1.0
+        return np.asarray(np.where(large, exact, series))
+    return np.asarray(series)
+
+
+def scale_error_ppm(J: FloatArray) -> FloatArray:
+    """Largest |scale - 1| over all directions, in parts per million."""
+    a, b = _principal(J)
+    return 1e6 * np.maximum(np.abs(a - 1.0), np.abs(b - 1.0))
+
+
+def areal_error_ppm(J: FloatArray) -> FloatArray:
+    """|s - 1| in parts per million."""
+    return 1e6 * np.abs(areal_scale(J) - 1.0)
+
+
+def orientation(J: FloatArray) -> FloatArray:
+    """+1 where the map keeps orientation, -1 where it mirrors, 0 where it is singular."""
+    return np.sign(_determinant(J))
+
+
+# ---- decomposition -------------------------------------------------------------------------------
+
+
+_ROUND = 1e-9  # relative difference below which the axes of the indicatrix are equal
+
+
+class Decomposition(NamedTuple):
+    """The parts of linear maps, each of shape (...).
+
+    `scale`: sqrt |det M|. `stretch`: the greatest scale over the smallest, 1 for a similarity.
+    `stretch_azimuth`: the direction of the greatest scale, degrees clockwise from the y axis, in
+    [0, 180); NaN for a similarity. `shear`: 90 degrees minus the angle between the images of the
+    axes. `rotation`: clockwise rotation of the y axis in degrees.
     """
-    p, q, r, s = form[:4]
-    angles = np.arange(4) * (np.pi / 4)
-    cos, sin = np.cos(angles), np.sin(angles)
-    values = p * cos**3 + q * cos**2 * sin + r * cos * sin**2 + s * sin**3
-    best = np.argmax(np.abs(np.nan_to_num(values)), axis=-1)[..., None]
-    turn = angles[best]
-    # With (cos, sin) = (c x - d y, d x + c y), the coefficients of x^3, x^2 y, x y^2 and y^3.
-    c, d = cos[best], sin[best]
-    lead = np.take_along_axis(values, best, axis=-1)
-    second = -3 * p * c * c * d + q * c * (c * c - 2 * d * d) + r * d * (2 * c * c - d * d) + 3 * s * c * d * d
-    third = 3 * p * c * d * d + q * d * (d * d - 2 * c * c) + r * c * (c * c - 2 * d * d) + 3 * s * c * c * d
-    last = -p * d**3 + q * c * d * d - r * c * c * d + s * c**3
-    sized = np.isfinite(lead) & (lead != 0)
-    cotangents = _cubic_roots(*(np.where(sized, value / lead, 0.0) for value in (second, third, last)))
-    return np.sort(np.arctan2(1.0, cotangents), axis=-1) + turn
+
+    scale: FloatArray
+    stretch: FloatArray
+    stretch_azimuth: FloatArray
+    shear: FloatArray
+    rotation: FloatArray
 
 
-def _cubic_roots(b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
-    """Real roots (..., 3) of x^3 + b x^2 + c x + d, coefficients (..., 1); a single root is repeated."""
-    shift = b / 3.0
-    # y^3 + 3 m y + 2 n with x = y - b / 3.
-    m, n = c / 3.0 - shift**2, shift**3 - 0.5 * shift * c + 0.5 * d
-    discriminant = n * n + m * m * m
-    # Three: y = 2 sqrt(-m) cos of a third of an angle, and of this less or more a third of a turn.
-    size = np.sqrt(np.maximum(-m, 0.0))
-    third = np.arctan2(np.sqrt(np.maximum(-discriminant, 0.0)), -n) / 3.0
-    three = 2.0 * size * np.cos(third + np.array([0.0, 2.0, 4.0]) * (np.pi / 3))
-    # One (Cardano); of the two cube roots the larger, the other from their product -m.
-    large = -np.copysign(np.cbrt(np.abs(n) + np.sqrt(np.maximum(discriminant, 0.0))), n)
-    one = large - np.divide(m, large, out=np.zeros_like(m), where=large != 0)
-    return np.asarray(np.where(discriminant < 0, three, one) - shift)
+def decompose(M: ArrayLike) -> Decomposition:
+    """The parts of matrices of shape (..., 2, 2).
+
+    >>> decompose([[3.0, 0.0], [0.0, 1.5]]).stretch_azimuth
+    array(90.)
+    """
+    M = np.asarray(M, dtype=float)
+    a, b = np.moveaxis(principal_scales(M), -1, 0)
+    xx, xy, yx, yy = M[..., 0, 0], M[..., 0, 1], M[..., 1, 0], M[..., 1, 1]
+    dot = xx * xy + yx * yy
+    # The major axis of M^T M, from the x axis counter-clockwise.
+    major = 0.5 * np.arctan2(2.0 * dot, xx**2 + yx**2 - xy**2 - yy**2)
+    area = areal_scale(M)
+    return Decomposition(
+        np.sqrt(area),
+        a / b,
+        np.where(a - b > _ROUND * a, np.mod(90.0 - np.degrees(major), 180.0), np.nan),
+        np.degrees(np.arctan2(dot, area)),
+        -meridian_convergence(M),
+    )
 
 
-# ---- measures ------------------------------------------------------------------------------------
+# ---- measures by name ----------------------------------------------------------------------------
 
 
 _LIMITS = {
@@ -197,8 +348,8 @@ _LIMITS = {
 class Measure:
     """A named pointwise measure.
 
-    `function` takes J, or J and H where `needs_hessian`. `kind` tells how values are
-    compared and drawn: "ratio" about 1 in the logarithm, "signed" about 0, "magnitude" from 0 up.
+    `function` takes J, or J and H where `needs_hessian`. By their `kind` values are compared and drawn: a "ratio" about
+    1 in the logarithm, a "signed" one about 0, a "magnitude" from 0 up.
     """
 
     name: str

@@ -19,6 +19,35 @@ from projdist.matrices.mean_transformation import check_matrices, check_weights,
 from projdist.matrices.spd import lq, place, transposed
 from projdist.support import Answer, check_choice, check_numbers
 
+
+@dataclass(frozen=True, eq=False)
+class Affine:
+    """The map p -> matrix p + shift of points (..., n).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> there = Affine(np.diag([2.0, 4.0]), np.array([1.0, 0.0]))
+    >>> there.inverse()(there(np.array([[3.0, 5.0]])))
+    array([[3., 5.]])
+    """
+
+    matrix: FloatArray
+    shift: FloatArray
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """The images of points."""
+        return np.asarray(points @ self.matrix.T + self.shift)
+
+    def inverse(self) -> Affine:
+        """The map back."""
+        back = np.asarray(np.linalg.inv(self.matrix), dtype=float)
+        return Affine(back, -back @ self.shift)
+
+
+# ---- rotations -----------------------------------------------------------------------------------
+
+
 # The mean resultant length of N random orientations is about 1 / sqrt(N).
 _NO_ORDER = 0.1
 _HALF_TURN = 1e-8  # sine of an angle near 180 degrees below which the plane of rotation is undetermined
@@ -39,7 +68,7 @@ class Rotation(Answer):
     mean_resultant_length: Any
 
     def _line(self) -> str:
-        return f"{np.array2string(np.asarray(self.q), precision=4, threshold=16).replace(chr(10), '')}"
+        return np.array2string(np.asarray(self.q), precision=4, threshold=16).replace("\n", "")
 
     def to_dict(self) -> dict[str, Any]:
         """The fields by name, arrays as lists; and the note."""
@@ -229,7 +258,9 @@ def _logarithmic(B: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         angle = base + np.einsum("...i,...i->...", w, np.arctan2(turned[..., 1, 0], turned[..., 0, 0]))
         cos, sin = np.cos(angle), np.sin(angle)
         return np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2), length
-    return _skew_exp(np.einsum("...i,...ikl->...kl", w, _rotation_log(Q))), length
+    # The exponential of the skew-symmetric mean X, by the Hermitian i X.
+    values, U = np.linalg.eigh(1j * np.einsum("...i,...ikl->...kl", w, _rotation_log(Q)))
+    return np.asarray(((U * np.exp(-1j * values)[..., None, :]) @ transposed(U).conj()).real), length
 
 
 def _rotation_log(Q: FloatArray) -> FloatArray:
@@ -242,12 +273,6 @@ def _rotation_log(Q: FloatArray) -> FloatArray:
         raise ValueError(f"Invalid rotation{place(wrong)}. It must be less than 180 degrees for 'log'; try 'chordal'.")
     ratio = np.where(sin > 0, np.arctan2(sin, cos) / np.where(sin > 0, sin, 1.0), 1.0)
     return np.asarray((U * ratio[..., None, :]) @ transposed(U) @ skew)
-
-
-def _skew_exp(X: FloatArray) -> FloatArray:
-    """The exponential of skew-symmetric matrices, by the Hermitian i X."""
-    values, U = np.linalg.eigh(1j * X)
-    return np.asarray(((U * np.exp(-1j * values)[..., None, :]) @ transposed(U).conj()).real)
 
 
 ROTATIONS: dict[str, Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]] = {

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.matrices.distortions import principal_scales
+from projdist.matrices.measures import principal_scales
 
 __all__ = [
     "distance",
@@ -39,10 +39,10 @@ def lq(A: ArrayLike) -> tuple[FloatArray, FloatArray]:
     L is the Cholesky factor of A A^T. Raises ValueError, with the index, where A is singular or not finite.
     """
     A = _check_square(A)
-    _refuse(np.asarray(~np.isfinite(A).all(axis=(-1, -2))), "finite and invertible")
+    refuse(np.asarray(~np.isfinite(A).all(axis=(-1, -2))), "finite and invertible")
     Q, R = np.linalg.qr(transposed(A))
     diagonal = np.einsum("...kk->...k", R)
-    _refuse((diagonal == 0).any(axis=-1), "finite and invertible")
+    refuse((diagonal == 0).any(axis=-1), "finite and invertible")
     signs = np.sign(diagonal)[..., None, :]
     return transposed(R) * signs, transposed(Q * signs)
 
@@ -62,11 +62,11 @@ def to_lower(P: ArrayLike) -> FloatArray:
     must = "symmetric and positive definite"
     with np.errstate(invalid="ignore"):
         gap = np.abs(P - transposed(P)).max(axis=(-1, -2))
-    _refuse(~(gap <= _ASYMMETRY * np.abs(P).max(axis=(-1, -2))), must)
+    refuse(~(gap <= _ASYMMETRY * np.abs(P).max(axis=(-1, -2))), must)
     try:
         return np.asarray(np.linalg.cholesky(P), dtype=float)
     except np.linalg.LinAlgError:
-        _refuse(~(np.linalg.eigvalsh(P)[..., 0] > 0), must)
+        refuse(~(np.linalg.eigvalsh(P)[..., 0] > 0), must)
         raise
 
 
@@ -166,7 +166,8 @@ def _check_square(A: ArrayLike) -> FloatArray:
     return A
 
 
-def _refuse(wrong: BoolArray, must: str) -> None:
+def refuse(wrong: BoolArray, must: str) -> None:
+    """Raise ValueError for the first matrix that is wrong, if one is."""
     if wrong.any():
         raise ValueError(f"Invalid matrix{place(wrong)}. It must be {must}.")
 
@@ -200,21 +201,6 @@ class View(NamedTuple):
     bend: FloatArray  # (B,), that of r coth r, which bounds the Hessian
 
 
-class WhitenedSets(Protocol):
-    """B sets of N matrices relative to T of shape (B, n, n)."""
-
-    T: FloatArray
-
-    def look(self) -> View:
-        """The view relative to T."""
-
-    def newton_step(self, logarithm: FloatArray) -> FloatArray:
-        """The symmetric V, shape (B, n, n), that the Hessian of the latest view maps to `logarithm`."""
-
-    def move(self, V: FloatArray) -> None:
-        """Move along the geodesic of the symmetric V, shape (B, n, n): T becomes T exp(V / 2)."""
-
-
 class LapackSets:
     """Sets of any shape, by LAPACK.
 
@@ -232,7 +218,7 @@ class LapackSets:
         self._off_diagonal, self._gain = np.inf, 1.0
 
     def move(self, V: FloatArray) -> None:
-        """Move along the geodesic of V."""
+        """Move along the geodesic of the symmetric V, shape (B, n, n): T becomes T exp(V / 2)."""
         there, back = symmetric_exp(0.5 * V)
         self.T = self.T @ there
         for part in self._pieces:
@@ -261,7 +247,10 @@ class LapackSets:
                 distances[:, part] = 0.25 * np.einsum("bikl,bikl->bi", log, log)
                 log *= w[:, :, None, None]
                 mean += _gather(basis, log @ basis)
-            bends = _bends(q, r)
+            q *= q
+            q += 1.0
+            r *= q
+            bends = r  # r coth r
             bend, cosh = bends[..., 0, -1], np.cosh(half[..., -1] - half[..., 0])
             sums += [np.einsum("bi,bi->b", w, term) for term in (distances[:, part], cosh, bend)]
             self._gain = max(self._gain, float(bend.max()), _TURN * float(cosh.max()))
@@ -270,16 +259,24 @@ class LapackSets:
         return View(0.5 * (mean + transposed(mean)), distances, *sums)
 
     def newton_step(self, logarithm: FloatArray) -> FloatArray:
-        """By the full Hessian for small n, else by conjugate gradients."""
-        return self._whole_step(logarithm) if logarithm.shape[-1] <= _WHOLE else self._conjugate_step(logarithm)
+        """The symmetric V, shape (B, n, n), that the Hessian of the latest view maps to `logarithm`.
 
-    def _conjugate_step(self, logarithm: FloatArray) -> FloatArray:
-        """Newton step by conjugate gradients, to an error below the square of the step, Newton's own error."""
+        For n > 4 by conjugate gradients, to an error below the square of the step, which is Newton's own error.
+        """
+        b, n, _ = logarithm.shape
+        if n <= _WHOLE:
+            hessian = np.zeros((b, n * n, n * n))
+            for part in self._pieces:
+                U = self._basis[:, part]
+                products = (U[:, :, :, None, :, None] * U[:, :, None, :, None, :]).reshape(b, -1, n * n)
+                hessian += transposed(products * self._excess[:, part].reshape(b, -1, 1)) @ products
+            V = np.linalg.solve(np.eye(n * n) + hessian, logarithm.reshape(b, -1, 1))
+            return np.asarray(V, dtype=float).reshape(b, n, n)
         size = _norm(logarithm)
-        goal = np.maximum(size * np.minimum(0.1 * size, 0.03), 0.5 * EPS * logarithm.shape[-1])
+        goal = np.maximum(size * np.minimum(0.1 * size, 0.03), 0.5 * EPS * n)
         V, residual = np.zeros_like(logarithm), logarithm.copy()
         direction, square = residual.copy(), size * size
-        for _ in range(logarithm.shape[-1] ** 2):
+        for _ in range(n**2):
             active = np.sqrt(square) > goal
             if not active.any():
                 break
@@ -290,19 +287,10 @@ class LapackSets:
             square, previous = _dot(residual, residual), square
             direction *= np.where(active, square / np.where(active, previous, 1.0), 0.0)[:, None, None]
             direction += residual
-        return V
-
-    def _whole_step(self, logarithm: FloatArray) -> FloatArray:
-        b, n, _ = logarithm.shape
-        hessian = np.zeros((b, n * n, n * n))
-        for part in self._pieces:
-            U = self._basis[:, part]
-            products = (U[:, :, :, None, :, None] * U[:, :, None, :, None, :]).reshape(b, -1, n * n)
-            hessian += transposed(products * self._excess[:, part].reshape(b, -1, 1)) @ products
-        V = np.linalg.solve(np.eye(n * n) + hessian, logarithm.reshape(b, -1, 1))
-        return np.asarray(V, dtype=float).reshape(b, n, n)
+        return np.asarray(V, dtype=float)
 
     def _hessian(self, V: FloatArray) -> FloatArray:
+        """The image of V."""
         image = V.copy()
         for part in self._pieces:
             basis = self._basis[:, part]
@@ -326,7 +314,7 @@ class JacobiSet:
             self._columns[:, :, part] = np.moveaxis(_whitened_values(T, A[:, part])[0], 0, -1)
 
     def move(self, V: FloatArray) -> None:
-        """Move along the geodesic of V."""
+        """Move along the geodesic of the symmetric V, shape (B, n, n): T becomes T exp(V / 2)."""
         there, back = symmetric_exp(0.5 * V)
         self.T = self.T @ there
         for part in self._pieces:
@@ -358,12 +346,15 @@ class JacobiSet:
         return View(0.5 * (mean + mean.T)[None], distances, *sums)
 
     def newton_step(self, logarithm: FloatArray) -> FloatArray:
-        """Newton step by the full Hessian, n (n + 1) / 2 on a side."""
+        """The V that the Hessian maps to `logarithm`."""
         i, j = np.triu_indices(logarithm.shape[-1])
         root = np.where(i == j, 1.0, np.sqrt(2.0))
         V = np.empty_like(logarithm)
         V[0, i, j] = V[0, j, i] = np.linalg.solve(self._hessian, logarithm[0, i, j] * root) / root
         return V
+
+
+WhitenedSets = LapackSets | JacobiSet
 
 
 def logarithms(B: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -440,14 +431,6 @@ def _ratios(half: FloatArray) -> tuple[FloatArray, FloatArray]:
     np.subtract(1.0, square, out=square)
     r /= np.maximum(square, 2.0 * _SAME, out=square)
     return q, r
-
-
-def _bends(q: FloatArray, r: FloatArray) -> FloatArray:
-    """r coth r from `_ratios`, in place."""
-    q *= q
-    q += 1.0
-    r *= q
-    return r
 
 
 def _perturbed_log(rows: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]:

@@ -8,8 +8,8 @@ from old_map_points import grid, scattered
 
 from projdist.applications.oldmaps import LOCAL_MEASURES, ControlPoints, old_map
 from projdist.applications.oldmaps.field import hull_nodes
-from projdist.matrices.distortions import fisher
 from projdist.matrices.mean_transformation import mdt
+from projdist.matrices.measures import fisher
 
 RULE = 2e-5  # of means by 100 rows of midpoints: the error is 1e-4 / 24 of a second derivative
 

@@ -9,7 +9,7 @@ from tables import each
 
 from projdist.earth.ellipsoid import SPHERE, WGS84, Ellipsoid
 from projdist.field.at_points import Quality, derivatives, jacobian
-from projdist.matrices.distortions import principal_scales
+from projdist.matrices.measures import principal_scales
 
 CLARKE = Ellipsoid(6378206.4, 1 / 294.978698213898)
 

@@ -12,7 +12,7 @@ from projdist.answers.summaries import summarize
 from projdist.field.cubature import sample_panels
 from projdist.field.field import DEFAULT_TOLERANCE
 from projdist.field.stencils import hessian
-from projdist.matrices.measures import flexion
+from projdist.matrices.flexion import flexion
 from projdist.projections import Projection
 from projdist.regions import GLOBE, PointSet, get_region
 

@@ -10,7 +10,7 @@ from tables import each
 from projdist.earth.ellipsoid import SPHERE, WGS84
 from projdist.field.at_points import Quality, derivatives
 from projdist.field.chebyshev_panels import panels_for
-from projdist.matrices.distortions import principal_scales
+from projdist.matrices.measures import principal_scales
 from projdist.projections import Projection
 
 MANY = 50_000

@@ -16,7 +16,7 @@ from tables import each
 from projdist import factors, summarize
 from projdist.field.at_points import Quality, derivatives
 from projdist.field.field import check_declared_property, departure
-from projdist.matrices.distortions import log_anisotropy, log_areal_scale, orientation
+from projdist.matrices.measures import log_anisotropy, log_areal_scale, orientation
 from projdist.projections import Projection, ProjectionError, declared_property_of
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_MAPS
 from projdist.support.messages import Notice

@@ -9,7 +9,7 @@ from tables import each
 
 from projdist.earth.ellipsoid import WGS84
 from projdist.field.at_points import Derivatives, Quality, derivatives, jacobian
-from projdist.matrices.distortions import principal_scales
+from projdist.matrices.measures import principal_scales
 from projdist.projections import Projection
 
 # ---- the result and its flags -----------------------------------------------------------------

@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from projdist.matrices.measures import flexion, skewness
+from projdist.matrices.flexion import flexion, skewness
 
 RNG = np.random.default_rng(5)
 # In units of rounding the closed form is good to ten or so; both measures are of the order of H / J.

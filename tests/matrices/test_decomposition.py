@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tables import each
 
-from projdist.matrices.distortions import decompose
+from projdist.matrices.measures import decompose
 
 
 def turn(clockwise):

@@ -8,8 +8,7 @@ from hypothesis import assume, given
 from measured_matrices import MATRICES, POINTWISE, SECOND_ORDER, jacobians, value
 from tables import each
 
-from projdist.matrices.distortions import log_scales
-from projdist.matrices.measures import ALIASES, MEASURES, Measure, get_measure
+from projdist.matrices.measures import ALIASES, MEASURES, Measure, get_measure, log_scales
 
 RNG = np.random.default_rng(20240229)
 

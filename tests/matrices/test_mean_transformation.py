@@ -20,7 +20,6 @@ from matrix_samples import (
 from tables import each
 
 from projdist.matrices import frechet as means
-from projdist.matrices import frechet_plane as hyperbolic
 from projdist.matrices.mean_transformation import mdt
 from projdist.matrices.measures import get_measure
 from projdist.matrices.spd import factor_distance
@@ -207,10 +206,10 @@ def test_uniqueness_in_the_half_plane():
     """Newton's method in the plane, too, comes from everywhere to the same point."""
     rng = np.random.default_rng(2)
     A, w = random_matrices(rng, 8)[None], np.full((1, 8), 0.125)
-    points, _ = hyperbolic.points(A)
+    points, _ = means.plane_points(A)
     truth = mdt(A[0]).T
     for x, ln_y in rng.normal(scale=6.0, size=(20, 2)):
-        found = hyperbolic.newton(points, w, np.array([[x], [np.exp(ln_y)]]))
+        found = means.newton_in_plane(points, w, np.array([[x], [np.exp(ln_y)]]))
         assert factor_distance(truth, found.T[0]) < 1e-12
 
 

@@ -22,9 +22,8 @@ from matrix_samples import (
 from tables import each
 
 from projdist.matrices import frechet as means
-from projdist.matrices.distortions import principal_scales
 from projdist.matrices.mean_transformation import mdt
-from projdist.matrices.measures import get_measure
+from projdist.matrices.measures import get_measure, principal_scales
 from projdist.matrices.spd import factor_distance, lq
 
 RNG = np.random.default_rng(1917)

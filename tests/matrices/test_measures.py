@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from measured_matrices import MATRICES, MIRROR, POINTWISE, SECOND_ORDER, jacobians, rotation, value
 from tables import each
 
-from projdist.matrices.distortions import principal_scales
+from projdist.matrices.measures import principal_scales
 
 EPS = np.finfo(float).eps
 RNG = np.random.default_rng(20240229)

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
 from projdist import plots
-from projdist.matrices.distortions import angular_distortion
+from projdist.matrices.measures import angular_distortion
 from projdist.matrices.spd import factor_distance
 from projdist.plots.shape_space import _draw_glyphs, _geodesic, disc_points
 

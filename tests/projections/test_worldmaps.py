@@ -9,7 +9,7 @@ from tables import each
 
 from projdist import SPHERE, Box, Projection, ProjectionError, distance_distortion, factors
 from projdist.field.cubature import sample_panels
-from projdist.matrices.distortions import principal_scales
+from projdist.matrices.measures import principal_scales
 from projdist.projections.worldmaps import WORLD_MAPS, distance_around_edge
 
 RNG = np.random.default_rng(4)

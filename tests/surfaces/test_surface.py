@@ -8,8 +8,7 @@ from tables import each
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.earth.natural_earth import coastlines
 from projdist.field.at_points import jacobian
-from projdist.matrices.distortions import principal_scales
-from projdist.matrices.measures import get_measure
+from projdist.matrices.measures import get_measure, principal_scales
 from projdist.plots.basemap import map_size
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Box, Cap, Region, RegionLike

@@ -6,7 +6,7 @@ import shapely
 
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.field.at_points import jacobian
-from projdist.matrices.distortions import principal_scales
+from projdist.matrices.measures import principal_scales
 from projdist.projections import Projection
 from projdist.regions import GLOBE
 from projdist.surfaces.domain import domain_of
