@@ -17,10 +17,10 @@ import numpy as np
 from scipy.optimize import least_squares as scipys
 
 from projdist import get_region, summarize
+from projdist.designs import design
 from projdist.designs import fits as equal_area_maps
-from projdist.designs.making import best_base, design, stage_of
-from projdist.designs.objectives import DesignObjective, design_objective, get_kind
-from projdist.designs.sites import BaseNodes, base_nodes_of
+from projdist.designs.base_maps import BaseNodes, DesignObjective, base_nodes_of, best_base, design_objective
+from projdist.designs.fits import stage_of
 from projdist.earth import WGS84
 from projdist.field import nodes_of
 from projdist.projections import Projection
@@ -59,7 +59,6 @@ def table(kind: str, criterion: str, regions: tuple[str, ...]) -> None:
     print(f"\n### {kind}, by {criterion}\n\n| region | best of the families | {heads} | less at {DEGREES[-1]} |")
     print(f"| --- | --- |{' --- |' * (len(DEGREES) + 1)}")
     for region in regions:
-        wanted = get_kind(kind)
         base, nodes, objective = prepared(kind, criterion, region)
         cells, value = [], np.nan
         for degree in DEGREES:
@@ -69,9 +68,7 @@ def table(kind: str, criterion: str, regions: tuple[str, ...]) -> None:
             value, member = made.value, made.rivals[0].value
             if kind != "equal-area" and criterion == "airy_kavrayskiy":
                 member = summarize(base, region).airy_kavrayskiy_scaled
-            cells.append(
-                f"{value:.5g} ({seconds(functools.partial(stage_of, nodes, wanted, objective, degree, (0.0,))):.2g})"
-            )
+            cells.append(f"{value:.5g} ({seconds(functools.partial(stage_of, nodes, objective, degree, (0.0,))):.2g})")
         print(
             f"| {region} | {member:.5g} | {' | '.join(cells)} | {100.0 * (1.0 - value / member):.0f} % |",
             flush=True,
@@ -81,15 +78,15 @@ def table(kind: str, criterion: str, regions: tuple[str, ...]) -> None:
 def prepared(kind: str, criterion: str, region: str) -> tuple[Projection, BaseNodes, DesignObjective]:
     """What a fit starts from: the best base, the region's nodes on it, and what is wished for."""
     nodes = nodes_of(get_region(region), WGS84, 3000, edges=True)
-    objective = design_objective(get_kind(kind), criterion, 0.5, None)
-    base = best_base(get_kind(kind), get_region(region), objective, nodes, "none")
+    objective = design_objective(kind, criterion)
+    base = best_base(get_region(region), objective, nodes, "none")
     return base, base_nodes_of(base, nodes, None), objective
 
 
 def fit_of(kind: str, criterion: str, region: str, degree: int) -> Callable[[], object]:
     """A fit alone, as `check.py` takes its time."""
     _, base_nodes, objective = prepared(kind, criterion, region)
-    return functools.partial(stage_of, base_nodes, get_kind(kind), objective, degree, (0.0,))
+    return functools.partial(stage_of, base_nodes, objective, degree, (0.0,))
 
 
 def against_scipy(regions: tuple[str, ...]) -> None:

@@ -66,7 +66,7 @@ HOMES = {
     },
     "shapely": {
         *("earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "regions"),
-        *("decisions.data_edges", "designs.sites"),
+        *("decisions.data_edges", "designs.base_maps"),
         *("surfaces.surface", "surfaces.domain", "surfaces.land", "surfaces.land", "surfaces.regional"),
         *("plots.basemap", "plots.geoaxes"),
         *("gis.layers", "gis.layers", "gis.layers", "gis.points", "gis.conversion", "web.outlines", "web.live"),

@@ -1,13 +1,10 @@
-from .answers import Degree, Design, Rival, Surroundings
 from .atlas_entries import AtlasEntry, AtlasMap, AtlasPurpose, AtlasZones, atlas, atlas_names
 from .atlas_measurement import AtlasArea, atlas_areas, measured_entry
 from .averaging import MeanMap, Nearness, mean_map
-from .making import design
-from .objectives import CRITERIA_OF_DESIGNS, KINDS
+from .base_maps import CRITERIA_OF_DESIGNS, KINDS, SYMMETRIES
+from .making import Degree, Design, Rival, Surroundings, design
 from .plane_means import PlaneMean, mean_plane_map
-from .sites import SYMMETRIES
-from .world_maps import AGAINST, Refinement, Standing, WorldMap, world_map
-from .world_spec import WORLD_SYMMETRIES
+from .world_maps import AGAINST, WORLD_SYMMETRIES, Refinement, Standing, WorldMap, world_map
 
 __all__ = [
     "AGAINST",

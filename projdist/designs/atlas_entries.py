@@ -124,7 +124,8 @@ class AtlasEntry(Answer):
 
     def _line(self) -> str:
         best = self.purposes["any"].existing
-        return f"{self.title}: official {_called(self.official)}, best {_called(best)}"
+        official, best_name = ("none" if one is None else one.projection for one in (self.official, best))
+        return f"{self.title}: official {official}, best {best_name}"
 
     def rows(self) -> list[dict[str, Any]]:
         """A flat row for each map of each purpose, after the official CRS, which has no purpose."""
@@ -148,10 +149,6 @@ class AtlasEntry(Answer):
 def _over(one: AtlasMap, limit: float | None) -> float | None:
     """The Airy-Kavrayskiy error divided by the limit."""
     return None if one.airy_kavrayskiy is None or not limit else one.airy_kavrayskiy / limit
-
-
-def _called(one: AtlasMap | None) -> str:
-    return "none" if one is None else one.projection
 
 
 # ---- the shipped file ----------------------------------------------------------------------------
@@ -272,28 +269,24 @@ def _entry(read: dict[str, Any], versions: dict[str, str]) -> AtlasEntry:
 
 
 def _purpose(name: str, read: dict[str, Any]) -> AtlasPurpose:
-    existing, custom, made = (read[what] for what in ("existing", "custom", "made"))
+    existing, custom, made = (read[what] for what in _BEST)
+    if custom is not None:
+        family, keeps = custom.pop("family"), tuple(custom.pop("keeps"))
+        custom = AtlasMap(projection=custom.pop("proj"), name=f"custom {family}", method=family, keeps=keeps, **custom)
     reason = made.get("error", "") if made else ""
+    if made is not None and not reason:
+        name_of_made = f"made to measure, degree {made.pop('degree')}"
+        made = AtlasMap(projection=made.pop("proj"), name=name_of_made, **made)
     return AtlasPurpose(
         name=name,
         criterion=_CRITERIA.get(name, "airy_kavrayskiy"),
         existing=None if existing is None else _existing(existing),
-        custom=None if custom is None else _custom(custom),
-        made=None if reason or made is None else _made(made),
+        custom=custom,
+        made=None if reason else made,
         limit=read["limit"],
         reason=reason,
     )
 
 
 def _existing(read: dict[str, Any]) -> AtlasMap:
-    code, keeps = read.pop("code"), tuple(read.pop("keeps"))
-    return AtlasMap(projection=code, keeps=keeps, **read)
-
-
-def _custom(read: dict[str, Any]) -> AtlasMap:
-    family, keeps = read.pop("family"), tuple(read.pop("keeps"))
-    return AtlasMap(projection=read.pop("proj"), name=f"custom {family}", method=family, keeps=keeps, **read)
-
-
-def _made(read: dict[str, Any]) -> AtlasMap:
-    return AtlasMap(projection=read.pop("proj"), name=f"made to measure, degree {read.pop('degree')}", **read)
+    return AtlasMap(projection=read.pop("code"), keeps=tuple(read.pop("keeps")), **read)

@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist.decisions import Candidate, Custom, Recommendation, ZoneSystem, recommend, suits
-from projdist.designs.answers import Design
-from projdist.designs.making import design
+from projdist.decisions import Candidate, Custom, Recommendation, recommend, suits
+from projdist.designs.making import Design, design
 from projdist.earth import cities
 from projdist.regions import Place, Region, combine, get_region, main_part, region_names
 from projdist.support import plain
@@ -46,6 +45,7 @@ def atlas_areas() -> tuple[AtlasArea, ...]:
 
 
 def _areas() -> Iterator[AtlasArea]:
+    """The regions in the order of the atlas."""
     for name in region_names():
         kind, _, title = name.partition(":")
         if kind == "continent":
@@ -75,16 +75,13 @@ def _parts(title: str, name: str) -> Iterator[AtlasArea]:
 
 
 def _box(part: Place) -> str:
-    """The box about a part of a country."""
+    """The box about a part of a country, rounded outwards."""
     west, south, east, north = part.bounds
-    sides = [_down(west), _down(south), -_down(-east), -_down(-north)]
-    if east > 180.0:
-        sides[2] -= 360.0
-    return "box:" + ",".join(f"{side:.1f}".removesuffix(".0") for side in sides)
-
-
-def _down(degrees: float) -> float:
-    return math.floor(degrees / _STEP) * _STEP
+    west, south = (math.floor(side / _STEP) * _STEP for side in (west, south))
+    east, north = (-(math.floor(-side / _STEP) * _STEP) for side in (east, north))
+    if part.bounds[2] > 180.0:
+        east -= 360.0
+    return "box:" + ",".join(f"{side:.1f}".removesuffix(".0") for side in (west, south, east, north))
 
 
 def _town(part: Place) -> str:
@@ -136,17 +133,26 @@ def measured_entry(region: Region) -> dict[str, Any]:
     return {
         "country": best.country,
         "official": None if best.official is None else _existing(best.official),
-        "zones": [_zones(system) for system in best.zones],
+        "zones": [
+            {
+                "name": system.name,
+                "zones": len(system.zones),
+                "national": system.national,
+                _SCALE_ERROR: _rounded(system.max_scale_error_ppm),
+            }
+            for system in best.zones
+        ],
         "purposes": {**purposes, "least scale error": least},
     }
 
 
 def _purpose(found: Recommendation, custom: Sequence[Custom], made: dict[str, Any]) -> dict[str, Any]:
     """The best maps for one purpose: the first result, the first custom projection that serves it, and the made map."""
-    serving = [one for one in custom if suits(one.keeps, found.purpose)]
+    best = next((one for one in custom if suits(one.keeps, found.purpose)), None)
+    known = best and {"proj": best.proj, "family": best.family, "keeps": list(best.keeps), **_figures(best)}
     return {
         "existing": _existing(found.results[0]) if found.results else None,
-        "custom": _custom(serving[0]) if serving else None,
+        "custom": known,
         "made": made,
         "limit": _rounded(found.limit),
     }
@@ -165,21 +171,8 @@ def _existing(one: Candidate) -> dict[str, Any]:
     }
 
 
-def _custom(one: Custom) -> dict[str, Any]:
-    return {"proj": one.proj, "family": one.family, "keeps": list(one.keeps), **_figures(one)}
-
-
 def _figures(one: Candidate | Custom) -> dict[str, float | None]:
     return {name: _rounded(getattr(one.distortion, name)) for name in _FIGURES}
-
-
-def _zones(system: ZoneSystem) -> dict[str, Any]:
-    return {
-        "name": system.name,
-        "zones": len(system.zones),
-        "national": system.national,
-        _SCALE_ERROR: _rounded(system.max_scale_error_ppm),
-    }
 
 
 def _made(region: Region, kind: str, criterion: str) -> dict[str, Any]:

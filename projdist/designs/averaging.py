@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
 from projdist.decisions import extent_of
-from projdist.designs.objectives import check_degree, check_extent
-from projdist.designs.plane_maps import Average, BoxPolynomials, Corrected, box_gradients
+from projdist.designs.base_maps import TORN, WIDEST, check_degree, check_extent, overlaps
+from projdist.designs.plane_maps import Average, BoxPolynomials, Corrected, Sides, box_gradients
 from projdist.designs.plane_means import Targets, check_counts, common_turn, polynomial_mean
-from projdist.designs.sites import overlaps
-from projdist.earth import Ellipsoid
 from projdist.field import FIGURES, Nodes, cut_length, nodes_of, sample
 from projdist.projections import (
     AreaOfUse,
@@ -32,7 +31,7 @@ from projdist.regions import GLOBE, Box, Place, RegionLike, region_for
 from projdist.support import Answer, check_text, plain
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Nearness:
     """The distance of a map from the given ones, and its distortion.
 
@@ -99,6 +98,10 @@ class MeanMap(Answer):
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON; NaN and infinity become None."""
         function = self.projection.function
+        chebyshev = None
+        if isinstance(function, BoxPolynomials):  # x and y of T_i T_j
+            x, y = function.coefficients
+            chebyshev = {"box": list(function.box), "x": x.tolist(), "y": y.tolist()}
         return {
             "region": {"name": self.region.name, "area_km2": self.region.area_km2},
             "maps": [one.definition for one in self.maps],
@@ -117,7 +120,7 @@ class MeanMap(Answer):
             ],
             "error_estimate": plain(self.error),
             "notes": list(self.notes),
-            "chebyshev": _series(function) if isinstance(function, BoxPolynomials) else None,
+            "chebyshev": chebyshev,
             "proj": None if self.crs is None else self.crs.pipeline,
             "wkt": None if self.crs is None else self.crs.wkt,
             "wkt_derived": None if self.crs is None else self.crs.wkt_derived,
@@ -125,34 +128,19 @@ class MeanMap(Answer):
 
     def _table(self) -> list[dict[str, Any]]:
         """A row a map, and the bound."""
-        return [
-            {
-                "map": one.kind,
-                "name": one.name,
-                "total": one.total,
-                "airy_kavrayskiy_scaled": one.airy_kavrayskiy,
-            }
-            for one in self.standings
-        ]
-
-
-def _series(function: BoxPolynomials) -> dict[str, Any]:
-    """The coefficients of a map of the world, x and y of T_i T_j, and the box of its polynomials."""
-    x, y = function.coefficients
-    return {"box": list(function.box), "x": x.tolist(), "y": y.tolist()}
+        rows = ((one.kind, one.name, one.total, one.airy_kavrayskiy) for one in self.standings)
+        return [dict(zip(("map", "name", "total", "airy_kavrayskiy_scaled"), row, strict=True)) for row in rows]
 
 
 # ---- the mean map --------------------------------------------------------------------------------
 
 
 _NODES, _FINE = 3000, 10_000
-_WIDEST = 100.0  # degrees from the middle: wider regions need a map of the world
 _HIGHEST = 86.0  # degrees of latitude: beyond, poles that are lines pull the mean onto a fold
 _WORLD = Box(-180.0, -85.0, 180.0, 85.0)
 _DEGREE, _WORLD_DEGREE, _FINEST_OF_WORLD = 8, 9, 12
 _TOLERANCE = 1e-8
 _ROUNDING = 1e-10  # of totals, by finite differences
-_TORN = 1e-9  # of the region's area
 _EDGE = 1e-3  # degrees
 _LONGEST = 60  # characters of a label
 _SAME = 9  # digits to which totals are compared, as two maps are equally far from their mean
@@ -230,7 +218,10 @@ def mean_map(
     if not listed:
         raise ValueError("Invalid projections. There must be one map or more.")
     maps = tuple(Projection.from_user_input(one) for one in listed)
-    labels = [_label(*pair) for pair in zip(listed, maps, strict=True)]
+    labels = [
+        given if isinstance(given, str) and len(given) <= _LONGEST else one.label
+        for given, one in zip(listed, maps, strict=True)
+    ]
     counts = check_counts(weights, len(maps))
     area = region_for(region, maps)
     area = _WORLD if region is None and area == GLOBE else area
@@ -238,53 +229,59 @@ def mean_map(
     order = _degree(degree, of_world=box is not None)
     named = f"mean of {' and '.join(labels)}" if len(labels) <= 2 else f"mean of {len(labels)} maps"
     title = named if name is None else check_text("name", name)
-    _check_sizes(maps)
-    ground = None if datum is None else geodetic_ellipsoid(check_text("datum", datum))
+    for one in maps[1:]:
+        if not 0.99 < one.ellipsoid.a / maps[0].ellipsoid.a < 1.01:
+            raise ProjectionError(f"Invalid map '{one.label}'. It is of another size than '{maps[0].label}'.")
+    datum_ellipsoid = None if datum is None else geodetic_ellipsoid(check_text("datum", datum))
     coarse = _Ground.of(area, maps, counts, _NODES)
     for one in maps:
         _check_whole(one, area)
-    average = _average(maps, counts, coarse.targets)
+    # The average of coordinates, each map turned like the first one.
+    turns = tuple(common_turn(J @ coarse.inverses[0], coarse.weight).conjugate() for J in coarse.J)
+    function = Average(maps, counts / counts.sum(), turns)
+    average = Projection.from_function(function, name="average of coordinates", ellipsoid=coarse.nodes.ellipsoid)
+    base = None if box else _nearest_base(coarse, maps)
     try:
-        found = _of_world(coarse, box, order) if box else _of_region(coarse, maps, order, title)
+        mean: BoxPolynomials | Corrected = (
+            _of_region(coarse, base, order) if base else _of_world(coarse, area.bounds, order)
+        )
+    except ProjectionError:
+        raise
     except ValueError as error:
-        if isinstance(error, ProjectionError):
-            raise
         raise ValueError(f"Invalid degree {order} for region '{area.name}'. {error}") from error
-    if ground is not None and not (found.base is not None and found.base.ellipsoid.is_close(ground)):
-        base = "a map of the world" if found.base is None else f"base '{found.base.label}'"
-        raise ValueError(f"Invalid datum '{datum}' for {base}. It is for maps of regions, with the base's ellipsoid.")
-    found = found.turned_as(average, coarse, title, AreaOfUse(area.name, area.bounds), datum)
+    if datum_ellipsoid is not None and not (base is not None and base.ellipsoid.is_close(datum_ellipsoid)):
+        of_what = "a map of the world" if base is None else f"base '{base.label}'"
+        raise ValueError(
+            f"Invalid datum '{datum}' for {of_what}. It is for maps of regions, with the base's ellipsoid."
+        )
+    projection, crs = _placed(mean, coarse, average, title, AreaOfUse(area.name, area.bounds), datum)
     fine = _Ground.of(area, maps, counts, _FINE)
-    measured = [("mean", "", found.projection), ("average", "of coordinates", average)]
+    measured = [("mean", "", projection), ("average", "of coordinates", average)]
     measured += [("given", label, one) for label, one in zip(labels, maps, strict=True)]
-    standings = []
-    for number, chosen in enumerate(measured):
-        if progress is not None:
-            progress(number, len(measured))
-        standings.append(_standing(*chosen, area, fine))
-    return MeanMap(
+    standings, change = _standings(measured, area, coarse, fine, progress)
+    found = MeanMap(
         region=area,
         maps=maps,
         weights=tuple(counts.tolist()),
         degree=order,
-        projection=found.projection,
-        base=found.base,
-        crs=found.crs,
+        projection=projection,
+        base=base,
+        crs=crs,
         average=average,
-        standings=(_bound(fine), *standings),
-        error=max(abs(one.total - coarse.total(made)) for one, (_, _, made) in zip(standings, measured, strict=True)),
-        notes=tuple(_notes(found, area, coarse, standings)),
+        standings=standings,
+        error=change,
     )
+    return replace(found, notes=tuple(_notes(found, coarse)))
 
 
 def _world_box(region: Place) -> Box | None:
     """The region as the box of a map of the world, None if it needs no such map; raises ValueError."""
-    if extent_of(region).radius <= _WIDEST:
+    if extent_of(region).radius <= WIDEST:
         check_extent(region)
         return None
     if not isinstance(region, Box) or max(abs(region.south), abs(region.north)) > _HIGHEST:
         raise ValueError(
-            f"Invalid region '{region.name}'. What reaches farther than {_WIDEST:.0f} degrees from its middle must be "
+            f"Invalid region '{region.name}'. What reaches farther than {WIDEST:.0f} degrees from its middle must be "
             f"a box within {_HIGHEST:.0f} degrees of latitude, as {_WORLD.name}."
         )
     return region
@@ -299,18 +296,6 @@ def _degree(given: int | None, *, of_world: bool) -> int:
     return degree
 
 
-def _label(given: Any, projection: Projection) -> str:
-    """The map's text as given if short, else its label."""
-    return given if isinstance(given, str) and len(given) <= _LONGEST else projection.label
-
-
-def _check_sizes(maps: Iterable[Projection]) -> None:
-    first, *others = maps
-    for other in others:
-        if not 0.99 < other.ellipsoid.a / first.ellipsoid.a < 1.01:
-            raise ProjectionError(f"Invalid map '{other.label}'. It is of another size than '{first.label}'.")
-
-
 def _check_whole(projection: Projection, region: Place) -> None:
     """Raise ProjectionError for a map that is cut within a region; along the edge of a box it may be."""
     west, south, east, north = region.bounds
@@ -321,158 +306,133 @@ def _check_whole(projection: Projection, region: Place) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Ground:
-    """Nodes of a region with the Jacobians of the given maps."""
+class _Ground(Targets):
+    """The given maps at the nodes of a region."""
 
     nodes: Nodes
-    targets: Targets
 
     @classmethod
     def of(cls, region: Place, maps: tuple[Projection, ...], counts: FloatArray, count: int) -> _Ground:
-        """The ground with about `count` nodes; raises ProjectionError for a map that is torn or mirrored there."""
-        nodes = nodes_of(region, _ellipsoid(maps), count)
+        """The ground with about `count` nodes; raises ProjectionError for a map that is torn or mirrored there.
+
+        Areas are those of the maps' flattest ellipsoid.
+        """
+        ellipsoid = max((one.ellipsoid for one in maps), key=lambda ellipsoid: (ellipsoid.f, ellipsoid.a))
+        nodes = nodes_of(region, ellipsoid, count)
         J = np.stack([nodes.jacobian(one)[0] for one in maps])
         with np.errstate(invalid="ignore"):
             smooth = np.isfinite(J).all(axis=(2, 3)) & (np.linalg.det(J) > 0.0)
         for one, good in zip(maps, smooth, strict=True):
             lost = float(nodes.weight[~good].sum())
-            if lost > _TORN:
+            if lost > TORN:
                 raise ProjectionError(
                     f"Invalid map '{one.label}'. It tears, turns over or does not show {100.0 * lost:.2g} % of "
                     f"{region.name}."
                 )
         # Nodes next to poles have hardly any weight and may have no Jacobian.
         J[:, ~smooth.all(axis=0)] = np.eye(2)
-        return cls(nodes, Targets(J, counts, np.where(smooth.all(axis=0), nodes.weight, 0.0)))
+        return cls(J, counts, np.where(smooth.all(axis=0), nodes.weight, 0.0), nodes)
 
     def jacobian(self, projection: Projection) -> FloatArray:
         """Jacobians (n, 2, 2) at the nodes, the identity where the weight is 0."""
         J = self.nodes.jacobian(projection)[0]
-        return np.where((self.targets.weight > 0.0)[:, None, None], J, np.eye(2))
-
-    def total(self, projection: Projection) -> float:
-        """The total of a map."""
-        return self.targets.total(self.jacobian(projection))
+        return np.where((self.weight > 0.0)[:, None, None], J, np.eye(2))
 
     def middle(self, projection: Projection) -> complex:
         """The mean of x + i y."""
         x, y = projection(self.nodes.lon, self.nodes.lat)
-        w = self.targets.weight
-        return complex(np.sum(w * np.where(w > 0.0, x + 1j * y, 0.0)))
+        return complex(np.sum(self.weight * np.where(self.weight > 0.0, x + 1j * y, 0.0)))
 
 
-def _ellipsoid(maps: Iterable[Projection]) -> Ellipsoid:
-    """The flattest ellipsoid of the maps, by which areas are weighted."""
-    return max((one.ellipsoid for one in maps), key=lambda ellipsoid: (ellipsoid.f, ellipsoid.a))
-
-
-def _average(maps: tuple[Projection, ...], counts: FloatArray, targets: Targets) -> Projection:
-    """The average of coordinates, each map turned like the first one."""
-    turns = [common_turn(J @ targets.inverses[0], targets.weight).conjugate() for J in targets.J]
-    function = Average(maps, counts / counts.sum(), tuple(turns))
-    return Projection.from_function(function, name="average of coordinates", ellipsoid=_ellipsoid(maps))
-
-
-class _Found(NamedTuple):
-    """A mean as a function and a projection; for a region with the base that it corrects, and its CRS if it has one."""
-
-    function: BoxPolynomials | Corrected
-    projection: Projection
-    base: Projection | None = None
-    crs: DerivedCrs | None = None
-
-    def turned_as(self, other: Projection, ground: _Ground, title: str, area: AreaOfUse, datum: str | None) -> _Found:
-        """The same map with the orientation and the middle of another; its CRS is for the area."""
-        turn = common_turn(
-            ground.jacobian(other) @ np.linalg.inv(ground.jacobian(self.projection)), ground.targets.weight
-        )
-        shift = ground.middle(other) - turn * ground.middle(self.projection)
-        if isinstance(self.function, BoxPolynomials):
-            return _Found.of_function(self.function.moved(turn, shift), title, other)
-        base = self.function.base
-        function = Corrected(base, self.function.plane_map.moved(turn, shift))
-        try:
-            crs = derived_crs(base, function.plane_map.steps, title, area, geodetic=datum)
-        except ProjectionError:  # the base is no CRS: the map is a function
-            return _Found.of_function(function, title, base)._replace(base=base)
-        return _Found(function, crs.projection, base, crs)
-
-    @classmethod
-    def of_function(cls, function: BoxPolynomials | Corrected, title: str, like: Projection) -> _Found:
-        """A function as a projection on the ellipsoid of another."""
-        return cls(function, Projection.from_function(function, name=title, ellipsoid=like.ellipsoid))
-
-
-def _of_world(ground: _Ground, region: Box, degree: int) -> _Found:
+def _of_world(ground: _Ground, box: Sides, degree: int) -> BoxPolynomials:
     """The nearest sum of products of Chebyshev polynomials."""
-    nodes, box, size = ground.nodes, region.bounds, degree + 1
-    west, south, east, north = box
+    nodes, size = ground.nodes, degree + 1
     gradients = box_gradients(box, degree, nodes.lon, nodes.lat, nodes.ellipsoid)
     # The start is linear in longitude and latitude.
     steps = np.zeros((nodes.lon.size, 2, 2))
     steps[:, 0, 0], steps[:, 1, 1] = 1.0 / gradients[:, size, 0], 1.0 / gradients[:, 1, 1]
-    linear = Targets(ground.targets.J @ steps, ground.targets.counts, ground.targets.weight).best_linear()
+    linear = Targets(ground.J @ steps, ground.counts, ground.weight).best_linear()
     start = np.zeros((2, size * size))
     start[:, size], start[:, 1] = linear.T
-    best = ground.targets.nearest(gradients[:, 1:], start[:, 1:])
-    coefficients = np.hstack([np.zeros((2, 1)), best.place]).reshape(2, size, size)
-    function = BoxPolynomials((west, south, east, north), coefficients)
-    return _Found(function, Projection.from_function(function, ellipsoid=nodes.ellipsoid))
+    best = ground.nearest(gradients[:, 1:], start[:, 1:])
+    return BoxPolynomials(box, np.hstack([np.zeros((2, 1)), best.place]).reshape(2, size, size))
 
 
-def _of_region(ground: _Ground, maps: tuple[Projection, ...], degree: int, title: str) -> _Found:
-    """The nearest polynomials in the plane of the map that is nearest to all."""
-    chosen = min(maps, key=lambda one: (float(f"{ground.total(one):.{_SAME}g}"), one.definition))
+def _nearest_base(ground: _Ground, maps: tuple[Projection, ...]) -> Projection:
+    """The map that is nearest to all, by its PROJ string if it has one."""
+
+    def order(one: Projection) -> tuple[float, str]:
+        return float(f"{ground.total(ground.jacobian(one)):.{_SAME}g}"), one.definition
+
+    chosen = min(maps, key=order)
     text = parameters_of(chosen, np.eye(2))
-    base = chosen if text is None else Projection.from_user_input(text)
-    J = ground.jacobian(base)
+    return chosen if text is None else Projection.from_user_input(text)
+
+
+def _of_region(ground: _Ground, base: Projection, degree: int) -> Corrected:
+    """The nearest polynomials in the plane of a base."""
     x, y = base(ground.nodes.lon, ground.nodes.lat)
-    counted = ground.targets.weight > 0.0
-    targets = ground.targets
-    within = Targets((targets.J @ np.linalg.inv(J))[:, counted], targets.counts, targets.weight[counted])
-    plane_map = polynomial_mean(x[counted], y[counted], within, degree)
-    function = Corrected(base, plane_map)
-    return _Found.of_function(function, title, base)._replace(base=base)
+    counted = ground.weight > 0.0
+    J = (ground.J @ np.linalg.inv(ground.jacobian(base)))[:, counted]
+    within = Targets(J, ground.counts, ground.weight[counted])
+    return Corrected(base, polynomial_mean(x[counted], y[counted], within, degree))
 
 
-def _bound(ground: _Ground) -> Nearness:
-    """The bound, by the mean metrics."""
-    J = ground.targets.mean_metric()
-    return Nearness(
-        kind="bound",
-        name="mean metric",
-        projection=None,
-        total=ground.targets.total(J),
-        airy_kavrayskiy=FIGURES["airy_kavrayskiy_scaled"](J, ground.targets.weight),
-        error=None,
-    )
+def _placed(
+    mean: BoxPolynomials | Corrected,
+    ground: _Ground,
+    average: Projection,
+    title: str,
+    area: AreaOfUse,
+    datum: str | None,
+) -> tuple[Projection, DerivedCrs | None]:
+    """The mean with the orientation and the middle of the average, and its CRS if it has one."""
+    base = mean.base if isinstance(mean, Corrected) else None
+    ellipsoid = (base or average).ellipsoid
+    own = Projection.from_function(mean, name=title, ellipsoid=ellipsoid)
+    turn = common_turn(ground.jacobian(average) @ np.linalg.inv(ground.jacobian(own)), ground.weight)
+    mean = mean.moved(turn, ground.middle(average) - turn * ground.middle(own))
+    if isinstance(mean, Corrected):
+        with contextlib.suppress(ProjectionError):  # of a base that is no CRS
+            crs = derived_crs(mean.base, mean.plane_map.steps, title, area, geodetic=datum)
+            return crs.projection, crs
+    return Projection.from_function(mean, name=title, ellipsoid=ellipsoid), None
 
 
-def _standing(kind: str, name: str, projection: Projection, region: Place, ground: _Ground) -> Nearness:
-    figure = sample(projection, region, measures=[], tolerance=_TOLERANCE).airy_kavrayskiy
-    return Nearness(
-        kind=kind,
-        name=name,
-        projection=projection,
-        total=ground.total(projection),
-        airy_kavrayskiy=figure.scaled,
-        error=figure.error,
-    )
+def _standings(
+    maps: list[tuple[str, str, Projection]],
+    region: Place,
+    coarse: _Ground,
+    fine: _Ground,
+    progress: Callable[[int, int], object] | None,
+) -> tuple[tuple[Nearness, ...], float]:
+    """Those of the bound and of maps with their kinds and names, and the largest change of totals with fewer nodes."""
+    J = fine.mean_metric()
+    least = FIGURES["airy_kavrayskiy_scaled"](J, fine.weight)
+    found, error = [Nearness("bound", "mean metric", None, fine.total(J), least, None)], 0.0
+    for number, (kind, name, projection) in enumerate(maps):
+        if progress is not None:
+            progress(number, len(maps))
+        figure = sample(projection, region, measures=[], tolerance=_TOLERANCE).airy_kavrayskiy
+        total = fine.total(fine.jacobian(projection))
+        found.append(Nearness(kind, name, projection, total, figure.scaled, figure.error))
+        error = max(error, abs(total - coarse.total(coarse.jacobian(projection))))
+    return tuple(found), error
 
 
-def _notes(found: _Found, region: Place, ground: _Ground, standings: list[Nearness]) -> Iterator[str]:
+def _notes(found: MeanMap, ground: _Ground) -> Iterator[str]:
     """Notes on the map."""
-    mean, *others = (one.total for one in standings)
+    _, mean, *others = (one.total for one in found.standings)
     if mean > min(others) + _ROUNDING:
         yield "The average, or a given map, has a smaller sum: polynomials of this degree do not come near these maps."
-    odd = ground.targets.not_elliptic(ground.jacobian(found.projection))
+    odd = ground.not_elliptic(ground.jacobian(found.projection))
     if odd.any():
-        share = 100.0 * float(ground.targets.weight[odd].sum())
+        share = 100.0 * float(ground.weight[odd].sum())
         yield (
             f"In {share:.2g} % of the region the maps are so far apart that the energy is not elliptic: there "
             "polynomials of higher degrees might fold or tear to come nearer."
         )
-    if found.crs is None and found.base is None:
-        yield f"The map is defined over {region.name} only."
-    elif overlaps(found.projection, region):
+    if found.base is None:
+        yield f"The map is defined over {found.region.name} only."
+    elif overlaps(found.projection, found.region):
         yield "The image of the region covers itself."

@@ -1,17 +1,19 @@
-"""Fits of the least-distorting map of a region: conformal, equal-area, and of any kind."""
+"""Fits of the least-distorting map of a region: conformal, equal-area and general maps, by ascending degrees."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import BoolArray, FloatArray
+from projdist.decisions import Objective
+from projdist.designs.base_maps import BaseNodes, DesignObjective
 from projdist.designs.newton import minimise_energy
-from projdist.designs.plane_maps import ComplexPolynomial, PolynomialMap, Shears
-from projdist.designs.sites import BaseNodes
-from projdist.matrices import Energy
+from projdist.designs.plane_maps import ComplexPolynomial, PlaneMap, PolynomialMap, Shears
+from projdist.matrices import EXPONENT, Energy, principal_scales
 from projdist.numerics import ComplexPolynomials, PlanePolynomials, fit_harmonic, least_squares
 
 _ENOUGH = 1e-13  # relative size of the terms of exp(p) that are left out
@@ -127,11 +129,17 @@ def _sheared(z: Any, columns: Any, angles: FloatArray, coefficients: FloatArray,
     powers = np.arange(1, coefficients.shape[1] + 1)
     c, steps = columns.T, []
     for angle, own in zip(angles, coefficients, strict=True):
-        step = _Step.of(np.exp(-1j * angle), own, powers, z, c)
+        turn = np.exp(-1j * angle)
+        y = (z * turn).imag
+        monomials = np.vander(y, powers.size + 1, increasing=True).T
+        by_y = powers[:, None] * monomials[:-1]
+        bend = own[1:] @ (powers[1:, None] * by_y[:-1]) if own.size > 1 else np.zeros_like(y)
+        step = _Step(turn.conjugate(), monomials, by_y, own @ monomials[1:], own @ by_y, bend, (c * turn).imag)
         z, c = z + step.shift * step.back, c + step.slope * step.along * step.back
         steps.append((step, c))
     rest, sloped = _anisotropy(c)
-    later, slopes = _FollowingSteps.nothing(z.size), []
+    none = np.zeros(z.size, dtype=complex)
+    later, slopes = _FollowingSteps(none + 1.0, none, none, none, none), []  # nothing follows the last
     for (step, moved), chosen in zip(reversed(steps), free[::-1], strict=True):
         by_y, by_slope = sloped(later.second(step.back, moved)), sloped(step.along * later.first(step.back))
         slopes.append(by_y * step.monomials[1:][chosen] + by_slope * step.by_y[chosen])
@@ -153,15 +161,6 @@ class _Step(NamedTuple):
     bend: FloatArray
     along: FloatArray
 
-    @classmethod
-    def of(cls, turn: complex, own: FloatArray, powers: IntArray, z: Any, c: Any) -> _Step:
-        """The shear with coefficients of y, y^2, ... at points z (n,) with columns c (2, n)."""
-        y = (z * turn).imag
-        monomials = np.vander(y, powers.size + 1, increasing=True).T
-        by_y = powers[:, None] * monomials[:-1]
-        bend = own[1:] @ (powers[1:, None] * by_y[:-1]) if own.size > 1 else np.zeros_like(y)
-        return cls(turn.conjugate(), monomials, by_y, own @ monomials[1:], own @ by_y, bend, (c * turn).imag)
-
 
 class _FollowingSteps(NamedTuple):
     """First and second derivatives at points of all steps that follow one, on complex numbers and their conjugates.
@@ -175,12 +174,6 @@ class _FollowingSteps(NamedTuple):
     A: Any
     B: Any
     C: Any
-
-    @classmethod
-    def nothing(cls, count: int) -> _FollowingSteps:
-        """The identity, after the last step."""
-        none = np.zeros(count, dtype=complex)
-        return cls(none + 1.0, none, none, none, none)
 
     def first(self, a: Any) -> Any:
         """The change of the result by a change a."""
@@ -244,3 +237,106 @@ def general_map(nodes: BaseNodes, energy: Energy, degree: int, share: float) -> 
     best = minimise_energy(energy, gradients, weights[counts], nodes.size * plain)
     coefficients = np.hstack([np.zeros((2, 1)), best.place])
     return PolynomialMap(nodes.origin, nodes.size, basis.powers(coefficients))
+
+
+# ---- degree by degree ----------------------------------------------------------------------------
+
+
+SHARES = (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
+"""The surroundings' shares of the energy that are tried until one keeps them whole."""
+
+_LEAST, _LARGEST = 0.5, 2.0  # scales of surroundings that are whole
+_PAYS = 0.01  # relative gain that a degree must bring
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A map of a degree: its figure at the nodes, the surroundings' share of the energy, and its objective."""
+
+    degree: int
+    value: float
+    share: float
+    objective: DesignObjective
+    plane_map: PlaneMap
+    around: tuple[float, float, float]  # smallest and largest scale of the surroundings, and the share that folds
+
+    @property
+    def is_whole_around(self) -> bool:
+        """True if the surroundings do not fold, with scales near 1."""
+        least, largest, folded = self.around
+        return folded == 0.0 and least >= _LEAST and largest <= _LARGEST
+
+
+def stages(nodes: BaseNodes, objective: DesignObjective, share: float | None) -> Iterator[Stage]:
+    """Maps of ascending degrees until some in a row gain too little, or the nodes do not resolve more."""
+    kind, idle, least = objective.kind, 0, np.inf
+    shares: tuple[float, ...] = SHARES if share is None else (share,)
+    for degree in kind.degrees:
+        try:
+            stage = stage_of(nodes, objective, degree, shares)
+        except ValueError:
+            if degree == kind.degrees[0]:
+                raise
+            return
+        yield stage
+        idle = idle + 1 if stage.value > (1.0 - _PAYS) * least else 0
+        if idle == kind.idle:
+            return
+        least, objective = min(least, stage.value), stage.objective
+        shares = tuple(one for one in shares if one >= stage.share)  # finer maps need no smaller share
+
+
+def best_of(found: Sequence[Stage]) -> Stage:
+    """The map after which finer ones gain less than 1 % a degree."""
+    return min(found, key=lambda one: one.value * (1.0 + _PAYS) ** one.degree)
+
+
+def stage_of(nodes: BaseNodes, objective: DesignObjective, degree: int, shares: Sequence[float] = SHARES) -> Stage:
+    """The map of one degree at its best scale, with the first share of the surroundings' energy that keeps them whole.
+
+    Raises ValueError for too few nodes.
+    """
+    inside = nodes.in_region
+    weight = nodes.weight[inside]
+    for share in shares:
+        plane_map, objective = _best_map(nodes, objective, degree, share)
+        J = plane_map.at(nodes.x, nodes.y)[2] @ nodes.J
+        if objective.kind.free_scale:
+            factor = Objective(objective.figure).scale(J[inside], weight)
+            plane_map, J = plane_map.moved(complex(factor), 0j), factor * J
+        stage = Stage(degree, np.nan, share, objective, plane_map, _scales_around(nodes, J))
+        if stage.is_whole_around or not nodes.around.any():
+            break
+    return replace(stage, value=objective.figure(J[inside], weight))
+
+
+def _best_map(
+    nodes: BaseNodes, objective: DesignObjective, degree: int, share: float
+) -> tuple[PlaneMap, DesignObjective]:
+    """The best map, for general maps by the exponentiated energy if the plain one is not elliptic at a node."""
+    if objective.kind.name == "conformal":
+        return conformal_map(nodes, degree, objective.norm, share), objective
+    if objective.kind.name == "equal-area":
+        return equal_area_map(nodes, degree, share), objective
+    plane_map = general_map(nodes, objective.energy, degree, share)
+    if needs_exponent(plane_map.at(nodes.x, nodes.y)[2] @ nodes.J, nodes.weight, objective):
+        objective = replace(objective, exponent=EXPONENT)
+        plane_map = general_map(nodes, objective.energy, degree, share)
+    return plane_map, objective
+
+
+def needs_exponent(J: FloatArray, weight: FloatArray, objective: DesignObjective) -> bool:
+    """True if the energy is not elliptic at a node with weight, so that a finer map could tear there."""
+    counts = weight > 0.0
+    return objective.exponent == 0.0 and not bool(np.all(objective.energy.expansion(J[counts]).is_elliptic()))
+
+
+def _scales_around(nodes: BaseNodes, J: FloatArray) -> tuple[float, float, float]:
+    """Smallest and largest scale of the surroundings, and the share of them that folds."""
+    beside = nodes.around > 0.0
+    if not beside.any():
+        return np.nan, np.nan, np.nan
+    with np.errstate(over="ignore", invalid="ignore"):  # scales of high degrees overflow far outside
+        folds = np.linalg.det(J[beside]) <= 0.0
+    a, b = np.moveaxis(principal_scales(J[beside]), -1, 0)
+    return float(b.min()), float(a.max()), float(nodes.around[beside][folds].sum())

@@ -1,246 +1,194 @@
-"""Maps made to measure: the base to correct, the fits of ascending degrees, and the finished map."""
+"""Maps made to measure: the finished map, measured and compared with others."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from projdist._typing import FloatArray
-from projdist.decisions import (
-    LIMITED,
-    Extent,
-    Objective,
-    best_member,
-    ellipsoid_text,
-    extent_of,
-    least_error,
-    recommend,
-    sensible_families,
-)
-from projdist.designs.answers import Degree, Design, MapFigures, Rival, Surroundings, measure_map
-from projdist.designs.objectives import (
-    DesignObjective,
-    Kind,
-    check_degree,
-    check_extent,
-    check_within,
-    design_objective,
-    exponentiated,
-    get_kind,
-    needs_exponent,
-)
+from projdist.decisions import LIMITED, Extent, least_error, recommend
+from projdist.designs import base_maps
+from projdist.designs.base_maps import SYMMETRIES, BaseNodes, DesignObjective
+from projdist.designs.fits import SHARES, Stage, best_of, stage_of, stages
 from projdist.designs.plane_maps import PlaneMap
-from projdist.designs.sites import (
-    SYMMETRIES,
-    TORN,
-    BaseNodes,
-    base_nodes_of,
-    central_meridian,
-    mirrored,
-    overlaps,
-    smooth_at,
-)
 from projdist.earth import SPHERE, WGS84, Ellipsoid, unit_vectors
-from projdist.field import FIGURES, Nodes, cut_length, jacobian, nodes_at, nodes_of
-from projdist.matrices import log_anisotropy, log_areal_scale, principal_scales
+from projdist.field import Extreme, Nodes, jacobian, nodes_at, nodes_of, sample
 from projdist.projections import (
     AreaOfUse,
     Body,
     DerivedCrs,
     Projection,
-    ProjectionError,
     ProjectionLike,
-    crs_wkt,
     derived_crs,
     geodesic_lengths,
     geodetic_ellipsoid,
     geodetic_of,
     listed_projections,
-    parameters_of,
 )
 from projdist.regions import Cap, Place, RegionLike, check_on_body, get_region
-from projdist.support import check_choice, check_pair, check_text, quoted
-
-_KEPT = 1e-7  # relative error of scales of a map that is conformal or equal-area: 0.1 ppm
-_ROUGH = 1e-3  # share of the region in which rounding may be larger
-
-
-def best_base(kind: Kind, region: Place, objective: DesignObjective, nodes: Nodes, symmetry: str) -> Projection:
-    """The best member of the families of a kind that suit the region; raises ProjectionError."""
-    extent = extent_of(region)
-    if symmetry in ("equator", "both"):
-        return _equatorial(kind, extent, nodes.ellipsoid)
-    scale_matters = objective.figure.is_maximum or not kind.free_scale
-    figure = objective.figure if scale_matters else FIGURES["airy_kavrayskiy_scaled"]
-    sensible = [name for name in sensible_families(extent, nodes.ellipsoid) if name in kind.families]
-    found: list[tuple[float, Projection]] = []
-    for name in sensible or kind.families:
-        if name == "omerc" and symmetry == "meridian":
-            continue
-        try:
-            projection, _ = best_member(name, region, figure, nodes.ellipsoid)
-        except ProjectionError:
-            continue
-        J, _ = nodes.jacobian(projection)
-        smooth = smooth_at(J)
-        J, weight = J[smooth], nodes.weight[smooth]
-        if 1.0 - weight.sum() > TORN or not _keeps(kind, J, weight):
-            continue
-        if cut_length(projection, region) == 0.0 and crs_wkt(projection, name)[0] is not None:
-            found.append((figure(J, weight), projection))
-    if not found:
-        raise ProjectionError(f"Invalid region '{region.name}'. No {kind.name} map of PROJ's shows it whole.")
-    return min(found, key=lambda one: one[0])[1]
-
-
-def _equatorial(kind: Kind, extent: Extent, ellipsoid: Ellipsoid) -> Projection:
-    """An azimuthal map centred on the equator, for maps that are symmetric about it."""
-    name = "stere" if kind.name == "conformal" else "laea"
-    return Projection.from_user_input(f"+proj={name} +lat_0=0 +lon_0={extent.lon:.7g} {ellipsoid_text(ellipsoid)}")
-
-
-def check_whole(base: Projection, region: Place) -> None:
-    """Raise ProjectionError for a base that is cut within the region, which no correction mends."""
-    if cut_length(base, region) > 0.0:
-        raise ProjectionError(f"Invalid base '{base.label}'. It is cut within {region.name}.")
-
-
-def given_base(given: ProjectionLike) -> Projection:
-    """A projection by the PROJ string of the same map; raises ProjectionError if there is none."""
-    projection = Projection.from_user_input(given)
-    text = parameters_of(projection, np.eye(2))
-    if text is None:
-        raise ProjectionError(
-            f"Invalid base '{projection.label}'. It must be a projection with a PROJ string, in metres to the east "
-            "and north."
-        )
-    return Projection.from_user_input(text)
-
-
-def check_keeps(kind: Kind, nodes: BaseNodes) -> None:
-    """Raise ProjectionError for a base that is not of the kind, as the corrected map would not be either."""
-    base = nodes.base
-    if not _keeps(kind, nodes.J, nodes.weight):
-        own = "at scale 1" if kind.name == "equal-area" else "itself"
-        raise ProjectionError(f"Invalid base '{base.label}' for {kind.name} maps. It must be {kind.name} {own}.")
-
-
-def _keeps(kind: Kind, J: FloatArray, weight: FloatArray) -> bool:
-    """True if Jacobians with weights that sum to 1 are of the kind, except for rounding of PROJ, as about a pole.
-
-    Those of conics that are nearly cylindrical are not: they are rounded everywhere.
-    """
-    lost = {"conformal": log_anisotropy, "equal-area": log_areal_scale}.get(kind.name)
-    return lost is None or float(weight[np.abs(lost(J)) > _KEPT].sum()) <= _ROUGH
-
-
-# ---- degree by degree ----------------------------------------------------------------------------
-
-
-SHARES = (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
-"""The surroundings' shares of the energy that are tried until one keeps them whole."""
-
-_LEAST, _LARGEST = 0.5, 2.0  # scales of surroundings that are whole
-_PAYS = 0.01  # relative gain that a degree must bring
+from projdist.support import Answer, check_choice, check_pair, check_text, plain, quoted
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stage:
-    """A map of a degree: its figure at the nodes, the surroundings' share of the energy, and its objective."""
+class Degree:
+    """A degree that was tried: its figure at fixed nodes, and the surroundings' share of the energy."""
 
     degree: int
     value: float
     share: float
-    objective: DesignObjective
-    plane_map: PlaneMap
-    around: tuple[float, float, float]  # smallest and largest scale of the surroundings, and the share that folds
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rival:
+    """A map to compare with, by the same criterion; `gain` is the relative saving of the made map."""
+
+    kind: str
+    name: str
+    projection: Projection
+    value: float
+    error: float
+    gain: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surroundings:
+    """The map around the region: the smallest and the largest scale there, and the share that folds."""
+
+    within_km: float
+    smallest_scale: float
+    largest_scale: float
+    folded: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Design(Answer):
+    """A map made to measure.
+
+    `value` is the figure of `criterion` over the region, measured on the finished map by adaptive cubature, with its
+    `error`. `projection` is that map as PROJ runs it, `crs` its texts. `base` is the map that is corrected, `degrees`
+    the figures of the degrees tried. `limit` is about the least Airy-Kavrayskiy error of any map of the kind, None if
+    unknown; `smallest` and `largest` are the extreme scales in any direction. `overlaps` is True if the image of the
+    region covers itself (None for points); `inverse_error` is the largest round-trip error in metres over the region,
+    infinite where PROJ's inverse fails.
+    """
+
+    region: Place
+    kind: str
+    criterion: str
+    unit: str
+    degree: int
+    balance: float
+    exponent: float
+    base: Projection
+    projection: Projection
+    crs: DerivedCrs
+    value: float
+    error: float
+    airy_kavrayskiy: float
+    limit: float | None
+    smallest: Extreme
+    largest: Extreme
+    overlaps: bool | None
+    surroundings: Surroundings | None
+    inverse_error: float
+    degrees: tuple[Degree, ...]
+    rivals: tuple[Rival, ...]
+    notes: tuple[str, ...] = ()
 
     @property
-    def is_whole_around(self) -> bool:
-        """True if the surroundings do not fold, with scales near 1."""
-        return _is_whole(self.around)
+    def proj(self) -> str:
+        """The PROJ pipeline from degrees to metres."""
+        return self.crs.pipeline
+
+    @property
+    def wkt(self) -> str:
+        """WKT2 of a projected CRS."""
+        return self.crs.wkt
+
+    def _line(self) -> str:
+        figure = f"{self.criterion} {self.value:.4g} ± {self.error:.1g}"
+        return f"{self.kind} map of degree {self.degree} for {self.region.name}: {figure}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON; NaN and infinity become None."""
+        return {
+            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
+            "kind": self.kind,
+            "criterion": self.criterion,
+            "unit": self.unit,
+            "degree": self.degree,
+            "balance": self.balance,
+            "exponent": self.exponent,
+            "base": self.base.definition,
+            "value": plain(self.value),
+            "error_estimate": plain(self.error),
+            "airy_kavrayskiy": plain(self.airy_kavrayskiy),
+            "limit": self.limit,
+            "smallest_scale": _fields(self.smallest._asdict()),
+            "largest_scale": _fields(self.largest._asdict()),
+            "overlaps": self.overlaps,
+            "surroundings": None if self.surroundings is None else _fields(vars(self.surroundings)),
+            "inverse_error": plain(self.inverse_error),
+            "degrees": [_fields(vars(one)) for one in self.degrees],
+            "rivals": [_fields(vars(one)) | {"projection": one.projection.definition} for one in self.rivals],
+            "notes": list(self.notes),
+            "proj": self.proj,
+            "wkt": self.wkt,
+            "wkt_derived": self.crs.wkt_derived,
+        }
+
+    def _table(self) -> list[dict[str, Any]]:
+        """A row a map: this one, and its rivals."""
+        rows = [("made", self.projection.name, self.value, 0.0)]
+        rows += [(one.kind, one.name, one.value, one.gain) for one in self.rivals]
+        return [dict(zip(("map", "name", self.criterion, "gain"), row, strict=True)) for row in rows]
 
 
-def stages(nodes: BaseNodes, kind: Kind, objective: DesignObjective, share: float | None) -> Iterator[Stage]:
-    """Maps of ascending degrees until some in a row gain too little, or the nodes do not resolve more."""
-    idle, least = 0, np.inf
-    shares: tuple[float, ...] = SHARES if share is None else (share,)
-    for degree in kind.degrees:
-        try:
-            stage = stage_of(nodes, kind, objective, degree, shares)
-        except ValueError:
-            if degree == kind.degrees[0]:
-                raise
-            return
-        yield stage
-        idle = idle + 1 if stage.value > (1.0 - _PAYS) * least else 0
-        if idle == kind.idle:
-            return
-        least, objective = min(least, stage.value), stage.objective
-        shares = tuple(one for one in shares if one >= stage.share)  # finer maps need no smaller share
+def _fields(values: dict[str, Any]) -> dict[str, Any]:
+    """Fields for JSON; NaN and infinity become None."""
+    return {name: plain(value) for name, value in values.items()}
 
 
-def best_of(found: Sequence[Stage]) -> Stage:
-    """The map after which finer ones gain less than 1 % a degree."""
-    return min(found, key=lambda one: one.value * (1.0 + _PAYS) ** one.degree)
+# ---- the finished map, measured ------------------------------------------------------------------
 
 
-def stage_of(
-    nodes: BaseNodes, kind: Kind, objective: DesignObjective, degree: int, shares: Sequence[float] = SHARES
-) -> Stage:
-    """The map of one degree, with the first share that keeps the surroundings whole; ValueError for too few nodes."""
-    for share in shares:
-        plane_map, objective = _fitted(nodes, kind, objective, degree, share)
-        J = plane_map.at(nodes.x, nodes.y)[2] @ nodes.J
-        plane_map, J = _scaled(nodes, kind, objective, plane_map, J)
-        around = _scales_around(nodes, J)
-        if not nodes.around.any() or _is_whole(around):
-            break
-    inside = nodes.in_region
-    value = objective.figure(J[inside], nodes.weight[inside])
-    return Stage(degree=degree, value=value, share=share, objective=objective, plane_map=plane_map, around=around)
+_TOLERANCE = 1e-8  # of the cubature
 
 
-def _fitted(
-    nodes: BaseNodes, kind: Kind, objective: DesignObjective, degree: int, share: float
-) -> tuple[PlaneMap, DesignObjective]:
-    """The best map, by the exponentiated energy if the plain one is not elliptic at a node."""
-    plane_map = kind.fit(nodes, degree, share, objective)
-    if kind.name == "any" and needs_exponent(plane_map.at(nodes.x, nodes.y)[2] @ nodes.J, nodes.weight, objective):
-        objective = exponentiated(objective)
-        plane_map = kind.fit(nodes, degree, share, objective)
-    return plane_map, objective
+@dataclass(frozen=True)
+class MapFigures:
+    """The figure of the objective with its error, the Airy-Kavrayskiy error, and the extreme scales."""
+
+    value: float
+    error: float
+    airy_kavrayskiy: float
+    smallest: Extreme
+    largest: Extreme
+    coverage: float
 
 
-def _scaled(
-    nodes: BaseNodes, kind: Kind, objective: DesignObjective, plane_map: PlaneMap, J: FloatArray
-) -> tuple[PlaneMap, FloatArray]:
-    """The map at the best scale for the region."""
-    if not kind.free_scale:
-        return plane_map, J
-    inside = nodes.in_region
-    factor = Objective(objective.figure).scale(J[inside], nodes.weight[inside])
-    return plane_map.moved(complex(factor), 0j), factor * J
-
-
-def _scales_around(nodes: BaseNodes, J: FloatArray) -> tuple[float, float, float]:
-    """Smallest and largest scale of the surroundings, and the share of them that folds."""
-    beside = nodes.around > 0.0
-    if not beside.any():
-        return np.nan, np.nan, np.nan
-    with np.errstate(over="ignore", invalid="ignore"):  # scales of high degrees overflow far outside
-        folds = np.linalg.det(J[beside]) <= 0.0
-    a, b = np.moveaxis(principal_scales(J[beside]), -1, 0)
-    return float(b.min()), float(a.max()), float(nodes.around[beside][folds].sum())
-
-
-def _is_whole(around: tuple[float, float, float]) -> bool:
-    least, largest, folded = around
-    return folded == 0.0 and least >= _LEAST and largest <= _LARGEST
+def measure_map(
+    projection: Projection, region: Place, objective: DesignObjective, *, scaled: bool = False
+) -> MapFigures:
+    """The figures of a projection over a region; with `scaled` at its best scale."""
+    field = sample(projection, region, measures=["a", "b"], tolerance=_TOLERANCE)
+    smallest, largest = field.minimum("b"), field.maximum("a")
+    found = field.airy_kavrayskiy
+    if objective.figure.is_maximum:
+        a, b, in_ppm = largest.value, smallest.value, objective.figure.unit == "ppm"
+        if scaled:
+            factor = 2.0 / (a + b) if in_ppm else 1.0 / np.sqrt(a * b)
+            a, b = factor * a, factor * b
+        value = float(1e6 * max(a - 1.0, 1.0 - b) if in_ppm else max(np.log(a), -np.log(b)))
+        error = max(smallest.error, largest.error) * (1e6 if in_ppm else 1.0)
+    elif objective.figure.name == "airy_kavrayskiy":
+        value, error = (found.scaled if scaled else found.raw), found.error
+    else:
+        value, error = field.figure(objective.figure)
+    return MapFigures(value, error, found.raw, smallest, largest, field.coverage)
 
 
 # ---- the design ----------------------------------------------------------------------------------
@@ -336,42 +284,51 @@ def design(
     >>> round(found.airy_kavrayskiy / (2**0.5 * 0.01 / 192**0.5), 2)
     1.0
     """
-    wanted = get_kind(kind)
-    title = _printable(name)
-    objective = design_objective(wanted, criterion, balance, norm)
-    share = None if _is_auto(background) else check_within("background", background, 0.0, 0.5)
+    objective = base_maps.design_objective(kind, criterion, balance, norm)
+    title = "" if name is None else check_text("name", name).strip()
+    if not title.isprintable():
+        raise ValueError(f"Invalid name {quoted(name)}. It must be one line of text.")
+    share = None if _is_auto(background) else base_maps.check_within("background", background, 0.0, 0.5)
     check_choice("symmetry", symmetric, SYMMETRIES)
     up = None if north is None else check_pair("north", north)
-    given = None if base is None else given_base(base)
+    given = None if base is None else base_maps.given_base(base)
     ellipsoid = given.ellipsoid if given else WGS84
     if datum is not None:
-        ellipsoid = _of_datum(check_text("datum", datum), given)
+        ellipsoid = geodetic_ellipsoid(check_text("datum", datum))
+        if given is not None and not given.ellipsoid.is_close(ellipsoid):
+            raise ValueError(f"Invalid datum '{datum}' for base '{given.label}'. They have different ellipsoids.")
     elif base is not None:
         datum = geodetic_of(Projection.from_user_input(base))
-    chosen = None if _is_auto(degree) else check_degree(degree)
+    chosen = None if _is_auto(degree) else base_maps.check_degree(degree)
     on_progress = progress or (lambda _: None)
     area = get_region(region, ellipsoid.ground)
-    extent = check_extent(area)
+    extent = base_maps.check_extent(area)
     on_progress("nodes")
     nodes = nodes_of(area, ellipsoid, _NODES, edges=True, all_ends=objective.figure.is_maximum)
     on_progress("base")
-    start = given or best_base(wanted, area, objective, nodes, symmetric)
-    base_nodes = mirrored(base_nodes_of(start, nodes, _beside(extent, nodes)), symmetric)
-    check_whole(start, area)
-    check_keeps(wanted, base_nodes)
+    start = given or base_maps.best_base(area, objective, nodes, symmetric)
+    base_nodes = base_maps.mirrored(base_maps.base_nodes_of(start, nodes, _beside(extent, nodes)), symmetric)
+    base_maps.check_whole(start, area)
+    base_maps.check_keeps(objective.kind, base_nodes)
     on_progress("fit")
-    tried = _tried(base_nodes, wanted, objective, chosen, share, area)
+    try:
+        if chosen is None:
+            tried = list(stages(base_nodes, objective, share))
+        else:
+            tried = [stage_of(base_nodes, objective, chosen, SHARES if share is None else (share,))]
+    except ValueError as error:
+        raise ValueError(f"Invalid degree '{chosen or 'auto'}' for region '{area.name}'. {error}") from error
     stage = best_of(tried)
     finished = _turned(stage.plane_map, start, up or _middle(extent, start, symmetric))
-    title = title or f"{area.name}, {_ADJECTIVES[wanted.name]}"
+    title = title or f"{area.name}, {objective.kind.adjective} map"
     crs = derived_crs(start, finished.steps, title, _area_of_use(area, extent, stage), geodetic=datum)
     on_progress("measure")
     made = measure_map(crs.projection, area, objective)
     limit = least_error(area, kind, ellipsoid, _LIMIT_DEGREE) if objective.figure.name in LIMITED else None
-    rivals = tuple(_rivals(area, wanted, objective, start if base is None else None, against, made, on_progress))
+    rivals = tuple(_rivals(area, objective, start if base is None else None, against, made, on_progress))
     return Design(
         region=area,
-        kind=wanted.name,
+        kind=objective.kind.name,
         criterion=objective.figure.name,
         unit=objective.figure.unit,
         degree=stage.degree,
@@ -386,7 +343,7 @@ def design(
         limit=limit,
         smallest=made.smallest,
         largest=made.largest,
-        overlaps=overlaps(crs.projection, area),
+        overlaps=base_maps.overlaps(crs.projection, area),
         surroundings=_around(extent, stage, ellipsoid),
         inverse_error=_inverse_error(crs, base_nodes),
         degrees=tuple(Degree(degree=one.degree, value=one.value, share=one.share) for one in tried),
@@ -395,46 +352,11 @@ def design(
     )
 
 
-_ADJECTIVES = {"any": "least-distorting map", "conformal": "conformal map", "equal-area": "equal-area map"}
 _CUT = 0.9999999  # coverage of a map that shows the region whole
 
 
 def _is_auto(value: Any) -> bool:
     return isinstance(value, str) and value == "auto"
-
-
-def _printable(name: str | None) -> str:
-    """A name in one line; raises ValueError."""
-    text = "" if name is None else check_text("name", name).strip()
-    if text.isprintable():
-        return text
-    raise ValueError(f"Invalid name {quoted(name)}. It must be one line of text.")
-
-
-def _of_datum(datum: str, base: Projection | None) -> Ellipsoid:
-    """The ellipsoid of a geographic CRS; raises ValueError if it is not the base's."""
-    ellipsoid = geodetic_ellipsoid(datum)
-    if base is not None and not base.ellipsoid.is_close(ellipsoid):
-        raise ValueError(f"Invalid datum '{datum}' for base '{base.label}'. They have different ellipsoids.")
-    return ellipsoid
-
-
-def _tried(
-    nodes: BaseNodes,
-    kind: Kind,
-    objective: DesignObjective,
-    degree: int | None,
-    share: float | None,
-    region: Place,
-) -> list[Stage]:
-    """Maps of all degrees that are tried, or of the given one."""
-    try:
-        if degree is None:
-            return list(stages(nodes, kind, objective, share))
-        return [stage_of(nodes, kind, objective, degree, SHARES if share is None else (share,))]
-    except ValueError as error:
-        asked = "auto" if degree is None else degree
-        raise ValueError(f"Invalid degree '{asked}' for region '{region.name}'. {error}") from error
 
 
 def _beside(extent: Extent, nodes: Nodes) -> Nodes | None:
@@ -450,6 +372,7 @@ def _beside(extent: Extent, nodes: Nodes) -> Nodes | None:
 
 
 def _around(extent: Extent, stage: Stage, ellipsoid: Ellipsoid) -> Surroundings | None:
+    """The surroundings of the map; None if there are no nodes in them."""
     smallest, largest, folded = stage.around
     if np.isnan(smallest):
         return None
@@ -473,7 +396,7 @@ def _area_of_use(region: Place, extent: Extent, stage: Stage) -> AreaOfUse:
 def _middle(extent: Extent, base: Projection, symmetry: str) -> tuple[float, float]:
     """The middle of a region on the axis of symmetry; the pole, on Greenwich's meridian, for a region about it."""
     if symmetry in ("meridian", "both"):
-        return central_meridian(base), extent.lat
+        return base_maps.central_meridian(base), extent.lat
     pole = math.copysign(90.0, extent.lat)
     if abs(extent.lat) + 0.5 * extent.radius > 90.0 and np.isfinite(jacobian(base, [0.0], [pole])).all():
         return 0.0, pole
@@ -495,14 +418,12 @@ def _turned(plane_map: PlaneMap, base: Projection, north: tuple[float, float]) -
 def _inverse_error(crs: DerivedCrs, nodes: BaseNodes) -> float:
     """Largest round-trip error of the region's nodes, metres."""
     lon, lat = nodes.lon[nodes.in_region], nodes.lat[nodes.in_region]
-    back = crs.inverse(*crs.projection(lon, lat))
-    missed = geodesic_lengths(nodes.base.ellipsoid, lon, lat, *back)
+    missed = geodesic_lengths(nodes.base.ellipsoid, lon, lat, *crs.inverse(*crs.projection(lon, lat)))
     return float(np.max(np.where(np.isfinite(missed), missed, np.inf)))
 
 
 def _rivals(
     region: Place,
-    kind: Kind,
     objective: DesignObjective,
     member: Projection | None,
     against: Any,
@@ -510,44 +431,28 @@ def _rivals(
     on_progress: Progress,
 ) -> Iterator[Rival]:
     """The best member of the families, and the maps to compare with."""
+
+    def measured(kind: str, name: str, projection: Projection, *, scaled: bool = False) -> Rival:
+        found = measure_map(projection, region, objective, scaled=scaled)
+        gain = 1.0 - made.value / found.value if found.value > 0.0 else 0.0
+        name = name or projection.name
+        return Rival(kind=kind, name=name, projection=projection, value=found.value, error=found.error, gain=gain)
+
     if member is not None:
-        yield _rival("best of the families", "", member, region, objective, made, scaled=kind.free_scale)
+        yield measured("best of the families", "", member, scaled=objective.kind.free_scale)
     for given in listed_projections(against):
-        code = given
+        kind, code = "given", given
         if given == "recommend":
             if not region.area_km2 or region.figure.is_of_another_body:
                 continue
             on_progress("recommend")
-            best = recommend(region, purpose=kind.name, criterion=objective.figure, limit=1).results
+            best = recommend(region, purpose=objective.kind.name, criterion=objective.figure, limit=1).results
             if not best:
                 continue
-            code = best[0].code
-        words = "best existing" if given == "recommend" else "given"
-        name, rival = code if isinstance(code, str) else "", Projection.from_user_input(code)
+            kind, code = "best existing", best[0].code
+        rival = Projection.from_user_input(code)
         check_on_body([rival], Body(region.figure))
-        yield _rival(words, name, rival, region, objective, made)
-
-
-def _rival(
-    kind: str,
-    name: str,
-    projection: Projection,
-    region: Place,
-    objective: DesignObjective,
-    made: MapFigures,
-    *,
-    scaled: bool = False,
-) -> Rival:
-    found = measure_map(projection, region, objective, scaled=scaled)
-    gain = 1.0 - made.value / found.value if found.value > 0.0 else 0.0
-    return Rival(
-        kind=kind,
-        name=name or projection.name,
-        projection=projection,
-        value=found.value,
-        error=found.error,
-        gain=gain,
-    )
+        yield measured(kind, code if isinstance(code, str) else "", rival)
 
 
 def _notes(stage: Stage, made: MapFigures) -> Iterator[str]:

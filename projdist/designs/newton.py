@@ -34,13 +34,23 @@ def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, 
     Far from the minimum, negative curvatures are left out of the Hessian.
     """
     w = weights / weights.sum()
-    C, value = start, _mean(energy, start, gradients, w)
+
+    def jacobians(C: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("rk,nkb->nrb", C, gradients, optimize=True))
+
+    def mean(C: FloatArray) -> float:
+        return float(np.sum(w * energy.value(jacobians(C))))
+
+    C, value = start, mean(start)
     for step in range(_STEPS):
-        expansion = energy.expansion(_jacobians(C, gradients))
+        expansion = energy.expansion(jacobians(C))
         slope = np.einsum("n,nrb,nkb->rk", w, expansion.gradient, gradients, optimize=True).ravel()
-        change = _newton_step(slope, *_bends(expansion, gradients, w)).reshape(C.shape)
+        bends, axes = _curvatures(expansion, gradients, w)
+        steep = bends > _FREE * bends[-1]
+        along = axes[:, steep]
+        change = (-along @ ((along.T @ slope) / bends[steep])).reshape(C.shape)
         gain = -float(np.sum(slope.reshape(C.shape) * change))
-        reached = _line_search(lambda trial: _mean(energy, trial, gradients, w), C, value, change, gain)
+        reached = _line_search(mean, C, value, change, gain)
         if reached is None:
             return EnergyMinimum(C, value, step)
         C, value = reached
@@ -63,37 +73,20 @@ def _line_search(
     return None
 
 
-def _jacobians(C: FloatArray, gradients: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("rk,nkb->nrb", C, gradients, optimize=True))
-
-
-def _mean(energy: Energy, C: FloatArray, gradients: FloatArray, w: FloatArray) -> float:
-    return float(np.sum(w * energy.value(_jacobians(C, gradients))))
-
-
-def _bends(found: Expansion, gradients: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _curvatures(found: Expansion, gradients: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Eigenvalues (2 m,) and eigenvectors of the Hessian, without negative curvatures if it is not positive."""
-    above = _hessian(found, np.maximum(found.curvatures, 0.0), gradients, w)
-    bends, axes = np.linalg.eigh(above - _hessian(found, np.maximum(-found.curvatures, 0.0), gradients, w))
-    if bends[0] < -_FREE * bends[-1]:
-        bends, axes = np.linalg.eigh(above)
-    return bends, axes
 
+    def hessian(curvatures: FloatArray) -> FloatArray:
+        """That of curvatures (n, 4) of at least 0."""
+        point, which = np.nonzero(curvatures)
+        root = np.sqrt(curvatures[point, which] * w[point])
+        scaled = found.directions[point, which] * root[:, None, None]
+        features = np.matmul(scaled, np.swapaxes(gradients, 1, 2)[point]).reshape(len(point), 2 * gradients.shape[1])
+        return np.asarray(features.T @ features)
 
-def _hessian(found: Expansion, curvatures: FloatArray, gradients: FloatArray, w: FloatArray) -> FloatArray:
-    """The Hessian (2 m, 2 m) by the coefficients, from curvatures (n, 4) of at least 0."""
-    point, which = np.nonzero(curvatures)
-    root = np.sqrt(curvatures[point, which] * w[point])
-    scaled = found.directions[point, which] * root[:, None, None]
-    features = np.matmul(scaled, np.swapaxes(gradients, 1, 2)[point]).reshape(len(point), 2 * gradients.shape[1])
-    return np.asarray(features.T @ features)
-
-
-def _newton_step(slope: FloatArray, bends: FloatArray, axes: FloatArray) -> FloatArray:
-    """The step to the minimum of the quadratic, 0 along directions without curvature."""
-    steep = bends > _FREE * bends[-1]
-    along = axes[:, steep]
-    return -along @ ((along.T @ slope) / bends[steep])
+    above = hessian(np.maximum(found.curvatures, 0.0))
+    bends, axes = np.linalg.eigh(above - hessian(np.maximum(-found.curvatures, 0.0)))
+    return (bends, axes) if bends[0] >= -_FREE * bends[-1] else np.linalg.eigh(above)
 
 
 # ---- maps of elements ----------------------------------------------------------------------------
@@ -167,13 +160,20 @@ def minimise_elements(energy: Energy, elements: Elements, start: FloatArray) -> 
 
     If the Hessian is not positive definite, negative curvatures are left out, node by node.
     """
+    from scipy.linalg import solveh_banded  # scipy is slow to load, and few need it
+
     unknowns, value = start, elements.mean(energy, start)
     if not np.isfinite(value):
         raise ValueError("Invalid start of a map. It folds.")
     for step in range(_ELEMENT_STEPS):
         found = energy.expansion(elements.jacobians(unknowns))
         slope = elements.slope(found)
-        change = _element_step(elements, found, slope)
+        try:
+            change = -np.asarray(solveh_banded(elements.hessian(found, projected=False), slope, check_finite=False))
+        except np.linalg.LinAlgError:  # it is not positive definite
+            band = elements.hessian(found, projected=True)
+            band[-1] *= 1.0 + _RIDGE
+            change = -np.asarray(solveh_banded(band, slope, check_finite=False))
         gain = -float(slope @ change)
         if gain <= _ELEMENTS_DONE * value:
             return EnergyMinimum(unknowns, value, step)
@@ -182,14 +182,3 @@ def minimise_elements(energy: Energy, elements: Elements, start: FloatArray) -> 
             return EnergyMinimum(unknowns, value, step)
         unknowns, value = reached
     return EnergyMinimum(unknowns, value, _ELEMENT_STEPS)
-
-
-def _element_step(elements: Elements, found: Expansion, slope: FloatArray) -> FloatArray:
-    from scipy.linalg import solveh_banded  # scipy is slow to load, and few need it
-
-    try:
-        return -np.asarray(solveh_banded(elements.hessian(found, projected=False), slope, check_finite=False))
-    except np.linalg.LinAlgError:  # it is not positive definite
-        band = elements.hessian(found, projected=True)
-        band[-1] *= 1.0 + _RIDGE
-        return -np.asarray(solveh_banded(band, slope, check_finite=False))

@@ -2,12 +2,15 @@
 
 PROJ's horner is a polynomial about an origin, whose values are the new coordinates. Its inverse iterates unless one is
 given. Unless its range is widened it refuses points farther than 500 km.
+
+Each map has `at(x, y)`, the new coordinates (n,) in metres and the Jacobian (n, 2, 2); `moved`, the map followed by
+a similarity of x + i y and a shift; and `steps`, PROJ's operations, one after the other.
 """
 
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import Any, Protocol, Self
+from typing import Any
 
 import numpy as np
 
@@ -18,18 +21,12 @@ from projdist.projections import Projection
 _LIMITS = "+range=1e8 +inv_tolerance=1e-6"  # metres
 
 
-class PlaneMap(Protocol):
-    """A map of plane coordinates in metres."""
-
-    def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """New coordinates x, y (n,) and the Jacobian (n, 2, 2)."""
-
-    def moved(self, similarity: complex, shift: complex) -> Self:
-        """The map followed by a rotation and scaling, and a shift of x + i y."""
-
-    @property
-    def steps(self) -> tuple[str, ...]:
-        """PROJ's operations, one after the other."""
+def _similar(coefficients: FloatArray, similarity: complex, shift: complex) -> FloatArray:
+    """Coefficients (2, d + 1, d + 1) of x and y after a similarity of x + i y."""
+    c, s = similarity.real, similarity.imag
+    found = np.tensordot(np.array([[c, -s], [s, c]]), coefficients, axes=1)
+    found[:, 0, 0] += (shift.real, shift.imag)
+    return found
 
 
 @dataclass(frozen=True)
@@ -43,35 +40,32 @@ class PolynomialMap:
     def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """New coordinates and Jacobians."""
         u, v = (x - self.origin.real) / self.size, (y - self.origin.imag) / self.size
-        polyval, by_u, by_v = np.polynomial.polynomial.polyval2d, _by(self.coefficients, 1), _by(self.coefficients, 2)
-        found = [polyval(u, v, c) for c in self.coefficients]
-        J = np.stack([np.stack([polyval(u, v, c) for c in by], axis=-1) for by in (by_u, by_v)], axis=-1)
-        return found[0], found[1], J / self.size
+        polyval, polyder = np.polynomial.polynomial.polyval2d, np.polynomial.polynomial.polyder
+        new_x, new_y = (polyval(u, v, c) for c in self.coefficients)
+        slopes = (polyder(self.coefficients, axis=axis) for axis in (1, 2))  # by u and by v
+        J = np.stack([np.stack([polyval(u, v, c) for c in slope], axis=-1) for slope in slopes], axis=-1)
+        return new_x, new_y, J / self.size
 
     def moved(self, similarity: complex, shift: complex) -> PolynomialMap:
         """The map followed by a similarity."""
-        c, s = similarity.real, similarity.imag
-        coefficients = np.tensordot(np.array([[c, -s], [s, c]]), self.coefficients, axes=1)
-        coefficients[:, 0, 0] += (shift.real, shift.imag)
-        return replace(self, coefficients=coefficients)
+        return replace(self, coefficients=_similar(self.coefficients, similarity, shift))
 
     @property
     def steps(self) -> tuple[str, ...]:
         """One horner."""
         degree = self.coefficients.shape[1] - 1
         powers = np.add.outer(np.arange(degree + 1), np.arange(degree + 1))
-        c = self.coefficients / self.size**powers
-        u = [c[0, i, j] for j in range(degree + 1) for i in range(degree + 1 - j)]
-        v = [c[1, i, j] for i in range(degree + 1) for j in range(degree + 1 - i)]
-        return (
-            f"+proj=horner +deg={degree} {_LIMITS} +fwd_origin={_listed(self.origin.real, self.origin.imag)} "
-            f"+fwd_u={_listed(*u)} +fwd_v={_listed(*v)}",
-        )
+        u, v = self.coefficients / self.size**powers
+        origin = _listed(self.origin.real, self.origin.imag)
+        return (f"+proj=horner +deg={degree} {_LIMITS} {_horner('fwd', origin, u, v)}",)
 
 
-def _by(coefficients: FloatArray, axis: int) -> FloatArray:
-    """The coefficients of the derivatives by u (axis 1) or v (axis 2)."""
-    return np.asarray(np.polynomial.polynomial.polyder(coefficients, axis=axis), dtype=float)
+def _horner(way: str, origin: str, u: FloatArray, v: FloatArray) -> str:
+    """PROJ's parameters of a polynomial, by the coefficients of x^i y^j, in its two orders."""
+    count = len(u)
+    by_u = [u[i, j] for j in range(count) for i in range(count - j)]
+    by_v = [v[i, j] for i in range(count) for j in range(count - i)]
+    return f"+{way}_origin={origin} +{way}_u={_listed(*by_u)} +{way}_v={_listed(*by_v)}"
 
 
 def _listed(*values: float) -> str:
@@ -172,14 +166,15 @@ def _shear(coefficients: FloatArray) -> str:
     moved, kept = (np.zeros((degree + 1, degree + 1)) for _ in range(2))
     moved[0] = coefficients
     kept[0, 1] = 1.0
-    texts = {}
-    for name, sign in (("fwd", 1.0), ("inv", -1.0)):
+    texts = []
+    for way, sign in (("fwd", 1.0), ("inv", -1.0)):
         c = sign * moved
         c[1, 0] = 1.0
-        u = [c[i, j] for j in range(degree + 1) for i in range(degree + 1 - j)]
-        v = [kept[i, j] for i in range(degree + 1) for j in range(degree + 1 - i)]
-        texts[name] = f"+{name}_origin=0,0 +{name}_u={_listed(*u)} +{name}_v={_listed(*v)}"
-    return f"+proj=horner +deg={degree} +range=1e8 {texts['fwd']} {texts['inv']}"
+        texts.append(_horner(way, "0,0", c, kept))
+    return f"+proj=horner +deg={degree} +range=1e8 {' '.join(texts)}"
+
+
+PlaneMap = PolynomialMap | ComplexPolynomial | Shears
 
 
 # ---- projections as functions --------------------------------------------------------------------
@@ -218,6 +213,10 @@ class Corrected:
         x, y = self.base(lon, lat)
         return self.plane_map.at(x, y)[:2]
 
+    def moved(self, turn: complex, shift: complex) -> Corrected:
+        """The map followed by a rotation and a shift of x + i y."""
+        return Corrected(self.base, self.plane_map.moved(turn, shift))
+
 
 @dataclass(frozen=True, eq=False)
 class BoxPolynomials:
@@ -241,10 +240,7 @@ class BoxPolynomials:
 
     def moved(self, turn: complex, shift: complex) -> BoxPolynomials:
         """The map followed by a rotation and a shift of x + i y."""
-        c, s = turn.real, turn.imag
-        coefficients = np.tensordot(np.array([[c, -s], [s, c]]), self.coefficients, axes=1)
-        coefficients[:, 0, 0] += (shift.real, shift.imag)
-        return BoxPolynomials(self.box, coefficients)
+        return replace(self, coefficients=_similar(self.coefficients, turn, shift))
 
 
 def box_gradients(box: Sides, degree: int, lon: FloatArray, lat: FloatArray, ellipsoid: Ellipsoid) -> FloatArray:

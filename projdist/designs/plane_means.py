@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
+from projdist.designs.base_maps import check_degree
 from projdist.designs.newton import EnergyMinimum, minimise_energy
-from projdist.designs.objectives import check_degree
 from projdist.designs.plane_maps import PolynomialMap
 from projdist.matrices import Energy, check_weights, mdt
 from projdist.numerics import PlanePolynomials
@@ -93,11 +93,11 @@ class PlaneMean(Answer):
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """The map's coordinates."""
-        return self.plane_map.at(*_flat(x, y))[:2]
+        return self.plane_map.at(np.asarray(x, dtype=float), np.asarray(y, dtype=float))[:2]
 
     def jacobian(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         """Derivatives (n, 2, 2) by x and y."""
-        return self.plane_map.at(*_flat(x, y))[2]
+        return self.plane_map.at(np.asarray(x, dtype=float), np.asarray(y, dtype=float))[2]
 
     @property
     def coefficients(self) -> FloatArray:
@@ -230,7 +230,3 @@ def polynomial_mean(x: FloatArray, y: FloatArray, targets: Targets, degree: int)
     turned = (found.at(x, y)[2] @ targets.inverses).reshape(-1, 2, 2)
     turn = common_turn(turned, np.outer(targets.counts, w).ravel())
     return found.moved(turn.conjugate(), 0j)
-
-
-def _flat(x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    return np.asarray(x, dtype=float), np.asarray(y, dtype=float)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -105,19 +105,17 @@ class Cut:
 
 
 def get_cut(given: CutLike) -> Cut:
-    """The cut along a meridian, or from a point through others to the antipode of the first; raises ValueError."""
+    """The cut along a meridian, or from the first of two or more points through the others to its antipode.
+
+    Raises ValueError.
+    """
     if isinstance(given, Cut):
         return given
     if isinstance(given, str) or not isinstance(given, Iterable):
-        lon = check_number("cut", given)
-        if not abs(lon) <= _WHOLE:
+        meridian = check_number("cut", given)
+        if not abs(meridian) <= _WHOLE:
             raise ValueError(f"Invalid cut '{given}'. Its longitude must be within -360 and 360.")
-        return Cut(f"{lon:g}", None, ((lon, 0.0),))
-    return _through(given)
-
-
-def _through(given: Any) -> Cut:
-    """A cut from the first of two or more points (lon, lat) to its antipode."""
+        return Cut(f"{meridian:g}", None, ((meridian, 0.0),))
     try:
         points = np.array(list(given), dtype=float)
     except (TypeError, ValueError) as error:
@@ -314,19 +312,16 @@ class SplineSheet:
             places.append(place)
             signs.append(sign)
             zero.append(none)
-        self._pin(zero)
-        numbers = 2 * np.stack(places) + np.arange(2)[:, None, None]
-        numbers[np.stack(zero)] = -1
-        used = np.unique(numbers[numbers >= 0])
-        return np.where(numbers >= 0, np.searchsorted(used, numbers), -1), np.stack(signs), len(used)
-
-    def _pin(self, zero: list[FloatArray]) -> None:
-        """Sets coefficients to zero, so that the map neither shifts nor rotates."""
+        # The map shall neither shift nor rotate.
         middle = slice(None) if self.has_poles else slice(self.u.count // 2, self.u.count // 2 + 1)
         if not self.across:
             zero[0][0, middle] = zero[0][-1, middle] = True
         if not self.along:
             zero[1][0, middle] = True
+        numbers = 2 * np.stack(places) + np.arange(2)[:, None, None]
+        numbers[np.stack(zero)] = -1
+        used = np.unique(numbers[numbers >= 0])
+        return np.where(numbers >= 0, np.searchsorted(used, numbers), -1), np.stack(signs), len(used)
 
     def unknowns(self, coefficients: FloatArray) -> FloatArray:
         """The unknowns (m,) of coefficients (2, of v, of u) with the symmetry and the shift of the sheet."""

@@ -1,4 +1,4 @@
-"""Maps of the world made to measure, and their triangulation for PROJ's tinshift.
+"""Maps of the world made to measure: what is wanted, the search, and the triangulation for PROJ's tinshift.
 
 https://proj.org/en/stable/operations/transformations/tinshift.html
 """
@@ -9,21 +9,126 @@ import json
 import os
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from projdist._typing import FloatArray, IntArray
-from projdist.answers import summarize
-from projdist.designs.newton import Elements, EnergyMinimum, minimise_elements
-from projdist.designs.spline_sheets import Cut, CutLike, SplineMap, SplineSheet
-from projdist.designs.world_spec import WorldSpec, get_world_spec
-from projdist.earth import SPHERE
+from projdist.answers import Summary, summarize
+from projdist.designs.base_maps import SYMMETRIES
+from projdist.designs.newton import Elements, minimise_elements
+from projdist.designs.spline_sheets import Cut, CutLike, SplineMap, Splines, SplineSheet, get_cut
+from projdist.earth import SPHERE, WGS84
 from projdist.matrices import EXPONENT, Energy
 from projdist.projections import Projection, ProjectionLike, listed_projections
-from projdist.regions import Place, RegionLike
-from projdist.support import Answer, check_number, check_path, check_whole_number, plain, replacing
+from projdist.regions import Box, Place, PointSet, RegionLike, get_region
+from projdist.support import Answer, check_choice, check_number, check_path, check_whole_number, plain, replacing
+
+# ---- what is wanted ------------------------------------------------------------------------------
+
+
+WORLD_SYMMETRIES = ("auto", *SYMMETRIES)
+
+_DEGREE = 3
+_GRADED, _GRADED_FOR_PARTS = 3.0, 2.0  # powers of the distance from a pole, by which cells are finer there
+_POINTS = 4  # Gauss points of a cell, either way
+_LEAST_ELSEWHERE = 1e-4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WorldSpec:
+    """The map that is wanted: `region` is None for the whole map, `area` is what is measured."""
+
+    region: Place | None
+    area: Place
+    cut: Cut
+    elsewhere: float
+    until: float
+    symmetric: str
+    energy: Energy
+
+    @property
+    def name(self) -> str:
+        """The name of the map."""
+        made_for = "World map" if self.region is None else f"World map for {self.region.name}"
+        return f"{made_for}, cut at {self.cut.name}"
+
+    def sheet(self, cells: int) -> SplineSheet:
+        """Splines on cells that are finer toward poles."""
+        across = np.linspace(-np.pi, np.pi, cells + 1)
+        t = np.linspace(-1.0, 1.0, cells + 1)
+        power = 1.0 if self.until < 90.0 else _GRADED if self.region is None else _GRADED_FOR_PARTS
+        along = np.radians(self.until) * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** power)
+        mirrors = (self.symmetric in (axis, "both") for axis in ("meridian", "equator"))
+        return SplineSheet(self.cut, Splines(across, _DEGREE), Splines(along, _DEGREE), *mirrors)
+
+    def weights(self, sheet: SplineSheet, share: float) -> FloatArray:
+        """Weights of the sheet's nodes, (spans of v, spans of u, points v, points u)."""
+        u, v, area = sheet.nodes(_POINTS)
+        if self.region is None:
+            return area
+        if isinstance(self.region, PointSet):
+            return share * area / area.sum() + _counted(self.region, sheet)
+        return area * np.where(self.region.contains(*self.cut.rolled(u, v)), 1.0, share)
+
+
+def get_world_spec(
+    region: RegionLike | None, cut: CutLike, elsewhere: float, until: float, symmetric: str, exponent: float
+) -> WorldSpec:
+    """The checked specification; raises ValueError."""
+    where, end = get_cut(cut), _within("end", until, 10.0, 90.0)
+    chosen = None if region is None else get_region(region, WGS84)
+    mirrors = check_choice("symmetry", symmetric, WORLD_SYMMETRIES)
+    if mirrors == "auto":
+        mirrors = "both" if chosen is None and where.is_straight else "none"
+    if mirrors != "none" and not where.is_straight:
+        raise ValueError(f"Invalid symmetry '{mirrors}' for the cut '{where.name}'. Where it is bent there is none.")
+    if end < 90.0 and where.frame is not None and chosen is None:
+        raise ValueError(
+            f"Invalid end '{until}' for the cut '{where.name}'. A map that ends needs a meridian or a region."
+        )
+    everything = get_region("globe") if end == 90.0 else Box(-180.0, -end, 180.0, end)
+    return WorldSpec(
+        region=chosen,
+        area=everything if chosen is None else chosen,
+        cut=where,
+        elsewhere=_within("weight elsewhere", elsewhere, _LEAST_ELSEWHERE, 1.0),
+        until=end,
+        symmetric=mirrors,
+        energy=Energy(exponent=_within("exponent", exponent, 0.0, 1.0)),
+    )
+
+
+def _within(thing: str, value: float, low: float, high: float) -> float:
+    """A number within limits; raises ValueError."""
+    number = check_number(thing, value)
+    if not low <= number <= high:
+        raise ValueError(f"Invalid {thing} '{value}'. It must be within {low:g} and {high:g}.")
+    return number
+
+
+def _counted(points: PointSet, sheet: SplineSheet) -> FloatArray:
+    """The points' weights, which sum to 1, each at the nearest node in its cell of the sheet."""
+    u, v = sheet.cut.unrolled(points.lon, points.lat)
+    shown = np.abs(v) <= sheet.v.breaks[-1]
+    (column, i), (row, j) = _nearest(sheet.u.breaks, u[shown]), _nearest(sheet.v.breaks, v[shown])
+    counted = np.zeros((len(sheet.v.breaks) - 1, len(sheet.u.breaks) - 1, _POINTS, _POINTS))
+    np.add.at(counted, (row, column, j, i), points.weight[shown])
+    if not counted.any():
+        raise ValueError(f"Invalid region '{points.name}'. Nothing of it is on the map.")
+    return counted / counted.sum()
+
+
+def _nearest(breaks: FloatArray, t: FloatArray) -> tuple[IntArray, IntArray]:
+    """The span of each t, and the nearest of its Gauss points."""
+    span = np.clip(np.searchsorted(breaks, t, side="right") - 1, 0, len(breaks) - 2)
+    nodes = np.polynomial.legendre.leggauss(_POINTS)[0]
+    share = 2.0 * (t - breaks[span]) / (breaks[span + 1] - breaks[span]) - 1.0
+    return span, np.searchsorted(0.5 * (nodes[1:] + nodes[:-1]), share)
+
+
+# ---- triangulation -------------------------------------------------------------------------------
+
 
 _ROUNDING = 1e-9  # of a step, and of degrees
 _BEYOND = 1e-13  # of a latitude, beyond the poles: PROJ may miss triangles with a pole on their edge
@@ -62,15 +167,6 @@ def triangulation(given: SplineMap, name: str, step: float) -> dict[str, Any]:
         "vertices": np.concatenate(vertices).tolist(),
         "triangles": np.concatenate(found).tolist(),
     }
-
-
-def pipeline_with(path: Path, given: SplineMap) -> str:
-    """PROJ's operation from degrees to metres that reads the file."""
-    shift = f'+proj=tinshift +file="{path}"' if " " in str(path) else f"+proj=tinshift +file={path}"
-    if given.cut.frame is None:
-        return shift
-    to_radians, to_degrees = (f"+proj=unitconvert +xy_in={a} +xy_out={b}" for a, b in (("deg", "rad"), ("rad", "deg")))
-    return f"+proj=pipeline +step {to_radians} +step {given.cut.frame.step} +step {to_degrees} +step {shift}"
 
 
 def _divided(breaks: FloatArray, step: float) -> FloatArray:
@@ -121,10 +217,6 @@ class Refinement:
     airy_kavrayskiy: float
     steps: int
 
-    def to_dict(self) -> dict[str, Any]:
-        """The fields by name."""
-        return asdict(self)
-
 
 @dataclass(frozen=True)
 class Standing:
@@ -135,10 +227,6 @@ class Standing:
     error_estimate: float
     over_globe: float
     coverage: float
-
-    def to_dict(self) -> dict[str, Any]:
-        """The fields by name."""
-        return {name: plain(value) for name, value in asdict(self).items()}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -210,7 +298,13 @@ class WorldMap(Answer):
 
     def pipeline(self, path: str | os.PathLike[str]) -> str:
         """PROJ's operation from degrees to metres that reads a file of `write_tinshift`."""
-        return pipeline_with(Path(path), self.sheet)
+        shift = f'+proj=tinshift +file="{path}"' if " " in str(path) else f"+proj=tinshift +file={path}"
+        if self.cut.frame is None:
+            return shift
+        to_radians, to_degrees = (
+            f"+proj=unitconvert +xy_in={a} +xy_out={b}" for a, b in (("deg", "rad"), ("rad", "deg"))
+        )
+        return f"+proj=pipeline +step {to_radians} +step {self.cut.frame.step} +step {to_degrees} +step {shift}"
 
     def _line(self) -> str:
         return f"{self.projection.name}: AK {self.airy_kavrayskiy:.4g} ± {self.error_estimate:.1g}"
@@ -230,8 +324,8 @@ class WorldMap(Answer):
             "over_globe": plain(self.over_globe),
             "coverage": self.coverage,
             "mirrored": self.mirrored,
-            "refinements": [one.to_dict() for one in self.refinements],
-            "standings": [one.to_dict() for one in self.standings],
+            "refinements": [asdict(one) for one in self.refinements],
+            "standings": [{name: plain(value) for name, value in asdict(one).items()} for one in self.standings],
         }
 
     def _table(self) -> list[dict[str, Any]]:
@@ -311,7 +405,38 @@ def world_map(
     others = listed_projections(against)
     function, refinements = _refined(spec, finest, progress)
     projection = Projection(spec.name, spec.name, SPHERE, function)
-    return _measured(spec, projection, refinements, others)
+    own = summarize(projection, spec.area, tolerance=_TOLERANCE)
+    return WorldMap(
+        projection=projection,
+        region=spec.area,
+        cut=spec.cut,
+        elsewhere=1.0 if spec.region is None else spec.elsewhere,
+        until=spec.until,
+        symmetric=spec.symmetric,
+        exponent=spec.energy.exponent,
+        airy_kavrayskiy=own.airy_kavrayskiy_scaled,
+        error_estimate=own.error_estimate,
+        over_globe=_over_globe(own, spec),
+        coverage=own.coverage,
+        mirrored=own.mirrored,
+        refinements=refinements,
+        standings=tuple(sorted((_standing(one, spec) for one in others), key=lambda one: one.airy_kavrayskiy)),
+    )
+
+
+def _standing(given: ProjectionLike, spec: WorldSpec) -> Standing:
+    found = summarize(given, spec.area, tolerance=_TOLERANCE)
+    name, figure = found.projection.name, found.airy_kavrayskiy_scaled
+    return Standing(name, figure, found.error_estimate, _over_globe(found, spec), found.coverage)
+
+
+def _over_globe(found: Summary, spec: WorldSpec) -> float:
+    """The error of a measured map over the whole Earth; NaN for maps that do not show it."""
+    if spec.until < 90.0:
+        return float("nan")
+    if spec.region is None:
+        return found.airy_kavrayskiy_scaled
+    return summarize(found.projection, "globe", tolerance=_TOLERANCE_OF_GLOBE).airy_kavrayskiy_scaled
 
 
 # ---- the search -----------------------------------------------------------------------------
@@ -326,56 +451,36 @@ def _refined(
             f"Invalid region '{spec.area.name}'. It is too small for a map of the world of {finest} cells, "
             "or is not on it."
         )
+    sizes = [finest]  # meshes that double their cells, the finest last
+    while sizes[0] % 4 == 0 and sizes[0] > _COARSEST:
+        sizes.insert(0, sizes[0] // 2)
     best: SplineMap | None = None
     found = []
-    sizes = _sizes(finest)
     for k, cells in enumerate(sizes):
         if progress is not None:
             progress(sum(one * one for one in sizes[:k]), sum(one * one for one in sizes))
         sheet = spec.sheet(cells)
         elements = sheet.elements(spec.weights(sheet, spec.elsewhere))
-        solution = minimise_elements(spec.energy, elements, _start(sheet, spec.energy, elements, best))
-        best = sheet.map(solution.place)
-        found.append(_refinement(cells, elements, solution))
+        place, energy, steps = minimise_elements(spec.energy, elements, _start(sheet, spec.energy, elements, best))
+        best = sheet.map(place)
+        error = np.sqrt(elements.mean(Energy(), place))
+        found.append(Refinement(cells, elements.count, float(np.sqrt(energy)), float(error), steps))
     assert best is not None
     inside = sheet.elements(spec.weights(sheet, 0.0)).weights.ravel()
-    log_area = float(inside @ np.log(np.linalg.det(elements.jacobians(solution.place))))
+    log_area = float(inside @ np.log(np.linalg.det(elements.jacobians(place))))
     return _placed(best, SPHERE.a * np.exp(-0.5 * log_area)), tuple(found)
-
-
-def _sizes(finest: int) -> list[int]:
-    """Meshes that double their cells, the finest last."""
-    sizes = [finest]
-    while sizes[0] % 4 == 0 and sizes[0] > _COARSEST:
-        sizes.insert(0, sizes[0] // 2)
-    return sizes
 
 
 def _start(sheet: SplineSheet, energy: Energy, elements: Elements, coarse: SplineMap | None) -> FloatArray:
     """Unknowns of a map that does not fold at a node: the coarser mesh's best, mixed with Hammer's map if needed."""
     u, v = np.meshgrid(sheet.u.middles, sheet.v.middles)
-    usual = sheet.interpolated(*_hammer(u, v))
-    if coarse is None:
-        return usual
-    best = sheet.interpolated(*(z.reshape(u.shape) for z in coarse.on_sheet(u.ravel(), v.ravel())))
-    mixed = (share * best + (1.0 - share) * usual for share in _BLENDS)
-    return next(one for one in mixed if np.isfinite(elements.mean(energy, one)))
-
-
-def _hammer(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Hammer's map, whose poles are points."""
     scale = np.sqrt(2.0 / (1.0 + np.cos(v) * np.cos(0.5 * u)))
-    return 2.0 * scale * np.cos(v) * np.sin(0.5 * u), scale * np.sin(v)
-
-
-def _refinement(cells: int, elements: Elements, solution: EnergyMinimum) -> Refinement:
-    return Refinement(
-        cells=cells,
-        unknowns=elements.count,
-        energy=float(np.sqrt(solution.energy)),
-        airy_kavrayskiy=float(np.sqrt(elements.mean(Energy(), solution.place))),
-        steps=solution.steps,
-    )
+    hammer = sheet.interpolated(2.0 * scale * np.cos(v) * np.sin(0.5 * u), scale * np.sin(v))  # its poles are points
+    if coarse is None:
+        return hammer
+    best = sheet.interpolated(*(z.reshape(u.shape) for z in coarse.on_sheet(u.ravel(), v.ravel())))
+    mixed = (share * best + (1.0 - share) * hammer for share in _BLENDS)
+    return next(one for one in mixed if np.isfinite(elements.mean(energy, one)))
 
 
 def _placed(found: SplineMap, scale: float) -> SplineMap:
@@ -388,45 +493,3 @@ def _placed(found: SplineMap, scale: float) -> SplineMap:
     north = complex(x[1] - x[0], y[1] - y[0])
     turn = scale * 1j * abs(north) / north
     return found.moved(turn, -turn * complex(*(z[0] for z in found.on_sheet(middle, middle))))
-
-
-# ---- figures --------------------------------------------------------------------------------
-
-
-def _measured(
-    spec: WorldSpec, projection: Projection, refinements: tuple[Refinement, ...], others: list[Any]
-) -> WorldMap:
-    """The finished map with its figures, and other maps."""
-    own = summarize(projection, spec.area, tolerance=_TOLERANCE)
-    return WorldMap(
-        projection=projection,
-        region=spec.area,
-        cut=spec.cut,
-        elsewhere=1.0 if spec.region is None else spec.elsewhere,
-        until=spec.until,
-        symmetric=spec.symmetric,
-        exponent=spec.energy.exponent,
-        airy_kavrayskiy=own.airy_kavrayskiy_scaled,
-        error_estimate=own.error_estimate,
-        over_globe=_over_globe(projection, spec, own.airy_kavrayskiy_scaled),
-        coverage=own.coverage,
-        mirrored=own.mirrored,
-        refinements=refinements,
-        standings=tuple(sorted((_standing(one, spec) for one in others), key=lambda one: one.airy_kavrayskiy)),
-    )
-
-
-def _standing(given: ProjectionLike, spec: WorldSpec) -> Standing:
-    found = summarize(given, spec.area, tolerance=_TOLERANCE)
-    figure = found.airy_kavrayskiy_scaled
-    over_globe = _over_globe(found.projection, spec, figure)
-    return Standing(found.projection.name, figure, found.error_estimate, over_globe, found.coverage)
-
-
-def _over_globe(projection: Projection, spec: WorldSpec, over_area: float) -> float:
-    """The error over the whole Earth; NaN for maps that do not show it."""
-    if spec.until < 90.0:
-        return float("nan")
-    if spec.region is None:
-        return over_area
-    return summarize(projection, "globe", tolerance=_TOLERANCE_OF_GLOBE).airy_kavrayskiy_scaled

@@ -5,8 +5,8 @@ import pytest
 from scipy import optimize
 
 from projdist.designs import fits
+from projdist.designs.base_maps import base_nodes_of
 from projdist.designs.fits import _independent, _sheared, equal_area_map
-from projdist.designs.sites import base_nodes_of
 from projdist.earth import WGS84
 from projdist.field import nodes_of
 from projdist.projections import Projection

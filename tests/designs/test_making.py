@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pyproj
@@ -15,15 +16,15 @@ import shapely
 from tables import each
 
 import projdist
-from projdist import FIGURES, Projection, ProjectionError, design, summarize
-from projdist.designs import fits, making
-from projdist.designs.answers import measure_map
-from projdist.designs.making import Stage, _inverse_error, best_of, stage_of, stages
-from projdist.designs.objectives import DesignObjective, design_objective, exponentiated, get_kind, needs_exponent
+from projdist import Projection, ProjectionError, design, summarize
+from projdist.designs import base_maps, fits
+from projdist.designs.base_maps import BaseNodes, DesignObjective, design_objective
+from projdist.designs.fits import Stage, best_of, needs_exponent, stage_of, stages
+from projdist.designs.making import _inverse_error, measure_map
 from projdist.designs.plane_maps import ComplexPolynomial
-from projdist.designs.sites import BaseNodes
 from projdist.earth import SPHERE, WGS84, destination
 from projdist.field import nodes_of
+from projdist.matrices import EXPONENT
 from projdist.regions import get_region
 
 SPHERICAL = "+proj={} +lat_0={} +lon_0={} +R=6371008.7714"
@@ -302,7 +303,7 @@ def test_regions_around_a_pole(region: str, kind: str, criterion: str, polar: st
     plain = measure_map(
         Projection.from_user_input(f"+proj={polar} +lat_0={pole:g} +ellps=WGS84"),
         get_region(region),
-        design_objective(get_kind(kind), criterion, 0.5, None),
+        design_objective(kind, criterion),
         scaled=kind != "equal-area",
     )
     assert found.value <= plain.value * (1.0 + 1e-6)
@@ -381,10 +382,9 @@ def test_scales_beyond_all_numbers(capfd: pytest.CaptureFixture[str]) -> None:
 def test_the_degree_is_that_after_which_none_pays() -> None:
     """Where the last degree is worse than one before, as its surroundings need more, the best one is taken."""
     values = (3.3, 3.0, 3.3)
-    around, kind = (1.0, 1.0, 0.0), get_kind("conformal")
     plane_map = ComplexPolynomial(0j, 1.0, np.array([0.0, 1.0]))
-    objective = design_objective(kind, "airy_kavrayskiy", 0.5, None)
-    same = {"share": 0.0, "objective": objective, "plane_map": plane_map, "around": around}
+    objective = design_objective("conformal", "airy_kavrayskiy")
+    same = {"share": 0.0, "objective": objective, "plane_map": plane_map, "around": (1.0, 1.0, 0.0)}
     tried = [Stage(degree=degree, value=value, **same) for degree, value in enumerate(values, 8)]
     assert best_of(tried).degree == 9
     # A gain of 5 % at the fourth degree pays for three that gain nothing, whatever the next ones gain.
@@ -394,16 +394,22 @@ def test_the_degree_is_that_after_which_none_pays() -> None:
     assert best_of(late).degree == 4
 
 
-def test_areas_beyond_numbers_fold_in_silence() -> None:
+def at_own_scale(**words: Any) -> DesignObjective:
+    """The objective of conformal maps that stay as they are fitted."""
+    objective = design_objective("conformal", "airy_kavrayskiy")
+    return replace(objective, kind=replace(objective.kind, free_scale=False, **words))
+
+
+def test_areas_beyond_numbers_fold_in_silence(monkeypatch: pytest.MonkeyPatch) -> None:
     """Beside a region maps of high degrees have scales whose square is no number: z + 5e59 z^2 at 1e100."""
     z = ComplexPolynomial(0j, 1.0, np.array([0.0, 1.0, 5e59]))
-    kind = replace(get_kind("conformal"), fit=lambda *_: z, free_scale=False)
+    monkeypatch.setattr(fits, "conformal_map", lambda *_: z)
     x, inside = np.array([0.0, 1e-70, 1e100]), np.array([0.5, 0.5, 0.0])
     J = np.tile(np.eye(2), (3, 1, 1))
     base = Projection.from_user_input(SPHERICAL.format("stere", 0, 0))
     none, around = np.zeros(3), np.array([0.0, 0.0, 1.0])
     base_nodes = BaseNodes(base=base, lon=none, lat=none, weight=inside, around=around, x=x, y=none, J=J)
-    found = stage_of(base_nodes, kind, design_objective(kind, "airy_kavrayskiy", 0.5, None), 2)
+    found = stage_of(base_nodes, at_own_scale(), 2)
     assert found.around[:2] == pytest.approx((1e160, 1e160))
     assert found.value < 1e-9
     assert found.share > 0.0  # whatever share keeps them whole, it is not the first
@@ -412,16 +418,18 @@ def test_areas_beyond_numbers_fold_in_silence() -> None:
 class Slopes:
     """Maps of a base_nodes of three nodes, the last one beside the region, that enlarge either by what is given."""
 
-    def __init__(self, inside: Callable[[int], float], beside: Callable[[float], float]) -> None:
+    def __init__(
+        self, monkeypatch: pytest.MonkeyPatch, inside: Callable[[int], float], beside: Callable[[float], float]
+    ) -> None:
         self.inside, self.beside = inside, beside
         base = Projection.from_user_input(SPHERICAL.format("stere", 0, 0))
         x, none, J = np.array([0.0, 0.0, 1.0]), np.zeros(3), np.tile(np.eye(2), (3, 1, 1))
         weight, around = np.array([0.5, 0.5, 0.0]), np.array([0.0, 0.0, 1.0])
         self.nodes = BaseNodes(base=base, lon=none, lat=none, weight=weight, around=around, x=x, y=none, J=J)
-        self.kind = replace(get_kind("conformal"), fit=self.fit, free_scale=False, degrees=tuple(range(1, 13)), idle=3)
-        self.objective = design_objective(self.kind, "airy_kavrayskiy", 0.5, None)
+        self.objective = at_own_scale(idle=3)
+        monkeypatch.setattr(fits, "conformal_map", self.fit)
 
-    def fit(self, _: BaseNodes, degree: int, share: float, __: DesignObjective) -> ComplexPolynomial:
+    def fit(self, _: BaseNodes, degree: int, __: float, share: float) -> ComplexPolynomial:
         """z f' + (g' - f') z^2 / 2."""
         one, other = self.inside(degree), self.beside(share)
         return ComplexPolynomial(0j, 1.0, np.array([0.0, one, 0.5 * (other - one)]))
@@ -435,10 +443,12 @@ class Slopes:
         (lambda _: 1.9, 0.0),
     ],
 )
-def test_surroundings_get_the_least_share_that_keeps_them_whole(beside: Callable[[float], float], share: float) -> None:
+def test_surroundings_get_the_least_share_that_keeps_them_whole(
+    monkeypatch: pytest.MonkeyPatch, beside: Callable[[float], float], share: float
+) -> None:
     """Scales there are within 1/2 and 2 then."""
-    maps = Slopes(lambda _: 1.0, beside)
-    found = stage_of(maps.nodes, maps.kind, maps.objective, 2)
+    maps = Slopes(monkeypatch, lambda _: 1.0, beside)
+    found = stage_of(maps.nodes, maps.objective, 2)
     assert found.share == share
     assert found.around == pytest.approx((beside(share), beside(share), 0.0))
 
@@ -451,25 +461,27 @@ def test_surroundings_get_the_least_share_that_keeps_them_whole(beside: Callable
         ((1.0, 0.98, 0.96, 0.94, 0.92), 5),
     ],
 )
-def test_degrees_are_tried_until_three_in_a_row_do_not_pay(errors: tuple[float, ...], tried: int) -> None:
+def test_degrees_are_tried_until_three_in_a_row_do_not_pay(
+    monkeypatch: pytest.MonkeyPatch, errors: tuple[float, ...], tried: int
+) -> None:
     """Each of which gains less than 1 % of the least so far."""
-    maps = Slopes(lambda degree: math.exp(errors[degree - 1]), lambda _: 1.0)
-    kind = replace(maps.kind, degrees=tuple(range(1, len(errors) + 1)))
-    found = [one.degree for one in stages(maps.nodes, kind, maps.objective, 0.0)]
+    maps = Slopes(monkeypatch, lambda degree: math.exp(errors[degree - 1]), lambda _: 1.0)
+    objective = at_own_scale(idle=3, degrees=range(1, len(errors) + 1))
+    found = [one.degree for one in stages(maps.nodes, objective, 0.0)]
     assert found == list(range(1, tried + 1))
 
 
 def test_energies_that_are_not_elliptic_at_a_node_that_counts() -> None:
     """ln^2 a bends down along a where a is above e, and nowhere near 1."""
-    J, objective = np.array([np.eye(2), 3.0 * np.eye(2)]), DesignObjective(FIGURES["airy_kavrayskiy"])
+    J, objective = np.array([np.eye(2), 3.0 * np.eye(2)]), design_objective("any", "airy_kavrayskiy")
     assert needs_exponent(J, np.array([0.5, 0.5]), objective)
     assert not needs_exponent(J, np.array([1.0, 0.0]), objective)
-    assert not needs_exponent(J, np.array([0.5, 0.5]), exponentiated(objective))
+    assert not needs_exponent(J, np.array([0.5, 0.5]), replace(objective, exponent=EXPONENT))
 
 
-def test_how_far_points_miss_themselves_there_and_back() -> None:
+def test_how_far_points_miss_themselves_there_and_back(monkeypatch: pytest.MonkeyPatch) -> None:
     """The worst of all nodes of the region, on the ground; those beside it do not count."""
-    maps = Slopes(lambda _: 1.0, lambda _: 1.0)
+    maps = Slopes(monkeypatch, lambda _: 1.0, lambda _: 1.0)
     base_nodes = replace(maps.nodes, lon=np.array([10.0, 11.0, 12.0]), lat=np.full(3, 50.0))
     missed = np.array([0.0, 1e-7, 1.0])
 
@@ -491,10 +503,10 @@ def test_the_base_is_the_best_of_the_families(monkeypatch: pytest.MonkeyPatch) -
         "omerc": "+proj=omerc +lat_0=50 +lonc=10 +alpha=40",
     }
     projections = {name: Projection.from_user_input(f"{text} +ellps=WGS84") for name, text in members.items()}
-    monkeypatch.setattr(making, "best_member", lambda name, *_: (projections[name], {}))
-    kind, region = get_kind("conformal"), projdist.get_region("cap:10,50,800")
-    objective = design_objective(kind, "airy_kavrayskiy", 0.5, None)
-    found = making.best_base(kind, region, objective, nodes_of(region, WGS84, 300), "none")
+    monkeypatch.setattr(base_maps, "best_member", lambda name, *_: (projections[name], {}))
+    region = projdist.get_region("cap:10,50,800")
+    objective = design_objective("conformal", "airy_kavrayskiy")
+    found = base_maps.best_base(region, objective, nodes_of(region, WGS84, 300), "none")
     assert found is projections["stere"]
 
 
@@ -502,7 +514,7 @@ def test_the_base_is_the_best_of_the_families(monkeypatch: pytest.MonkeyPatch) -
 def test_the_largest_error_of_scales(k: float) -> None:
     """Gauss's map of a sphere has k / cos(longitude) on the equator, which is the largest; the best scale halves it."""
     projection = Projection.from_user_input(f"+proj=tmerc +k_0={k} {SPHERICAL.split()[-1]}")
-    region, kind, a = projdist.get_region("box:-3,0,3,10"), get_kind("conformal"), k / math.cos(math.radians(3.0))
+    region, a = projdist.get_region("box:-3,0,3,10"), k / math.cos(math.radians(3.0))
     truth = {
         ("max_scale_error_ppm", False): 1e6 * max(a - 1.0, 1.0 - k),
         ("max_scale_error_ppm", True): 1e6 * (a - k) / (a + k),
@@ -510,7 +522,7 @@ def test_the_largest_error_of_scales(k: float) -> None:
         ("max_log_scale", True): 0.5 * math.log(a / k),
     }
     for (name, scaled), value in truth.items():
-        found = measure_map(projection, region, design_objective(kind, name, 0.5, None), scaled=scaled)
+        found = measure_map(projection, region, design_objective("conformal", name), scaled=scaled)
         assert found.value == pytest.approx(value, rel=1e-5)
 
 
@@ -633,7 +645,7 @@ def test_what_leaves_the_elliptic_range_is_told() -> None:
 )
 def test_published_conformal_maps(published: str, region: str, degree: int, base: str, ppm: float) -> None:
     """Snyder's and Reilly's polynomials have so many ppm to either side over land; at their degree less is possible."""
-    objective = design_objective(get_kind("conformal"), "max_log_scale", 0.5, None)
+    objective = design_objective("conformal", "max_log_scale")
     theirs = measure_map(
         Projection.from_user_input(f"+proj={published}"), projdist.get_region(region), objective, scaled=True
     )

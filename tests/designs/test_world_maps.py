@@ -13,7 +13,7 @@ from tables import each
 import projdist
 from projdist.designs import WorldMap, world_map
 from projdist.designs.spline_sheets import get_cut
-from projdist.designs.world_spec import get_world_spec
+from projdist.designs.world_maps import get_world_spec
 
 PACIFIC = [(-180.0, -70.0), (-172.0, 37.0)]
 BENT = [(-169.0, -90.0), (-169.0, 60.0), (-150.0, 75.0)]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from projdist.designs.sites import base_nodes_of
+from projdist.designs.base_maps import base_nodes_of
 from projdist.earth import WGS84
 from projdist.field import nodes_at
 from projdist.projections import Projection
