@@ -13,7 +13,8 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterable, Iterator, MutableMapping, Sequence
+from collections import UserDict
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields, is_dataclass
 from importlib import import_module
 from typing import Annotated, Any, get_type_hints
@@ -40,20 +41,6 @@ def _one_line(command: str) -> Iterator[None]:
     except _UsageError as error:
         message = error.format_message() if hasattr(error, "format_message") else str(error)
         refuse(f"{message}{'' if message.endswith(('.', '?')) else '.'} See '{command} --help'.", error)
-
-
-class Commands(TyperGroup):
-    """The group of all commands."""
-
-    def make_context(self, info_name: str | None, args: list[str], *others: Any, **extra: Any) -> Any:
-        """Parse the options before the command."""
-        with _one_line("projdist"):
-            return super().make_context(info_name, args, *others, **extra)
-
-    def invoke(self, ctx: Any) -> Any:
-        """Parse and run the command."""
-        with _one_line("projdist"):
-            return super().invoke(ctx)
 
 
 class Command(TyperCommand):
@@ -84,15 +71,21 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words after the command's name."""
         options = [name for parameter in self.params for name in parameter.opts if name.startswith("-")]
-        words = _protected(args, options)
+        # With a space before it -inf, if it is no option's value, is not parsed as options -i, -n and -f.
+        pairs = zip(["", *args], args, strict=False)
+        words = [f" {word}" if _INFINITE.fullmatch(word) and last not in options else word for last, word in pairs]
         with _one_line(ctx.command_path):
             given = self.make_parser(ctx).parse_args(args=list(words))[-1]
             rest = super().parse_args(ctx, words)
         for parameter in self.params:
             if given.count(parameter) > 1 and not getattr(parameter, "multiple", False):
                 refuse(f"Invalid option '{max(parameter.opts, key=len)}'. It must be given once.")
-            if parameter.param_type_name == "argument":
-                _check_arguments(ctx, ctx.params[parameter.name], options)
+            value = ctx.params[parameter.name] if parameter.param_type_name == "argument" else None
+            for word in [value] if isinstance(value, str) else value or []:
+                if word.startswith("-") and word != "-" and not _NEGATIVE.match(word):
+                    close = difflib.get_close_matches(word.partition("=")[0], options, n=1, cutoff=0.75)
+                    hint = f"Did you mean {close[0]}? " if close else ""
+                    refuse(f"Invalid option '{word}'. {hint}See '{ctx.command_path} --help'.")
         return rest
 
 
@@ -100,21 +93,6 @@ def _name(argument: Any) -> str:
     """Name of an argument in the help."""
     name = str(argument.metavar or argument.name.upper())
     return name[1:-1] if name.startswith("[") else name
-
-
-def _protected(words: list[str], options: list[str]) -> list[str]:
-    """The words, with a space before each `-inf` that is no option's value, else parsed as options -i, -n and -f."""
-    pairs = zip(["", *words], words, strict=False)
-    return [f" {word}" if _INFINITE.fullmatch(word) and last not in options else word for last, word in pairs]
-
-
-def _check_arguments(ctx: Any, value: str | list[str] | None, options: list[str]) -> None:
-    """Refuse arguments that look like an option."""
-    for word in [value] if isinstance(value, str) else value or []:
-        if word.startswith("-") and word != "-" and not _NEGATIVE.match(word):
-            close = difflib.get_close_matches(word.partition("=")[0], options, n=1, cutoff=0.75)
-            hint = f"Did you mean {close[0]}? " if close else ""
-            refuse(f"Invalid option '{word}'. {hint}See '{ctx.command_path} --help'.")
 
 
 # ---- completion ----------------------------------------------------------------------------------
@@ -232,21 +210,21 @@ COMMANDS = {
     "find": ("lists", "Find CRSs by words of their names, areas of use, or codes."),
     "compare": ("compare", "Compare projections over a region by their distortion."),
     "factors": ("factors", "Scales, angles and other measures at points."),
-    "profile": ("profile", "Scale, convergence and other measures along a line."),
+    "profile": ("factors", "Scale, convergence and other measures along a line."),
     "tissot": ("draw", "Draw Tissot's indicatrices."),
     "heatmap": ("draw", "Draw a measure as a field of colour, or as a GeoTIFF."),
     "morph": ("draw", "Make a film of one map that flows into another."),
-    "explore": ("explore", "See maps live in a browser, drag and tune them."),
+    "explore": ("draw", "See maps live in a browser, drag and tune them."),
     "recommend": ("recommend", "Find the best existing CRSs for a region."),
-    "atlas": ("atlas", "Show the best maps of a country, measured beforehand."),
+    "atlas": ("recommend", "Show the best maps of a country, measured beforehand."),
     "optimize": ("optimize", "Find the best parameters of a family of projections."),
-    "design": ("design", "Make the map that distorts a region least, as a CRS."),
-    "mean-map": ("world_map", "Find the map that is nearest to several maps."),
-    "ldp": ("ldp", "Design a low-distortion projection for surveying."),
-    "world-map": ("world_map", "Make the map of the world that distorts a region least."),
-    "check": ("check", "Check areas, lengths and bearings of data in a CRS."),
-    "convert": ("convert", "Transform layers and rasters to another CRS."),
-    "correct": ("correct", "Find the linear map that reduces a map's distortion most."),
+    "design": ("designs", "Make the map that distorts a region least, as a CRS."),
+    "mean-map": ("designs", "Find the map that is nearest to several maps."),
+    "ldp": ("optimize", "Design a low-distortion projection for surveying."),
+    "world-map": ("designs", "Make the map of the world that distorts a region least."),
+    "check": ("data", "Check areas, lengths and bearings of data in a CRS."),
+    "convert": ("data", "Transform layers and rasters to another CRS."),
+    "correct": ("optimize", "Find the linear map that reduces a map's distortion most."),
     "mosaic": ("mosaic", "Bring overlapping images into a common frame."),
     "clouds": ("clouds", "Register point clouds or landmarks by affine maps."),
     "oldmap": ("oldmap", "Measure the distortion of an old map by control points."),
@@ -260,12 +238,22 @@ COMMANDS = {
 _LAX = ("compare", "factors", "tissot", "heatmap", "mean-map")
 
 
-class _Commands(Commands):
-    """The commands, each loaded on first use: loading all takes 0.1 s."""
+class _Commands(TyperGroup):
+    """The group of all commands, each loaded on first use: loading all takes 0.1 s."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self.commands = _Loading()
+        self.commands = _Loading(dict.fromkeys(COMMANDS))
+
+    def make_context(self, info_name: str | None, args: list[str], *others: Any, **extra: Any) -> Any:
+        """Parse the options before the command."""
+        with _one_line("projdist"):
+            return super().make_context(info_name, args, *others, **extra)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Parse and run the command."""
+        with _one_line("projdist"):
+            return super().invoke(ctx)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands without loading their modules."""
@@ -273,37 +261,17 @@ class _Commands(Commands):
             formatter.write_dl([(name, words) for name, (_, words) in COMMANDS.items()])
 
 
-class _Loading(MutableMapping[str, Any]):
+class _Loading(UserDict[str, Any]):
     """Commands by name, loaded on first use."""
 
-    def __init__(self) -> None:
-        self._loaded: dict[str, Any] = {}
-
     def __getitem__(self, name: str) -> Any:
-        if name not in self._loaded:
-            module = import_module(f"projdist.cli.{COMMANDS[name][0]}")
-            self[name] = _command(name, getattr(module, f"{name.replace('-', '_')}_command"))
-        return self._loaded[name]
-
-    def __setitem__(self, name: str, command: Any) -> None:
-        self._loaded[name] = command
-
-    def __delitem__(self, name: str) -> None:
-        del self._loaded[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(COMMANDS)
-
-    def __len__(self) -> int:
-        return len(COMMANDS)
-
-
-def _command(name: str, function: Any) -> Any:
-    """The command of a function."""
-    alone = typer.Typer(add_completion=False, rich_markup_mode=None, context_settings=_HELP)
-    settings = _HELP | {"ignore_unknown_options": name in _LAX}
-    alone.command(name, cls=Command, context_settings=settings)(_with_groups(function))
-    return typer.main.get_command(alone)
+        if self.data[name] is None:
+            function = getattr(import_module(f"projdist.cli.{COMMANDS[name][0]}"), f"{name.replace('-', '_')}_command")
+            alone = typer.Typer(add_completion=False, rich_markup_mode=None, context_settings=_HELP)
+            settings = _HELP | {"ignore_unknown_options": name in _LAX}
+            alone.command(name, cls=Command, context_settings=settings)(_with_groups(function))
+            self.data[name] = typer.main.get_command(alone)
+        return self.data[name]
 
 
 def _with_groups(function: Any) -> Any:
@@ -346,7 +314,7 @@ app = typer.Typer(
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        from projdist.cli.formats import emit  # loads rich
+        from projdist.cli.formats import emit
 
         emit(f"projdist {__version__}\n", None)
         raise typer.Exit

@@ -5,17 +5,18 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from pathlib import Path
 from typing import Any
 
 from projdist import gis
 from projdist.answers import Area, Batch, BatchResult, areas_of, batch
 from projdist.cli import options as opt
-from projdist.cli.errors import cannot_write, progress_bar, refuse, refusing, tell_problems
+from projdist.cli.errors import cannot_write, note, progress_bar, refuse, refusing, tell_problems
 from projdist.cli.formats import drawing, present, tell_written
-from projdist.cli.pictures import LAYER_SUFFIXES, check_libraries, note
 from projdist.cli.report import Report, Row
 from projdist.support import check_executor, is_stream, open_executor
+
+OWN: str | None = "processes"
+"""The executor where none is asked for."""
 
 
 @contextlib.contextmanager
@@ -33,50 +34,27 @@ def executor_opened(text: str | None) -> Iterator[Executor | None]:
         yield workers
 
 
-# ---- batches -------------------------------------------------------------------------------------
-
-
-OWN: str | None = "processes"
-"""The executor where none is asked for."""
-_BESIDE = ".partial"
-
-
 class RegionalWork:
     """Run of a command over many regions; it leaves a report, or a layer of the regions."""
 
     def __init__(
-        self,
-        form: str | None,
-        output: str | None,
-        *,
-        overwrite: bool,
-        executor: str | None,
-        partial: str | None,
+        self, form: str | None, output: str | None, *, overwrite: bool, executor: str | None, partial: str | None
     ) -> None:
         self._executor = executor or OWN
         if executor is not None:
             with refusing():
                 check_executor(executor)
-        self.path = opt.printed_or_file(output, overwrite)
-        self.form = opt.format_for(form, self.path, others=LAYER_SUFFIXES)
-        self.overwrite = overwrite
-        if self.is_layer and self.path is not None:
+        self.target = opt.target(form, output, overwrite, others=opt.LAYER_SUFFIXES)
+        path = self.target.path
+        self.layer = path if path is not None and path.suffix.lower() in opt.LAYER_SUFFIXES else None
+        if self.layer is not None:
             if form is not None:
-                refuse(f"Invalid format '{form}' for '{self.path}'. Its suffix tells the format.")
-            check_libraries(self.path)
+                refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
+            opt.check_libraries(self.layer)
         self._kept = partial is not None  # also when all is done
-        self.partial = self._beside() if partial is None else opt.output_file(partial, overwrite=True)
-
-    @property
-    def is_layer(self) -> bool:
-        """True if the output is a layer for GIS programs."""
-        return self.path is not None and self.path.suffix.lower() in LAYER_SUFFIXES
-
-    def _beside(self) -> Path | None:
-        """Default partial file, beside the output; None if that is no file."""
-        if self.path is None or is_stream(self.path):
-            return None
-        return self.path.with_name(self.path.name + _BESIDE)
+        self.partial = None if path is None or is_stream(path) else path.with_name(f"{path.name}.partial")
+        if partial is not None:
+            self.partial = opt.output_file(partial, overwrite=True)
 
     def run(
         self,
@@ -90,15 +68,8 @@ class RegionalWork:
             note(f"Results that are in '{self.partial}' are taken from there.")
         try:
             with refusing(), executor_opened(self._executor) as workers, progress_bar("results") as progress:
-                return batch(
-                    function,
-                    areas,
-                    projections,
-                    options=options,
-                    executor=workers,
-                    partial=self.partial,
-                    progress=progress,
-                )
+                where: dict[str, Any] = {"executor": workers, "partial": self.partial, "progress": progress}
+                return batch(function, areas, projections, options=options, **where)
         except ConnectionError as error:
             kept = f" '{self.partial}' has what is done; the same command goes on from it." if self.partial else ""
             refuse(f"{error}{kept}", error, code=1)
@@ -106,19 +77,20 @@ class RegionalWork:
             cannot_write(self.partial, error)
 
     def leave(
-        self, report: Report, found: Batch, best: Sequence[Row], areas: Mapping[str, Area], problems: Sequence[str]
+        self, report: Report, found: Batch, best: Sequence[Row], areas: Sequence[Area], problems: Sequence[str]
     ) -> None:
         """Print or write the report, or the best map of each region as a layer; report failures, and end with 1 if any.
 
         `problems` are failures outside of the tasks.
         """
-        if self.is_layer and self.path is not None:
-            with drawing(self.path):
-                frame = gis.frame_of_regions(best, [areas[row["region"]].place() for row in best])
-                gis.save_layer(frame, self.path, layer="regions", overwrite=self.overwrite)
-            tell_written(self.path)
+        if self.layer is not None:
+            with drawing(self.layer):
+                by_name = {area.name: area for area in areas}
+                frame = gis.frame_of_regions(best, [by_name[row["region"]].place() for row in best])
+                gis.save_layer(frame, self.layer, layer="regions", overwrite=self.target.overwrite)
+            tell_written(self.layer)
         else:
-            present(report, self.form, self.path, self.overwrite)
+            present(report, *self.target)
         if self.partial is not None and not self._kept:
             if any(one.lost for one in found.failures):
                 note(f"'{self.partial}' has what is done; the same command tries again what was lost.")

@@ -10,26 +10,12 @@ from dataclasses import replace
 from typing import Any
 
 from projdist import plots
-from projdist.answers import (
-    GROUPS,
-    STATISTICS,
-    Area,
-    Batch,
-    BatchFailure,
-    Comparison,
-    Index,
-    compare,
-    get_indices,
-    sort_column,
-    sort_order,
-    summarize,
-)
+from projdist.answers import GROUPS, STATISTICS, Area, Index, compare, get_indices, sort_column, sort_order, summarize
 from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, by_region, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
 from projdist.cli.formats import present
 from projdist.cli.number_format import WHOLE, area_text, certain, first_digit, label_of, rounded
-from projdist.cli.pictures import GraphOptions, PictureFile
 from projdist.cli.report import SHARED, Column, Mapped, Report, Row, Table
 from projdist.field import DEFAULT_TOLERANCE
 from projdist.projections import Projection, ProjectionError
@@ -41,6 +27,7 @@ _CONVENTION = (
 )
 _LEAST_SHARE = 0.005  # of a map's distortion: modes that have less are not shown
 _LAST_OF_INDICES = 1e-5
+_MAP = Column("projection", of=lambda row: label_of(row["projection"], row["name"]), left=True)
 _COVERAGE = replace(SHARED["coverage"], only=lambda share: share < WHOLE)
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 PLOTS = (*DISTRIBUTIONS, "modes", "space")
@@ -75,85 +62,44 @@ def compare_command(
     executor: opt.Executor = None,
     partial: opt.Partial = None,
     *,
-    pictured: GraphOptions,
+    pictured: opt.GraphOptions,
 ) -> None:
     """Compare projections over a region, or each of many: Airy-Kavrayskiy errors, measures, published indices."""
     largest = opt.number("tolerance", tolerance, 1e-15, 1.0)  # rounding alone is of the order of 1e-15
+    names, chosen = opt.measure_names(measure), opt.names_of(indices)
+    options: dict[str, Any] = {"measures": names, "indices": chosen, "tolerance": largest}
     if regions is not None:
         opt.refuse_given({"--plot": plot} | pictured.given(), "It cannot be used with --regions.")
-        options = {"measures": opt.measure_names(measure), "indices": opt.names_of(indices), "tolerance": largest}
         work = RegionalWork(format, output, overwrite=pictured.overwrite, executor=executor, partial=partial)
         areas = regions_given(regions, {"--region": region, "--weight": weight})
         _compare_regions(projections, areas, options, sort, work)
         return
-    opt.refuse_regional_options(executor, partial)
-    picture = _picture(plot, output, pictured)
-    path = None if picture else opt.printed_or_file(output, pictured.overwrite)
-    names, form = opt.measure_names(measure), opt.format_for(format, path)
-    area = opt.region_given(region, projections, weight)
-    with refusing(), progress_bar("maps") as progress:
-        found = compare(
-            projections,
-            area,
-            measures=names,
-            indices=opt.names_of(indices),
-            modes=modes or plot == "modes",
-            sort=sort,
-            tolerance=largest,
-            progress=progress,
-        )
-    written = []
-    if picture is not None and plot is not None and found.results:
-        _draw(found, plot, names, picture)
-        written = [picture.path]
-    report = comparison_report(
-        found.to_dict(),
-        found.plain_rows(),
-        names,
-        found.published,
-        f"by {sort}",
-        largest,
-        bars=_sort_key(sort, names),
-        written=written,
-        maps=_mapped(found, names) if found.results else None,
-    )
-    present(report, form, path, pictured.overwrite)
-    tell_problems([failure.error for failure in found.failures])
-
-
-def _picture(plot: str | None, output: str | None, pictured: GraphOptions) -> PictureFile | None:
-    """Picture requested by `--plot`, None without it."""
+    opt.refuse_given({"--executor": executor, "--partial": partial}, "It needs --regions.")
+    picture = None
     if plot is None:
         opt.refuse_given(pictured.given(), f"It needs a picture to draw: --plot {'|'.join(PLOTS)}.")
-        return None
-    opt.choice("plot", plot, PLOTS)
-    if output is None:
-        refuse(f"Invalid option '--plot {plot}'. It needs a picture to draw to: -o FILE.png.")
-    return PictureFile(output, pictured)
-
-
-def _draw(found: Comparison, plot: str, names: Sequence[str], picture: PictureFile) -> None:
-    """Draw the distribution, modes or shape space of the measured maps."""
-    maps = [one.projection for one in found.results]
-    if plot not in DISTRIBUTIONS:
-        picture.save({"modes": plots.modes_figure, "space": plots.space_figure}[plot], maps, region=found.region)
-        return
-    measure = names[0] if names else "fisher"
-    picture.save(plots.distribution_figure, maps, plot, measure=measure, region=found.region)
-
-
-def _mapped(found: Comparison, names: Sequence[str]) -> Mapped:
-    """Measured maps for the page."""
-    titles = [label_of(one.given, one.projection.name) for one in found.results]
-    return Mapped([one.projection for one in found.results], titles, found.region, names[0] if names else "fisher")
-
-
-def _sort_key(sort: str, measures: Sequence[str]) -> str:
-    """Key of the column by which rows are sorted."""
-    name, dot, statistic = sort.rpartition(".")
-    if sort in measures:
-        return f"{sort}_mean"
-    return f"{name}_{statistic}" if dot and name in measures else sort
+    else:
+        opt.choice("plot", plot, PLOTS)
+        if output is None:
+            refuse(f"Invalid option '--plot {plot}'. It needs a picture to draw to: -o FILE.png.")
+        picture = opt.PictureFile(output, pictured)
+    target = opt.target(format, None if picture else output, pictured.overwrite)
+    area = opt.region_given(region, projections, weight)
+    with refusing(), progress_bar("maps") as progress:
+        found = compare(projections, area, modes=modes or plot == "modes", sort=sort, progress=progress, **options)
+    shown: dict[str, Any] = {}
+    if found.results:
+        maps, first = [one.projection for one in found.results], names[0] if names else "fisher"
+        if picture is not None and plot in DISTRIBUTIONS:
+            picture.save(plots.distribution_figure, maps, plot, measure=first, region=found.region)
+        elif picture is not None:
+            picture.save(plots.modes_figure if plot == "modes" else plots.space_figure, maps, region=found.region)
+        titles = [label_of(one.given, one.projection.name) for one in found.results]
+        bars = sort_column(sort, names, [index.name for index in found.published])
+        shown = {"bars": bars, "written": [picture], "maps": Mapped(maps, titles, found.region, first)}
+    answer, rows = found.to_dict(), found.plain_rows()
+    present(comparison_report(answer, rows, names, found.published, f"by {sort}", largest, **shown), *target)
+    tell_problems([failure.error for failure in found.failures])
 
 
 def comparison_report(
@@ -170,11 +116,24 @@ def comparison_report(
     """Report of a comparison and its flat rows; `more` are further fields of `Report`."""
     region = found["region"]
     size = f"{region['points']:,} points" if "points" in region else area_text(region["area_km2"])
+    tables = [Table(rows, _columns(measures, indices), bars=bars)] if rows else []
+    modes = [
+        {"projection": result["projection"], "name": result["name"], **mode}
+        for result in found.get("results", ())
+        for mode in result.get("modes", ())
+        if mode["share"] >= _LEAST_SHARE or mode is result["modes"][0]
+    ]
+    if modes:
+        columns = [
+            _MAP,
+            Column("share", show=lambda share: f"{100.0 * share:.1f} %"),
+            Column("words", "mode", left=True),
+            Column("rms", "RMS", "{:.4f}".format),
+        ]
+        tables.append(Table(modes, columns, "Modes, after the best linear map", keys=3))
     return Report(
         title=f"{region['name']} ({size}), {order}" if rows else "No projection could be measured.",
-        tables=[Table(rows, _columns(measures, indices), bars=bars), *_mode_tables(found.get("results", ()))]
-        if rows
-        else [],
+        tables=tables,
         notes=[*_notes(found, rows, measures, indices, tolerance)] if rows else [],
         data=lambda: found,
         header=["projection"],
@@ -182,29 +141,11 @@ def comparison_report(
     )
 
 
-def _mode_tables(results: Sequence[Mapping[str, Any]]) -> Iterator[Table]:
-    """Table of the modes with a share worth showing, if modes were requested."""
-    rows = [
-        {"projection": result["projection"], "name": result["name"], **mode}
-        for result in results
-        for mode in result.get("modes", ())
-        if mode["share"] >= _LEAST_SHARE or mode is result["modes"][0]
-    ]
-    if rows:
-        columns = [
-            Column("projection", of=lambda row: label_of(row["projection"], row["name"]), left=True),
-            Column("share", "share", lambda share: f"{100.0 * share:.1f} %"),
-            Column("words", "mode", left=True),
-            Column("rms", "RMS", lambda rms: f"{rms:.4f}"),
-        ]
-        yield Table(rows, columns, "Modes, after the best linear map", keys=3)
-
-
-def _columns(measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Column | str]:
-    yield Column("projection", of=lambda row: label_of(row["projection"], row["name"]), left=True)
-    for version in ("", "_scaled", "_affine"):
-        title = f"AK{version.replace('_', ' ')}"
-        yield Column(f"airy_kavrayskiy{version}", title, rounded, error="error_estimate", best=True)
+def _columns(measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Column]:
+    yield _MAP
+    for version in ("", " scaled", " affine"):
+        key = f"airy_kavrayskiy{version.replace(' ', '_')}"
+        yield Column(key, f"AK{version}", rounded, error="error_estimate", best=True)
     yield Column("error_estimate", "error", first_digit)
     for name in dict.fromkeys(measures):
         for statistic in STATISTICS:
@@ -217,11 +158,7 @@ def _columns(measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Colu
 
 
 def _notes(
-    found: Mapping[str, Any],
-    rows: Sequence[Row],
-    measures: Sequence[str],
-    indices: Sequence[Index],
-    tolerance: float,
+    found: Mapping[str, Any], rows: Sequence[Row], measures: Sequence[str], indices: Sequence[Index], tolerance: float
 ) -> Iterator[str]:
     """Notes on the columns, and on missing or less certain figures."""
     weighed = "points" in found["region"]
@@ -272,43 +209,56 @@ def _compare_regions(
     with refusing():
         indices = get_indices(options["indices"])
         column = sort_column(sort, options["measures"], [index.name for index in indices])
-    maps, problems = _known(projections)
-    if not maps:
-        tell_problems(problems)
-    found = work.run(summarize, areas, maps, options)
-    groups = {
-        name: _sorted([{"region": name, "area_km2": one.area_km2, **one.rows[0]} for one in group], column)
-        for name, group in by_region(found).items()
-    }
-    figure = _AK if column in _NO_FIGURE else column
-    best = {name: _sorted(group, figure)[0] for name, group in groups.items()}
-    report = Report(
-        title=f"{len(groups)} regions, {len(maps)} maps, {figure}" if groups else "No region could be measured.",
-        tables=[_regions_table(groups, best, maps, figure), _totals(groups, best, maps, figure)] if groups else [],
-        notes=[
-            "* is the best of a region. JSON and CSV have all figures of every map over every region.",
-            *notices_note(found),
-        ]
-        if groups
-        else [],
-        data=lambda: _data(found, groups, indices),
-        rows=lambda: [row for group in groups.values() for row in group],
-        header=["region"],
-    )
-    work.leave(report, found, [*best.values()], {area.name: area for area in areas}, problems)
-
-
-def _known(projections: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Valid projections, and messages for the invalid ones."""
     maps, problems = [], []
     for text in dict.fromkeys(projections):
         try:
             Projection.from_user_input(text)
+            maps.append(text)
         except ProjectionError as error:
             problems.append(str(error))
-        else:
-            maps.append(text)
-    return maps, problems
+    if not maps:
+        tell_problems(problems)
+    found = work.run(summarize, areas, maps, options)
+    results = by_region(found)
+    groups = {
+        name: _sorted([{"region": name, "area_km2": one.area_km2, **one.rows[0]} for one in group], column)
+        for name, group in results.items()
+    }
+    figure = _AK if column in _NO_FIGURE else column
+    best = {name: _sorted(group, figure)[0] for name, group in groups.items()}
+    over = {index.name: index.published_over for index in indices if index.published_over}
+
+    def data() -> dict[str, Any]:
+        """JSON: one comparison per region, with failures and notices."""
+        regions = []
+        for name, group in groups.items():
+            of_it = {one.projection: one for one in results[name]}
+            answers = [of_it[row["projection"]] for row in group]
+            regions.append(
+                {
+                    "region": {"name": name, "area_km2": group[0]["area_km2"]},
+                    "results": [one.answer for one in answers],
+                    "failures": [
+                        {"projection": one.projection, "error": one.error}
+                        for one in found.failures
+                        if one.region == name
+                    ],
+                    "notices": [*dict.fromkeys(word for one in answers for word in one.notices)],
+                }
+            )
+        failures = [one.to_dict() for one in found.failures]
+        return {"regions": regions, "failures": failures, **({"published_over": over} if indices else {})}
+
+    note = "* is the best of a region. JSON and CSV have all figures of every map over every region."
+    report = Report(
+        title=f"{len(groups)} regions, {len(maps)} maps, {figure}" if groups else "No region could be measured.",
+        tables=[_regions_table(groups, best, maps, figure), _totals(groups, best, maps, figure)] if groups else [],
+        notes=[note, *notices_note(found)] if groups else [],
+        data=data,
+        rows=lambda: [row for group in groups.values() for row in group],
+        header=["region"],
+    )
+    work.leave(report, found, [*best.values()], areas, problems)
 
 
 def _sorted(rows: Sequence[Row], column: str) -> list[Row]:
@@ -322,8 +272,7 @@ def _regions_table(
     groups: Mapping[str, Sequence[Row]], best: Mapping[str, Row], maps: Sequence[str], figure: str
 ) -> Table:
     """One row per region: its best map, and the figure of each map."""
-    is_level = figure.startswith(_AK)
-    show, error = (rounded, "error_estimate") if is_level else (certain, f"{figure}_error")
+    show, error = (rounded, "error_estimate") if figure.startswith(_AK) else (certain, f"{figure}_error")
 
     def cell(one: str, row: Row) -> str:
         if row.get(one) is None:
@@ -362,33 +311,5 @@ def _totals(groups: Mapping[str, Sequence[Row]], best: Mapping[str, Row], maps: 
                 "where": worst,
             }
         )
-    columns: list[Column | str] = [
-        Column("projection", left=True),
-        Column("best", "best in"),
-        Column("median", show=certain),
-        Column("largest", show=certain),
-        Column("where", left=True),
-    ]
-    return Table(rows, columns, f"{figure} over all regions")
-
-
-def _data(found: Batch, groups: Mapping[str, Sequence[Row]], indices: Sequence[Index]) -> dict[str, Any]:
-    """JSON: one comparison per region, with failures and notices."""
-    answers = {(one.region, one.projection): one for one in found.results}
-    failures: dict[str, list[BatchFailure]] = {}
-    for failure in found.failures:
-        failures.setdefault(failure.region, []).append(failure)
-    over = {index.name: index.published_over for index in indices if index.published_over}
-    return {
-        "regions": [
-            {
-                "region": {"name": name, "area_km2": group[0]["area_km2"]},
-                "results": [answers[name, row["projection"]].answer for row in group],
-                "failures": [{"projection": one.projection, "error": one.error} for one in failures.get(name, [])],
-                "notices": [*dict.fromkeys(word for row in group for word in answers[name, row["projection"]].notices)],
-            }
-            for name, group in groups.items()
-        ],
-        "failures": [one.to_dict() for one in found.failures],
-        **({"published_over": over} if indices else {}),
-    }
+    figures = [Column("best", "best in"), Column("median", show=certain), Column("largest", show=certain)]
+    return Table(rows, ["projection", *figures, "where"], f"{figure} over all regions")

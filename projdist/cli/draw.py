@@ -1,28 +1,30 @@
-"""The commands that draw maps, or write them as layers and rasters: `tissot`, `heatmap` and `morph`."""
+"""The commands that draw maps (`tissot`, `heatmap`, `morph`) or show them live (`explore`)."""
 
 from __future__ import annotations
 
+import contextlib
+import math
+import os
+import sys
+import threading
+import webbrowser
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from projdist import plots
+from projdist import gis, plots, web
 from projdist.answers import compare
 from projdist.cli import options as opt
-from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
-from projdist.cli.formats import drawing, tell_written
-from projdist.cli.pictures import (
-    LAYER_SUFFIXES,
-    RASTER_SUFFIXES,
-    FilmOptions,
-    PictureFile,
-    PictureOptions,
-    check_layer_options,
-    write_layer,
-    write_raster,
-)
+from projdist.cli.errors import note, progress_bar, refuse, refusing, tell_problems, working
+from projdist.cli.formats import drawing, emit, tell_written
+from projdist.matrices import get_measure
 from projdist.projections import Projection
+from projdist.regions import region_for
+from projdist.support import check_choice
 
 _TOLERANCE = 1e-5  # titles show three decimals
+_MOST_PIXELS = 1e8  # along a side; how many there may be in all is for the raster to say
+_MOST_LEVELS = 100
 
 
 def tissot_command(
@@ -35,41 +37,35 @@ def tissot_command(
     axes: bool = opt.flag("--axes", "Principal directions as crosses."),
     context: opt.Context = None,
     *,
-    pictured: PictureOptions,
+    pictured: opt.PictureOptions,
 ) -> None:
     """Draw Tissot's indicatrices."""
-    path = opt.file_of_kind(output, (*plots.SUFFIXES, *LAYER_SUFFIXES), pictured.overwrite)
-    if path.suffix.lower() in LAYER_SUFFIXES:
+    path = opt.file_of_kind(output, (*plots.SUFFIXES, *opt.LAYER_SUFFIXES), pictured.overwrite)
+    if path.suffix.lower() in opt.LAYER_SUFFIXES:
         crosses = "" if axes else None
         drawn = {"--grid": grid, "--exaggerate": exaggerate, "--axes": crosses, "--context": context}
-        check_layer_options(path, drawn | pictured.given())
-        write_layer(
-            projections,
-            path,
-            region=opt.region_given(region, projections),
-            step=opt.step_of(step),
-            overwrite=pictured.overwrite,
-        )
+        opt.refuse_given(drawn | pictured.given(), "It is for pictures.", f" for '{path}'")
+        area, spacing = opt.region_given(region, projections), opt.number("step", step, 1e-5, 90, " of degrees")
+        projection = _only_map(projections, path)
+        with drawing(path):
+            found = gis.indicatrices(projection, region=area, step=spacing)
+            gis.save_layer(found, path, overwrite=pictured.overwrite)
+        if found.crs is None:
+            note(f"{projection.name} has no CRS; that of the layer is undefined, and its coordinates are metres.")
+        tell_written(path)
         return
-    shown = opt.context_of(context)
-    picture = PictureFile(output, pictured, step=step)
-    options: dict[str, Any] = {"grid": _grid(grid, step), "axes": axes, "context": shown}
+    picture = opt.PictureFile(output, pictured, step=step)
+    options: dict[str, Any] = {"axes": axes}
+    if grid is not None:
+        if step is not None:
+            refuse("Invalid option '--grid'. It cannot be used with --step.")
+        words = grid.split(",")
+        if len(words) != 2:
+            refuse(f"Invalid grid '{grid}'. It must be degrees of latitude and of longitude, as 10,15.")
+        options["grid"] = tuple(opt.number("grid", word, 1e-4, 90.0, " of degrees") for word in words)
     if exaggerate is not None:
         options["exaggeration"] = "auto" if exaggerate == "auto" else opt.number("exaggeration", exaggerate, 0.1, 1e6)
-    _draw(plots.tissot_figure, projections, region, picture, **options)
-
-
-def _grid(text: str | None, step: str | None) -> tuple[float, float] | None:
-    """Spacing of the ellipses in degrees of latitude and longitude."""
-    if text is None:
-        return None
-    if step is not None:
-        refuse("Invalid option '--grid'. It cannot be used with --step.")
-    words = text.split(",")
-    if len(words) != 2:
-        refuse(f"Invalid grid '{text}'. It must be degrees of latitude and of longitude, as 10,15.")
-    lat, lon = (opt.number("grid", word, 1e-4, 90.0, " of degrees") for word in words)
-    return lat, lon
+    _draw(plots.tissot_figure, projections, region, picture, context, **options)
 
 
 def heatmap_command(
@@ -95,44 +91,83 @@ def heatmap_command(
     resolution: str | None = opt.option("NUMBER", "Side of a raster's pixels in the unit of its CRS."),
     grid: str = opt.option("map|lonlat", "CRS of a raster: the map's own, or longitude and latitude.", "map"),
     *,
-    pictured: PictureOptions,
+    pictured: opt.PictureOptions,
 ) -> None:
     """Draw a measure as a field of colour with isolines, or write measures as a GeoTIFF."""
     names = opt.measure_names(measure or ["fisher"])
-    path = opt.file_of_kind(output, (*plots.SUFFIXES, *RASTER_SUFFIXES), pictured.overwrite)
-    if path.suffix.lower() in RASTER_SUFFIXES:
-        drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--context": context}
-        drawn |= {"--against": against}
-        check_layer_options(path, drawn | pictured.given(but="--size"))
-        write_raster(
-            projections,
-            names,
-            path,
-            region=opt.region_given(region, projections),
-            grid=grid,
-            size=size,
-            resolution=resolution,
-            overwrite=pictured.overwrite,
-        )
+    path = opt.file_of_kind(output, (*plots.SUFFIXES, *opt.RASTER_SUFFIXES), pictured.overwrite)
+    if path.suffix.lower() in opt.RASTER_SUFFIXES:
+        drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--context": context, "--against": against}
+        opt.refuse_given(drawn | pictured.given(but="--size"), "It is for pictures.", f" for '{path}'")
+        area = opt.region_given(region, projections)
+        opt.choice("grid", grid, gis.GRIDS)
+        pixels, side = _pixels(size), opt.number("resolution", resolution, 1e-12, 1e12)
+        projection = _only_map(projections, path)
+        with drawing(path), working("Measuring"):
+            found = gis.raster(projection, names, region=area, grid=grid, size=pixels, resolution=side)
+            gis.save_raster(found, path, overwrite=pictured.overwrite)
+        note(found.note)
+        tell_written(path)
         return
     if resolution is not None or grid != "map":
         option = "--grid" if resolution is None else "--resolution"
         refuse(f"Invalid option '{option}' for '{path}'. It is for rasters, whose suffix is .tif.")
     if len(names) > 1:
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A picture shows one; a .tif has room for several.")
-    picture = PictureFile(output, pictured, step=step)
-    shown = opt.context_of(context)
-    options: dict[str, Any] = {"measure": names[0], "levels": opt.levels_of(levels), "cmap": cmap, "context": shown}
+    picture = opt.PictureFile(output, pictured, step=step)
+    options: dict[str, Any] = {"measure": names[0], "levels": _levels(levels), "cmap": cmap}
     if against is not None:
         with refusing():
             options["against"] = Projection.from_user_input(against)
-    _draw(plots.heatmap_figure, projections, region, picture, **options)
+    _draw(plots.heatmap_figure, projections, region, picture, context, **options)
+
+
+def _only_map(given: list[str], path: Path) -> Projection:
+    """The projection of a layer or raster, which holds one map, after a check of the libraries that write it."""
+    opt.check_libraries(path)
+    if len(given) != 1:
+        refuse(f"Invalid projections '{' '.join(given)}' for '{path}'. A {path.suffix} file has one map; name one.")
+    with refusing():
+        return Projection.from_user_input(given[0])
+
+
+def _pixels(text: str | None) -> int | tuple[int, int] | None:
+    """Pixels of a raster's longer side, or its width and height."""
+    if text is None:
+        return None
+    words = text.replace("x", ",").split(",")
+    if len(words) > 2 or not all(word.strip().isdecimal() for word in words):
+        refuse(f"Invalid size '{text}'. It must be pixels of the longer side, or WIDTH,HEIGHT, as 1000 or 1000,500.")
+    counts = [int(opt.number("size", word, 1, _MOST_PIXELS, " of pixels")) for word in words]
+    return counts[0] if len(counts) == 1 else (counts[0], counts[1])
+
+
+def _levels(text: str | None) -> int | list[float] | None:
+    """Number of isolines, or their values."""
+    if text is None:
+        return None
+    try:
+        values = [float(value) for value in text.split(",")]
+    except ValueError:
+        values = []
+    whole = text.lstrip("+-").isdecimal()
+    if whole and 1 <= values[0] <= _MOST_LEVELS:
+        return int(values[0])
+    if whole or not values or len(values) > _MOST_LEVELS or not all(map(math.isfinite, values)):
+        refuse(f"Invalid levels '{text}'. It must be a number of them, 1 to {_MOST_LEVELS}, or values as 1,1.5,2.")
+    return values
 
 
 def _draw(
-    figure: Callable[..., Any], given: list[str], region: str | None, picture: PictureFile, **options: Any
+    figure: Callable[..., Any],
+    given: list[str],
+    region: str | None,
+    picture: opt.PictureFile,
+    context: str | None,
+    **options: Any,
 ) -> None:
     """Draw the measurable projections with their Airy-Kavrayskiy errors; report the others' failures."""
+    shown = plots.CONTEXTS[-1] if context is None else opt.choice("context", context, plots.CONTEXTS)
     other = options.get("against")
     listed = given if other is None else [*given, other]  # for a region that all have
     area = opt.region_given(region, [*given, *([] if other is None else [other.definition])])
@@ -140,9 +175,8 @@ def _draw(
         found = compare(listed, area, sort="given", tolerance=_TOLERANCE, progress=progress)
     drawn = [one for one in found.results if one.projection is not other]
     if drawn and len(found.results) - len(drawn) == (other is not None):
-        maps = [one.projection for one in drawn]
-        figures = [one.airy_kavrayskiy for one in drawn]
-        options |= {"region": found.region, "step": picture.step, "airy_kavrayskiy": figures}
+        maps, figures = [one.projection for one in drawn], [one.airy_kavrayskiy for one in drawn]
+        options |= {"region": found.region, "step": picture.step, "airy_kavrayskiy": figures, "context": shown}
         picture.save(figure, maps, **options)
         tell_written(picture.path)
     tell_problems([failure.error for failure in found.failures])
@@ -164,7 +198,7 @@ def morph_command(
     size: str = opt.option("WIDTH,HEIGHT", "In inches.", "7,4.6"),
     dpi: str = opt.option("NUMBER", "Dots per inch.", "100"),
     *,
-    pictured: FilmOptions,
+    pictured: opt.FilmOptions,
 ) -> None:
     """Make a film of one map that flows into another, in the colours of a measure."""
     path = opt.file_of_kind(output, plots.FILM_SUFFIXES, pictured.overwrite, "film")
@@ -172,9 +206,9 @@ def morph_command(
     if len(names) > 1:
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A film shows one.")
     count, length = opt.whole_number("frames", frames, 2, 500), opt.number("seconds", seconds, 0.1, 600)
-    dots = opt.dots_of(dpi)
+    dots = opt.number("dpi", dpi, 10, 1200)
     room, area = opt.size_of(size, dots), opt.region_given(region, [first, second])
-    shown = pictured.look()
+    look = pictured.look()
     with refusing():
         maps = Projection.from_user_input(first), Projection.from_user_input(second)
     with drawing(path), progress_bar("frames") as progress:
@@ -189,6 +223,49 @@ def morph_command(
             dpi=dots,
             overwrite=pictured.overwrite,
             progress=progress,
-            look=shown,
+            look=look,
         )
     tell_written(path)
+
+
+# ---- explore -------------------------------------------------------------------------------------
+
+
+_FIRST = "winkel-tripel"
+_MOST_MAPS = 6
+_LAST_PORT = 65535
+
+
+def explore_command(
+    projections: list[str] | None = opt.argument("[PROJECTION...]", "As for compare; Winkel's if there is none.", None),
+    region: opt.Region = None,
+    measure: str = opt.option(
+        "NAME", "The measure shown first (see 'projdist list measures').", "fisher", *opt.MEASURE
+    ),
+    port: str | None = opt.option("NUMBER", "Of the address; any free one if not given."),
+    no_browser: bool = opt.flag("--no-browser", "Print the address and open no browser."),
+) -> None:
+    """See maps live in a browser: drag them, turn their parameters, point at them, ask for better ones."""
+    given = projections or [_FIRST]
+    if len(given) > _MOST_MAPS:
+        refuse(f"Invalid projections. A page has at most {_MOST_MAPS}, and {len(given)} were given.")
+    with refusing():
+        maps = [Projection.from_user_input(text) for text in given]
+        chosen = get_measure(measure).name
+        check_choice("measure", chosen, web.SHOWN_MEASURES)
+        place = region_for(opt.region_given(region, given), maps)
+        web.check_server()
+        wanted = 0 if port is None else opt.whole_number("port", port, 0, _LAST_PORT)
+    try:
+        listening = web.open_socket(wanted)
+    except OSError as error:
+        refuse(f"Invalid port '{port}'. It cannot be listened on: {os.strerror(error.errno or 0)}.", error)
+    text = region or place.name
+    start = web.Start(projections=tuple(given), region=text, measure=chosen)
+    with contextlib.closing(web.LiveSite(start, web.InputPolicy(frozenset([*given, text])))) as site:
+        address = site.url(listening.getsockname()[1])
+        emit(f"{address}\n", None)
+        sys.stdout.flush()
+        if not no_browser:  # one in the terminal does not return before it is closed
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+        web.serve(site, listening)

@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
@@ -42,21 +42,20 @@ def folded(text: str, width: int | None) -> str:
     """Text wrapped at blanks; words longer than a line, such as paths, stay whole so that they can be copied."""
     if width is None:
         return text
-    return "\n".join(part for line in text.split("\n") for part in _parts(line, width))
-
-
-def _parts(line: str, width: int) -> list[str]:
     from rich.cells import cell_len  # only what goes to a terminal needs it
 
-    if cell_len(line) <= width:
-        return [line]
-    parts = [""]
-    for word in line.split():
-        if parts[-1] and cell_len(parts[-1]) + 1 + cell_len(word) > width:
-            parts.append(word)
-        else:
-            parts[-1] += f" {word}" if parts[-1] else word
-    return parts
+    lines: list[str] = []
+    for line in text.split("\n"):
+        if cell_len(line) <= width:
+            lines.append(line)
+            continue
+        lines.append("")
+        for word in line.split():
+            if lines[-1] and cell_len(lines[-1]) + 1 + cell_len(word) > width:
+                lines.append(word)
+            else:
+                lines[-1] += f" {word}" if lines[-1] else word
+    return "\n".join(lines)
 
 
 # ---- progress ------------------------------------------------------------------------------------
@@ -97,22 +96,10 @@ def progress_bar(things: str, *, after: float = _MOMENT) -> Iterator[Callable[[i
 
 
 @contextlib.contextmanager
-def words_told(words: Mapping[str, str]) -> Iterator[Callable[[str], None]]:
-    """Callback that shows `words[key]` as the current activity, if standard error is a terminal."""
+def working(words: str) -> Iterator[Callable[[str], None]]:
+    """Show `words`, or those that the callback gets, while work takes longer than `_MOMENT`, on a terminal."""
     if not sys.stderr.isatty():
         yield lambda _: None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("") as status:
-        yield lambda word: status.update(words[word])
-
-
-@contextlib.contextmanager
-def working(words: str) -> Iterator[None]:
-    """Show `words` while work takes longer than `_MOMENT`, if standard error is a terminal."""
-    if not sys.stderr.isatty():
-        yield
         return
     from rich.console import Console
 
@@ -120,7 +107,7 @@ def working(words: str) -> Iterator[None]:
     timer = threading.Timer(_MOMENT, status.start)
     timer.start()
     try:
-        yield
+        yield status.update
     finally:
         timer.cancel()
         timer.join()
@@ -139,9 +126,14 @@ def fail(message: str) -> None:
     After a signal to end nothing is printed: the error is then a consequence of the signal.
     """
     end_if_told()
-    line = " ".join(message.split())
-    shown = "".join(c if c.isprintable() else _escaped(c) for c in line)
+    shown = "".join(c if c.isprintable() else _escaped(c) for c in " ".join(message.split()))
     sys.stderr.write(f"{folded(f'projdist: {shown}', width_of(sys.stderr))}\n")
+
+
+def note(text: str) -> None:
+    """Print a note on standard error."""
+    if text:
+        sys.stderr.write(f"projdist: Note: {text}\n")
 
 
 def _escaped(letter: str) -> str:

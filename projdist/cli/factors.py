@@ -1,4 +1,4 @@
-"""The command `factors`: at points of the command line, of standard input, and of people's files."""
+"""The commands `factors` (at points of the command line, standard input or a file) and `profile` (along a line)."""
 
 from __future__ import annotations
 
@@ -7,63 +7,109 @@ import functools
 import math
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist import gis
-from projdist.answers import factors
+from projdist import answers, gis, plots, projections, support
 from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, tell_problems
 from projdist.cli.formats import CSV, TABLE, drawing, present, tell_written
-from projdist.cli.number_format import fixed, label_of
-from projdist.cli.pictures import check_libraries
+from projdist.cli.number_format import fixed, label_of, shortened
 from projdist.cli.report import Column, Report, Table
-from projdist.projections import (
-    TEXT_SUFFIXES,
-    Projection,
-    check_degrees,
-    check_new_names,
-    coordinate_columns,
-    read_point_table,
-    tell_of_missing,
-)
-from projdist.support import (
-    MISSING,
-    cells_of,
-    has_decimal_comma,
-    is_number,
-    is_stream,
-    plain,
-    separator_of,
-    with_decimal_points,
-)
+from projdist.projections import Projection
+from projdist.support import has_decimal_comma, is_number, is_stream, plain, separator_of
 
 _DECIMALS = {"x": 3, "y": 3, "omega": 6, "theta": 6, "convergence": 6}
+_PROFILE_DECIMALS = _DECIMALS | {"azimuth": 4, "height": 3}
 _MOST_DECIMALS = 8
+_LONGEST = 80  # characters of what is quoted in a message
+_TABLE_SUFFIXES = (".parquet", ".gpkg", ".geojson")  # of binary and GIS files, which cannot be printed
+_SUFFIXES = (".csv", *_TABLE_SUFFIXES)
+
+
+def factors_command(
+    projection: opt.OneProjection,
+    coordinates: list[str] | None = opt.argument(
+        "LON LAT...", "Degrees; - reads lines of 'lon lat [text]' from stdin.", None
+    ),
+    at: str | None = opt.option(
+        "FILE[#LAYER]", "Points to add columns to: a table (.csv, .tsv, .txt) with lon and lat, or any that GDAL reads."
+    ),
+    measure: opt.Measures = None,
+    prefix: str = opt.option("TEXT", "What the columns added to FILE begin with.", ""),
+    format: str | None = opt.file_format(),
+    output: str | None = opt.output(
+        "File to write instead of printing; with --at, and always for the last three, its suffix tells what "
+        "it is: .csv, .parquet, .gpkg or .geojson."
+    ),
+    overwrite: opt.Overwrite = False,
+) -> None:
+    """Scales, angles and other measures of a projection at points."""
+    names = opt.measure_names(measure)
+    if at is None:
+        form, path, _ = opt.target(format, output, overwrite, others=_TABLE_SUFFIXES)
+    else:  # the points of a file have formats of their own
+        path = None if output is None else opt.output_file(output, overwrite)
+        form = opt.format_of(format or TABLE)
+    if (coordinates is None) == (at is None):
+        refuse("Invalid points. They must be LON LAT..., - for stdin, or --at FILE. See 'projdist factors --help'.")
+    table = path if path is not None and path.suffix.lower() in _TABLE_SUFFIXES and not is_stream(path) else None
+    with refusing():
+        measured = Projection.from_user_input(projection)
+    if at is not None:
+        if path is not None and not is_stream(path):
+            if path.suffix.lower() not in _SUFFIXES:
+                refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}.")
+            if form != TABLE:
+                refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
+            form = CSV
+        with refusing():
+            if table is None and at.lower().endswith(projections.TEXT_SUFFIXES):
+                header, rows = _measured_text(measured, at, names, prefix, form)
+            else:
+                if table is not None:
+                    opt.check_libraries(table)
+                frame = answers.factors(measured, gis.read_points(at), measures=names, prefix=prefix)
+                if table is not None:
+                    _write_frame(measured, frame, table, overwrite)
+                    return
+                header, rows = _frame_rows(measured, frame)
+        named = {"projection": projection, "name": measured.name, "definition": measured.definition}
+        present(factors_report(named | {"results": rows}, header), form, path, overwrite)
+        return
+    with refusing():
+        points = read_points(coordinates or [], sys.stdin)
+    found = answers.factors(measured, points.lon, points.lat, measures=names)
+    result = found.to_dict() | {"projection": projection}
+    if any(points.text):
+        for row, text in zip(result["results"], points.text, strict=True):
+            row["text"] = text
+    if table is not None:
+        opt.check_libraries(table)
+        _write_frame(measured, gis.frame_of(result["results"]), table, overwrite)
+    else:
+        present(factors_report(result, ["lon", "lat", *found.columns()]), form, path, overwrite)
+    tell_problems(points.problems)
 
 
 def factors_report(found: Mapping[str, Any], header: Sequence[str]) -> Report:
     """Factors at points; the header is for CSV without points."""
     rows = found["results"]
-    names = [*rows[0]] if rows else []
+    if not rows:
+        return Report(title="No point could be read.", data=lambda: found, header=header)
+    names = [*rows[0]]
+    label, meant = label_of(found["projection"], found["name"]), label_of(found["definition"], found["name"])
     columns = [Column(name, show=functools.partial(_cell, name)) for name in names]
-    keys = 2 if names[:2] == ["lon", "lat"] else 1
     return Report(
-        title=_title(found["projection"], found["name"], found["definition"]) if rows else "No point could be read.",
-        tables=[Table(rows, columns, keys=keys)] if rows else [],
+        title=label if label == meant else f"{label} ({meant})",  # the definition has the ellipsoid
+        tables=[Table(rows, columns, keys=2 if names[:2] == ["lon", "lat"] else 1)],
         data=lambda: found,
         header=header,
     )
-
-
-def _title(given: str, name: str, definition: str) -> str:
-    """The projection as given, with its definition, which has the ellipsoid: `krovak (+proj=...)`."""
-    label, meant = label_of(given, name), label_of(definition, name)
-    return label if label == meant else f"{label} ({meant})"
 
 
 def _cell(name: str, value: Any) -> str:
@@ -76,12 +122,44 @@ def _cell(name: str, value: Any) -> str:
     return fixed(value, _DECIMALS.get(name, _MOST_DECIMALS))
 
 
+def _measured_text(
+    projection: Projection, at: str, measures: Sequence[str], prefix: str, form: str
+) -> tuple[list[str], list[dict[str, Any]]]:
+    """Header and rows of a text table with measures added; its own cells stay text, with decimal points."""
+    read = projections.read_point_table(Path(at), f"Invalid points file '{at}'.")
+    header, rows = read.header, [row for _, row in read.rows]
+    lon, lat = projections.check_degrees(*([row[column] for row in rows] for column in (read.lon, read.lat)))
+    measured = answers.factors(projection, lon, lat, measures=measures).columns()
+    columns = {prefix + name: values.tolist() for name, values in measured.items()}
+    projections.check_new_names(header, columns)
+    names = [*header, *columns]
+    table = [
+        dict(zip(names, [*row, *map(plain, values)], strict=True))
+        for row, *values in zip(rows, *columns.values(), strict=True)
+    ]
+    if form != CSV:
+        for row, east, north in zip(table, lon.tolist(), lat.tolist(), strict=True):
+            row.update({header[read.lon]: east, header[read.lat]: north})
+    return names, table
+
+
+def _frame_rows(projection: Projection, frame: Any) -> tuple[list[str], list[dict[str, Any]]]:
+    """Header and rows of a frame without geometries; cells are numbers, texts or None."""
+    table, figures = gis.plain_table(projection, frame), (str, int, float, np.generic, type(None))
+    rows = [
+        {name: plain(value) if isinstance(value, figures) else str(value) for name, value in row.items()}
+        for row in table.to_dict("records")
+    ]
+    return [str(name) for name in table.columns], rows
+
+
+def _write_frame(projection: Projection, frame: Any, path: Path, overwrite: bool) -> None:
+    with drawing(path):
+        gis.save_points(projection, frame, path, overwrite=overwrite)
+    tell_written(path)
+
+
 # ---- points --------------------------------------------------------------------------------------
-
-
-class _Point(NamedTuple):
-    lon: float
-    lat: float
 
 
 @dataclass
@@ -93,10 +171,10 @@ class GivenPoints:
     text: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
-    def add(self, point: _Point, text: str = "") -> None:
+    def add(self, point: tuple[float, float], text: str = "") -> None:
         """Append a point."""
-        self.lon.append(point.lon)
-        self.lat.append(point.lat)
+        self.lon.append(point[0])
+        self.lat.append(point[1])
         self.text.append(text)
 
 
@@ -111,28 +189,31 @@ def read_points(words: Sequence[str], lines: Iterable[str]) -> GivenPoints:
     words = [word.strip() for word in words]
     if words == ["-"]:
         _read_lines(points, lines)
-        tell_of_missing(np.array(points.lon), np.array(points.lat))
+        projections.tell_of_missing(np.array(points.lon), np.array(points.lat))
         if not points.lon and not points.problems:
             raise ValueError("Invalid standard input. It must have lines of 'lon lat [text]'; there were none.")
         return points
-    parts = [part for word in words for part in _pair(word) or [word] if part]
+    parts: list[str] = []
+    for word in words:
+        pair = re.split(r"\s*,\s*|\s+", word)  # as `10,50` or `"50N 10E"`
+        parts += filter(None, pair if len(pair) == 2 else [word])
     if len(parts) % 2:
-        raise ValueError(
-            f"Invalid coordinates '{_quoted(' '.join(words))}'. They must be pairs of LON LAT, or - for stdin."
-        )
+        given = shortened(" ".join(words), _LONGEST)
+        raise ValueError(f"Invalid coordinates '{given}'. They must be pairs of LON LAT, or - for stdin.")
     for one, other in zip(parts[::2], parts[1::2], strict=True):
         point = _point(one, other)
-        if math.isnan(point.lon) or math.isnan(point.lat):
-            name, word = ("longitude", one) if math.isnan(point.lon) else ("latitude", other)
-            raise ValueError(f"Invalid {name} '{word}'. It must be a number of degrees.")
+        for value, name, word in zip(point, ("longitude", "latitude"), (one, other), strict=True):
+            if math.isnan(value):
+                raise ValueError(f"Invalid {name} '{word}'. It must be a number of degrees.")
         points.add(point)
     return points
 
 
-def _pair(word: str) -> list[str]:
-    """Parts of a word that is a pair, as `10,50` or `"50N 10E"`; empty otherwise."""
-    parts = re.split(r"\s*,\s*|\s+", word)
-    return parts if len(parts) == 2 else []
+class _Header(NamedTuple):
+    """Column numbers of longitude and latitude, and the separator; None for blanks."""
+
+    columns: tuple[int, int]
+    separator: str | None
 
 
 def _read_lines(points: GivenPoints, lines: Iterable[str]) -> None:
@@ -145,54 +226,45 @@ def _read_lines(points: GivenPoints, lines: Iterable[str]) -> None:
             continue
         try:
             if first:
-                first, header = False, _header(text)
-                if header is not None:
+                first, separator = False, separator_of(text)
+                columns = projections.coordinate_columns(_cells(text, separator))
+                if columns is not None:
+                    header = _Header(columns, separator)
                     continue
-            _read_line(points, text, header)
+            if header is None:
+                _read_line(points, text)
+            else:
+                _read_row(points, text, header)
         except ValueError as error:
             points.problems.append(f"line {number}: {error}")
-
-
-class _Header(NamedTuple):
-    """Column numbers of longitude and latitude, and the separator; None for blanks."""
-
-    columns: tuple[int, int]
-    separator: str | None
-
-
-def _header(text: str) -> _Header | None:
-    """Header of a first line that names columns, else None."""
-    separator = separator_of(text)
-    columns = coordinate_columns(_cells(text, separator))
-    return None if columns is None else _Header(columns, separator)
 
 
 def _cells(text: str, separator: str | None) -> list[str]:
     """Cells of a line, with decimal commas replaced by points."""
     try:
-        row = cells_of(text, separator)
+        row = support.cells_of(text, separator)
     except ValueError as error:
-        raise ValueError(f"Invalid point '{_quoted(text)}'. It has {error}.") from error
-    return [cell.strip() for cell in with_decimal_points([(1, row)])[0][1]]
+        raise ValueError(f"Invalid point '{shortened(text, _LONGEST)}'. It has {error}.") from error
+    return [cell.strip() for cell in support.with_decimal_points([(1, row)])[0][1]]
 
 
-def _is_blank_separated(line: str, header: _Header) -> bool:
-    """True if the coordinate columns hold numbers when the line is split at blanks."""
-    words = line.split()
-    return len(words) > max(header.columns) and all(
-        is_number(words[place]) or has_decimal_comma(words[place]) for place in header.columns
-    )
+def _read_row(points: GivenPoints, line: str, header: _Header) -> None:
+    """Add the point of a line below a header, the other cells for its label; raises ValueError."""
+    separator = header.separator
+    if separator is None:
+        words = line.split()
+        coordinates = [words[place] for place in header.columns] if len(words) > max(header.columns) else [""]
+        if not all(is_number(word) or has_decimal_comma(word) for word in coordinates):
+            separator = separator_of(line)
+    cells = _cells(line, separator)
+    if len(cells) <= max(header.columns):
+        raise ValueError(f"Invalid point '{shortened(line, _LONGEST)}'. It has no cell for each of lon and lat.")
+    lon, lat = ("nan" if cells[place] in support.MISSING else cells[place] for place in header.columns)
+    points.add(_point(lon, lat), " ".join(cell for k, cell in enumerate(cells) if k not in header.columns))
 
 
-def _read_line(points: GivenPoints, line: str, header: _Header | None) -> None:
-    """Add the point of a line; raises ValueError."""
-    if header is not None:
-        cells = _cells(line, header.separator or (None if _is_blank_separated(line, header) else separator_of(line)))
-        if len(cells) <= max(header.columns):
-            raise ValueError(f"Invalid point '{_quoted(line)}'. It has no cell for each of lon and lat.")
-        label = " ".join(cell for place, cell in enumerate(cells) if place not in header.columns)
-        points.add(_point(*("nan" if cells[place] in MISSING else cells[place] for place in header.columns)), label)
-        return
+def _read_line(points: GivenPoints, line: str) -> None:
+    """Add the point of a line `lon lat [text]`, or with its name first; raises ValueError."""
     separator = separator_of(line)
     if separator in (";", "\t"):
         cells = _cells(line, separator)
@@ -200,11 +272,11 @@ def _read_line(points: GivenPoints, line: str, header: _Header | None) -> None:
             line = " ; ".join(cells)
     elif separator is None and all(map(has_decimal_comma, line.split())):
         raise ValueError(
-            f"Invalid point '{_quoted(line)}'. A semicolon must stand between numbers with decimal commas."
+            f"Invalid point '{shortened(line, _LONGEST)}'. A semicolon must stand between numbers with decimal commas."
         )
     words = re.split(r"\s*[,;]\s*|\s+", line, maxsplit=2)
     if len(words) < 2:
-        raise ValueError(f"Invalid point '{_quoted(line)}'. It must be 'lon lat [text]'.")
+        raise ValueError(f"Invalid point '{shortened(line, _LONGEST)}'. It must be 'lon lat [text]'.")
     rest = re.split(r"\s*[,;]\s*|\s+", words[2]) if len(words) > 2 else []
     if len(rest) == 1 and _angle(words[0]) is None and None not in (_angle(words[1]), _angle(rest[0])):
         points.add(_point(words[1], rest[0]), words[0])  # its name comes first
@@ -229,167 +301,88 @@ def _angle(word: str) -> tuple[float, str] | None:
     return (-value if turned else value), letter
 
 
-def _point(one: str, other: str) -> _Point:
-    """Point of a longitude and a latitude, in either order if letters tell; NaN for missing ones."""
+def _point(one: str, other: str) -> tuple[float, float]:
+    """Longitude and latitude of two words, in either order if letters tell; NaN for missing ones."""
     east, north = _angle(one), _angle(other)
-    text = _quoted(f"{one} {other}")
+    text = shortened(f"{one} {other}", _LONGEST)
     if east is None or north is None:
         raise ValueError(f"Invalid point '{text}'. Longitude and latitude must be numbers of degrees.")
     if east[1] in ("N", "S") or north[1] in ("E", "W"):
         east, north, one, other = north, east, other, one
     if east[1] in ("N", "S") or north[1] in ("E", "W"):
         raise ValueError(f"Invalid point '{text}'. One must be a longitude and one a latitude.")
-    point = _Point(east[0], north[0])
-    if math.isinf(point.lon) or abs(point.lon) > 720:
+    lon, lat = east[0], north[0]
+    if math.isinf(lon) or abs(lon) > 720:
         raise ValueError(f"Invalid longitude '{one}'. It must be a number of degrees within -720 and 720.")
-    if abs(point.lat) > 90:
+    if abs(lat) > 90:
         raise ValueError(f"Invalid latitude '{other}'. It must lie within -90 and 90 degrees.")
-    return point
+    return lon, lat
 
 
-def _quoted(text: str) -> str:
-    """Text shortened for a message."""
-    return text if len(text) <= 80 else f"{text[:77]}..."
+# ---- profile -------------------------------------------------------------------------------------
 
 
-# ---- tables --------------------------------------------------------------------------------------
-
-
-TABLE_SUFFIXES = (".parquet", ".gpkg", ".geojson")
-_SUFFIXES = (".csv", *TABLE_SUFFIXES)
-
-
-def is_table_file(path: Path) -> bool:
-    """True if the suffix is of a binary or GIS file, which cannot be printed."""
-    return path.suffix.lower() in TABLE_SUFFIXES and not is_stream(path)
-
-
-def measure_file(
-    projection: Projection,
-    given: str,
-    at: str,
-    measures: Sequence[str],
-    prefix: str,
-    form: str,
-    path: Path | None,
-    overwrite: bool,
-) -> None:
-    """Add columns of measures to the points of a file, and print or write them."""
-    if path is not None and not is_stream(path):
-        if path.suffix.lower() not in _SUFFIXES:
-            refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}.")
-        if form != TABLE:
-            refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
-        form = CSV
-    with refusing():
-        if at.lower().endswith(TEXT_SUFFIXES) and (path is None or not is_table_file(path)):
-            header, rows = _measured_text(projection, at, measures, prefix, form)
-        else:
-            frame = _measured_frame(projection, at, measures, prefix, path)
-            if path is not None and is_table_file(path):
-                _write_frame(projection, frame, path, overwrite)
-                return
-            header, rows = _rows(projection, frame)
-    named = {"projection": given, "name": projection.name, "definition": projection.definition}
-    present(factors_report(named | {"results": rows}, header), form, path, overwrite)
-
-
-def _measured_text(
-    projection: Projection, at: str, measures: Sequence[str], prefix: str, form: str
-) -> tuple[list[str], list[dict[str, Any]]]:
-    """Header and rows of a text table with measures added; its own cells stay text, with decimal points."""
-    read = read_point_table(Path(at), f"Invalid points file '{at}'.")
-    header, rows = read.header, [row for _, row in read.rows]
-    lon, lat = check_degrees(*([row[column] for row in rows] for column in (read.lon, read.lat)))
-    columns = {
-        prefix + name: values for name, values in factors(projection, lon, lat, measures=measures).columns().items()
-    }
-    check_new_names(header, columns)
-    added = zip(*(values.tolist() for values in columns.values()), strict=True)
-    table = [
-        dict(zip([*header, *columns], [*row, *map(plain, values)], strict=True))
-        for row, values in zip(rows, added, strict=True)
-    ]
-    if form != CSV:
-        for row, east, north in zip(table, lon.tolist(), lat.tolist(), strict=True):
-            row.update({header[read.lon]: east, header[read.lat]: north})
-    return [*header, *columns], table
-
-
-def _measured_frame(projection: Projection, at: str, measures: Sequence[str], prefix: str, path: Path | None) -> Any:
-    """GeoDataFrame of a file's points with measures added."""
-    if path is not None and is_table_file(path):
-        check_libraries(path)
-    return factors(projection, gis.read_points(at), measures=measures, prefix=prefix)
-
-
-def _rows(projection: Projection, frame: Any) -> tuple[list[str], list[dict[str, Any]]]:
-    """Columns and rows of a frame without geometries."""
-    table = gis.plain_table(projection, frame)
-    rows = [{name: _table_cell(value) for name, value in row.items()} for row in table.to_dict("records")]
-    return [str(name) for name in table.columns], rows
-
-
-def _table_cell(value: Any) -> Any:
-    """Cell as a number, text or None."""
-    if isinstance(value, str | int | float | np.generic | None):
-        return plain(value)
-    return str(value)
-
-
-def write_table(projection: Projection, rows: Sequence[Mapping[str, Any]], path: Path, overwrite: bool) -> None:
-    """Write rows with `lon` and `lat` to a file for GIS programs."""
-    check_libraries(path)
-    _write_frame(projection, gis.frame_of(rows), path, overwrite)
-
-
-def _write_frame(projection: Projection, frame: Any, path: Path, overwrite: bool) -> None:
-    with drawing(path):
-        gis.save_points(projection, frame, path, overwrite=overwrite)
-    tell_written(path)
-
-
-# ---- factors -------------------------------------------------------------------------------------
-
-
-def factors_command(
+def profile_command(
     projection: opt.OneProjection,
-    coordinates: list[str] | None = opt.argument(
-        "LON LAT...", "Degrees; - reads lines of 'lon lat [text]' from stdin.", None
-    ),
-    at: str | None = opt.option(
-        "FILE[#LAYER]",
-        "Points to add columns to: a table (.csv, .tsv, .txt) with lon and lat, or any that GDAL reads.",
+    line: str = opt.option(
+        "FILE|LON,LAT,...",
+        "A line: a file, as road.geojson or roads.gpkg#LAYER, or LON,LAT of two points or more.",
+        ...,
     ),
     measure: opt.Measures = None,
-    prefix: str = opt.option("TEXT", "What the columns added to FILE begin with.", ""),
+    spacing: str | None = opt.option("KM", "Between the points; a round number if none."),
+    height: str | None = opt.option("METRES", "Ellipsoidal height of the line, in place of its own."),
     format: str | None = opt.file_format(),
-    output: str | None = opt.output(
-        "File to write instead of printing; with --at, and always for the last three, its suffix tells what "
-        "it is: .csv, .parquet, .gpkg or .geojson."
-    ),
-    overwrite: opt.Overwrite = False,
+    output: str | None = opt.output("Picture: .png, .svg or .pdf; or table: .csv, .json, .md or .txt."),
+    *,
+    pictured: opt.GraphOptions,
 ) -> None:
-    """Scales, angles and other measures of a projection at points."""
-    path, names = opt.printed_or_file(output, overwrite), opt.measure_names(measure)
-    # The points of a file have formats of their own.
-    form = opt.format_for(format, path, others=TABLE_SUFFIXES) if at is None else opt.format_of(format or TABLE)
-    if (coordinates is None) == (at is None):
-        refuse("Invalid points. They must be LON LAT..., - for stdin, or --at FILE. See 'projdist factors --help'.")
+    """Scale, convergence and other measures along a line, and the combined factor at heights."""
+    drawn = output is not None and Path(output).suffix.lower() in plots.SUFFIXES
+    picture = opt.picture_of(output if drawn else None, pictured)
+    target = opt.target(format, None if drawn else output, pictured.overwrite, others=plots.SUFFIXES)
+    names = opt.measure_names(measure) or ["convergence"]
+    step = opt.number("spacing", spacing, 1e-6, 1e6, " of km")
+    above = opt.number("height", height, -12_000.0, 9_000.0, " of metres")
     with refusing():
-        measured = Projection.from_user_input(projection)
-    if at is not None:
-        measure_file(measured, projection, at, names, prefix, form, path, overwrite)
-        return
-    with refusing():
-        points = read_points(coordinates or [], sys.stdin)
-    found = factors(measured, points.lon, points.lat, measures=names)
+        found = answers.profile(projection, line, measures=names, spacing_km=step, height=above)
+    if picture is not None:
+        picture.save(plots.profile_figure, found)
     result = found.to_dict() | {"projection": projection}
-    if any(points.text):
-        for row, text in zip(result["results"], points.text, strict=True):
-            row["text"] = text
-    if path is not None and is_table_file(path):
-        write_table(measured, result["results"], path, overwrite)
-    else:
-        present(factors_report(result, ["lon", "lat", *found.columns()]), form, path, overwrite)
-    tell_problems(points.problems)
+    rows = result["results"]
+    label = label_of(projection, found.projection.name)
+    report = Report(
+        title=f"{label} along {label_of(line, 'a line')} ({found.length_m / 1e3:,.6g} km)",
+        tables=[Table(rows, [Column(name, show=functools.partial(_profile_cell, name)) for name in rows[0]])],
+        notes=[*_notes(found)],
+        data=lambda: result,
+        written=[picture] if picture and not is_stream(picture.path) else [],
+    )
+    present(report, *target)
+
+
+def _notes(found: answers.Profile) -> Iterator[str]:
+    yield "Scale: in the direction of the line, whose edges are geodesics; at a vertex that of the edge which follows."
+    lengths = f"On the ellipsoid {_metres(found.length_m)}, on the map {_metres(found.map_length_m)}"
+    yield f"{lengths}: mean scale {_factor(found.mean_scale)}"
+    yield f"Grid distance, straight from vertex to vertex: {_metres(found.grid_distance_m)}"
+    for k in found.torn:
+        between = f"{found.distance_km[k - 1]:,.6g} and {found.distance_km[k]:,.6g} km"
+        yield f"The map is cut between {between}: the grid distance goes across."
+    if found.ground_length_m is not None and found.mean_combined_factor is not None:
+        combined = _factor(found.mean_combined_factor)
+        yield f"On the ground {_metres(found.ground_length_m)}: mean combined factor {combined}"
+
+
+def _metres(length: float) -> str:
+    return f"{fixed(length, 3, ',')} m" if length == length else "undefined"
+
+
+def _factor(value: float) -> str:
+    return f"{fixed(value, 9)} ({fixed(1e6 * (value - 1.0), 2, '+')} ppm)" if value == value else "undefined"
+
+
+def _profile_cell(name: str, value: Any) -> str:
+    if name in ("lon", "lat"):
+        return f"{value:.9g}"
+    return f"{value:.7g}" if name == "distance_km" else fixed(value, _PROFILE_DECIMALS.get(name, _MOST_DECIMALS))

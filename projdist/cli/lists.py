@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Any
 
 from projdist.answers import INDICES, TABLES, tables
 from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, working
 from projdist.cli.formats import present
-from projdist.cli.number_format import first_digit, fixed
-from projdist.cli.report import Column, Mapped, Report, Row, Table, listing
+from projdist.cli.number_format import first_digit, fixed, shortened
+from projdist.cli.report import Column, Columns, Mapped, Report, Row, Table, listing
 from projdist.field import FIGURES
 from projdist.matrices import MEASURES
 from projdist.numerics import CRITERIA
-from projdist.projections import NAMES, WORLD_MAPS, CrsSearch, find_crs, needed_parameters, projection_names
+from projdist.projections import NAMES, WORLD_MAPS, find_crs, needed_parameters, projection_names
 from projdist.support import shown
 
 _LONGEST = 48  # characters of the name of an area
@@ -35,36 +35,20 @@ def find_command(
         found = find_crs(" ".join(words), authorities=chosen, deprecated=deprecated, limit=most)
     if not found.results:
         refuse(f"Nothing is found for '{shown(found.text)}'. {found.advice}", code=1)
-    present(_find_report(found), form)
-
-
-def _find_report(found: CrsSearch) -> Report:
     rows = found.rows()
+    columns: Columns = [
+        Column("code", left=True),
+        Column("name", of=lambda row: f"{row['name']} (deprecated)" if row["deprecated"] else row["name"], left=True),
+        Column(
+            "area_name",
+            "area of use",
+            of=lambda row: shortened(row["area_name"].rstrip(".") or "-", _LONGEST),
+            left=True,
+        ),
+    ]
     more = found.total - len(rows)
-    return Report(
-        tables=[
-            Table(
-                rows,
-                [
-                    Column("code", left=True),
-                    Column("name", of=_name, left=True),
-                    Column("area_name", "area of use", of=_area, left=True),
-                ],
-            )
-        ],
-        notes=[f"{more:,} more: --limit {found.total} shows all."] if more else [],
-        data=found.to_dict,
-        rows=lambda: rows,
-    )
-
-
-def _name(row: Row) -> str:
-    return f"{row['name']} (deprecated)" if row["deprecated"] else str(row["name"])
-
-
-def _area(row: Row) -> str:
-    text = str(row["area_name"]).rstrip(".") or "-"
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3].rstrip()}..."
+    notes = [f"{more:,} more: --limit {found.total} shows all."] if more else []
+    present(Report(tables=[Table(rows, columns)], notes=notes, data=found.to_dict, rows=lambda: rows), form)
 
 
 # ---- lists ---------------------------------------------------------------------------------------
@@ -79,6 +63,11 @@ def list_command(
     present(listing(rows), opt.format_of(format))
 
 
+def _rows(found: Iterable[Any], **columns: str) -> list[dict[str, str]]:
+    """Rows of things, whose columns are attributes of theirs."""
+    return [{name: getattr(one, attribute) for name, attribute in columns.items()} for one in found]
+
+
 def _projection_rows() -> list[dict[str, str]]:
     return [
         {
@@ -88,27 +77,6 @@ def _projection_rows() -> list[dict[str, str]]:
             "definition": definition,
         }
         for name, definition in projection_names().items()
-    ]
-
-
-def _measure_rows() -> list[dict[str, str]]:
-    rows = [
-        {"name": measure.name, "symbol": measure.symbol, "unit": measure.unit, "description": measure.description}
-        for measure in MEASURES.values()
-    ]
-    return [*rows, {"name": "scale@AZIMUTH", "symbol": "", "unit": "", "description": "Scale in an azimuth, degrees."}]
-
-
-def _figure_rows() -> list[dict[str, str]]:
-    """Figures by which maps are ranked and optimised."""
-    return [
-        {
-            "name": figure.name,
-            "unit": figure.unit,
-            "definition": figure.description,
-            "source": figure.source,
-        }
-        for figure in FIGURES.values()
     ]
 
 
@@ -122,24 +90,18 @@ def _criterion_rows() -> list[dict[str, str]]:
 
 
 def _index_rows() -> list[dict[str, str]]:
-    return [
-        {
-            "name": index.name,
-            "symbol": index.symbol,
-            "group": index.group,
-            "definition": index.definition,
-            "normalisation": index.normalisation,
-            "scale": index.scale_dependence,
-            "source": index.source,
-        }
-        for index in INDICES.values()
-    ]
+    same = {name: name for name in ("name", "symbol", "group", "definition", "normalisation")}
+    return _rows(INDICES.values(), **same, scale="scale_dependence", source="source")
 
 
 _LISTS = {
     "projections": _projection_rows,
-    "measures": _measure_rows,
-    "figures": _figure_rows,
+    "measures": lambda: [
+        *_rows(MEASURES.values(), name="name", symbol="symbol", unit="unit", description="description"),
+        {"name": "scale@AZIMUTH", "symbol": "", "unit": "", "description": "Scale in an azimuth, degrees."},
+    ],
+    # Figures by which maps are ranked and optimised.
+    "figures": lambda: _rows(FIGURES.values(), name="name", unit="unit", definition="description", source="source"),
     "criteria": _criterion_rows,
     "indices": _index_rows,
 }
@@ -155,57 +117,48 @@ def tables_command(
     overwrite: opt.Overwrite = False,
 ) -> None:
     """Print a table of the literature beside the same figures computed anew, and what explains the differences."""
-    path = opt.printed_or_file(output, overwrite)
-    form = opt.format_for(format, path)
+    target = opt.target(format, output, overwrite)
     with refusing(), working("Computing"):
-        report = listing(_names()) if name is None else _tables_report(tables(name).to_dict())
-    present(report, form, path, overwrite)
-
-
-def _names() -> list[Row]:
-    return [{"name": table, "source": source} for table, source in TABLES.items()]
+        if name is None:
+            report = listing([{"name": table, "source": source} for table, source in TABLES.items()])
+        else:
+            report = _tables_report(tables(name).to_dict())
+    present(report, *target)
 
 
 def _tables_report(found: dict[str, Any]) -> Report:
     rows = found["results"]
     explanations = {row["convention"]: row["explanation"] for row in rows if row["convention"]}
     places = [] if rows[0]["lat"] is None else [Column(key, show="{:.9g}".format) for key in ("lon", "lat")]
-    others: list[Column | str] = [
-        Column("value_by_convention", "otherwise", of=lambda row: _shown("value_by_convention", row)),
-        "convention",
-    ]
-    columns: list[Column | str] = [
+    columns: Columns = [
         "projection",
         *places,
         "measure",
         Column("published", of=lambda row: f"{row['published']:.{row['decimals']}f}"),
-        Column("value", "ours", of=lambda row: _shown("value", row)),
+        Column("value", "ours", of=lambda row: _figure("value", row)),
         Column("error", show=first_digit),
-        Column("difference", of=lambda row: _shown("difference", row, "+")),
+        Column("difference", of=lambda row: _figure("difference", row, "+")),
         Column("reproduced", "comes out", of=_verdict, left=True),
-        *(others if explanations else []),
     ]
+    if explanations:
+        otherwise = Column("value_by_convention", "otherwise", of=lambda row: _figure("value_by_convention", row))
+        columns += [otherwise, "convention"]
     notes = [
         "Comes out: ours agrees to half a unit of the last digit printed.",
         *(f"{convention}: {text}" for convention, text in explanations.items()),
         *sorted({f"Source: {row['source']} ({row['status']})." for row in rows}),
     ]
+    of_the_globe = {row["definition"]: row["projection"] for row in rows if row["lat"] is None}
     return Report(
         title=found["source"],
         tables=[Table(rows, columns, keys=2 + len(places))],
         notes=notes,
         data=lambda: found,
-        maps=_maps(rows),
+        maps=Mapped([*of_the_globe], [*of_the_globe.values()], "globe") if of_the_globe else None,
     )
 
 
-def _maps(rows: Sequence[Row]) -> Mapped | None:
-    """Maps of the table whose figures are global."""
-    maps = {row["definition"]: row["projection"] for row in rows if row["lat"] is None}
-    return Mapped([*maps], [*maps.values()], "globe") if maps else None
-
-
-def _shown(key: str, row: Row, sign: str = "") -> str:
+def _figure(key: str, row: Row, sign: str = "") -> str:
     """Figure with two decimals more than the published one."""
     return "" if row[key] is None else fixed(row[key], row["decimals"] + 2, sign)
 

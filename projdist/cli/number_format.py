@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from projdist.regions import Place
+from projdist import regions
 
 _DIGITS = 5
 _MOST_DECIMALS = 10  # a tenth of a millimetre in 1000 km
@@ -24,7 +22,7 @@ def rounded(value: float | None, error: float | None) -> str:
     """
     if value is None:
         return "-"
-    if error and _is_swallowed(value, error):
+    if error and error > _ROUNDING and abs(value) <= error:
         return with_error(value, error)
     wanted = max(6, 3 - math.floor(math.log10(abs(value)))) if value else 6
     good = math.floor(-math.log10(error)) if error else wanted
@@ -41,7 +39,7 @@ def certain(value: float | None, error: float | None = None) -> str:
     """
     if value is None:
         return "-"
-    if error and _is_swallowed(value, error):
+    if error and error > _ROUNDING and abs(value) <= error:
         return with_error(value, error)
     if not error or not value or math.isinf(value):
         return f"{value:.{_DIGITS}g}"
@@ -54,14 +52,9 @@ def certain(value: float | None, error: float | None = None) -> str:
 
 def with_error(value: float, error: float) -> str:
     """A value and its error: `0.12346 +- 3e-09`, or within the error `327 +- 27,000`."""
-    if _is_swallowed(value, error):
+    if error > _ROUNDING and abs(value) <= error:
         return f"{_plain(value, 3)} +- {_plain(error, 2)}"
     return f"{rounded(value, error)} +- {first_digit(error)}"
-
-
-def _is_swallowed(value: float, error: float) -> bool:
-    """True if a value is within its error, and the error larger than rounding."""
-    return error > _ROUNDING and abs(value) <= error
 
 
 def _plain(value: float, digits: int) -> str:
@@ -95,16 +88,19 @@ def area_text(km2: float) -> str:
     return f"{km2:,.0f} km2" if km2 >= 100 else f"{km2:.3g} km2"
 
 
-def size_text(region: Place) -> str:
+def size_text(region: regions.Place) -> str:
     """Area of a region, or the number of its points."""
-    from projdist.regions import PointSet  # loads numpy, which --version does without
-
-    return f"{region.lon.size:,} points" if isinstance(region, PointSet) else area_text(region.area_km2)
+    return f"{region.lon.size:,} points" if isinstance(region, regions.PointSet) else area_text(region.area_km2)
 
 
 def covers(coverage: float) -> list[str]:
     """A note on the covered share of the region, if it is not all."""
     return [f"Covers {per_cent(coverage)} of the region."] if coverage < WHOLE else []
+
+
+def shortened(text: str, most: int) -> str:
+    """A text of at most so many characters."""
+    return text if len(text) <= most else f"{text[: most - 3].rstrip()}..."
 
 
 def label_of(given: str, name: str) -> str:

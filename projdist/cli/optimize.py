@@ -1,31 +1,36 @@
-"""The command `optimize`."""
+"""The commands that make a map better: `optimize` and `ldp` by its parameters, `correct` by a linear map."""
 
 from __future__ import annotations
 
 import math
 import operator
+import re
 from collections.abc import Iterator
 from typing import Annotated, Any
 
+import numpy as np
+
+from projdist import answers, decisions, plots
 from projdist.cli import options as opt
-from projdist.cli.errors import progress_bar, refusing
-from projdist.cli.formats import HTML, JSON, TABLE, present
-from projdist.cli.number_format import change, covers, rounded, size_text
-from projdist.cli.report import Column, Copy, Mapped, Report, Table
-from projdist.decisions import FAMILIES, Optimum, optimize, recommend
-from projdist.projections import ProjectionLike, number_text
-from projdist.regions import Place
+from projdist.cli.errors import progress_bar, refuse, refusing, working
+from projdist.cli.formats import CSV, HTML, JSON, TABLE, drawing, present
+from projdist.cli.number_format import change, covers, first_digit, rounded, size_text
+from projdist.cli.report import Column, Columns, Copy, Mapped, Report, Table
+from projdist.projections import Projection, ProjectionLike, number_text
+from projdist.regions import Box, Place, PointSet
+
+_OPTIMUM_FORMS = (TABLE, "proj", "wkt", JSON, HTML)
+_LDP_FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV, HTML)
+_CORRECTION_FORMS = (TABLE, JSON, HTML, "proj", "wkt")
+
+# ---- optimize ------------------------------------------------------------------------------------
+
 
 _RECOMMENDED = "recommend"
 _LAST = 0.1  # digit of values above 1
 _LIMIT_DIGIT = 1e-3  # of a limit, which is no more than a good prediction
 _DIGIT = 1e-5  # of a value: what figures of a table are shown to
-
-
-_FORMS = (TABLE, "proj", "wkt", JSON, HTML)
-
-
-_FAMILY = f"auto, {', '.join(FAMILIES)}, or a PROJ string with ranges, as '+proj=lcc +lat_1={{20..60}}'."
+_FAMILY = f"auto, {', '.join(decisions.FAMILIES)}, or a PROJ string with ranges, as '+proj=lcc +lat_1={{20..60}}'."
 
 
 def optimize_command(
@@ -42,19 +47,18 @@ def optimize_command(
     against: list[str] | None = opt.option(
         "PROJECTION", "A map to compare with, or 'recommend': the best existing CRS. May be repeated."
     ),
-    format: str | None = opt.file_format(_FORMS, ".json, .wkt, .html or .txt"),
+    format: str | None = opt.file_format(_OPTIMUM_FORMS, ".json, .wkt, .html or .txt"),
     output: opt.Output = None,
     overwrite: opt.Overwrite = False,
 ) -> None:
     """Find the parameters with which a family of projections distorts a region least."""
-    path = opt.printed_or_file(output, overwrite)
-    form = opt.format_for(format, path, _FORMS)
+    target = opt.target(format, output, overwrite, _OPTIMUM_FORMS)
     step = opt.number("rounding", round, 1e-9, 45.0, " of degrees")
     area = opt.region_of(region)
     names = None if free is None else [name.strip() for name in free.split(",") if name.strip()]
     with refusing(), progress_bar("families") as progress:
         others = [_best_existing(area, criterion) if one == _RECOMMENDED else one for one in against or []]
-        found = optimize(
+        found = decisions.optimize(
             family,
             area,
             free=names,
@@ -64,23 +68,12 @@ def optimize_command(
             against=others,
             progress=progress,
         )
-    present(_report(found), form, path, overwrite)
-
-
-def _best_existing(region: Place, criterion: str) -> str:
-    """The code of the best existing CRS by the criterion of an optimisation; raises ValueError."""
-    best = recommend(region, criterion=criterion, limit=1).results
-    if not best:
-        raise ValueError(f"Invalid option '--against {_RECOMMENDED}'. No CRS serves the region '{region.name}'.")
-    return best[0].code
-
-
-def _report(found: Optimum) -> Report:
     name = found.projection.name
-    return Report(
+    maps: list[ProjectionLike] = [found.projection, *(one.definition for one in found.baselines)]
+    report = Report(
         title=f"{name} for {found.region.name} ({size_text(found.region)})",
-        lead=[*_lead(found)],
-        tables=[_maps(found), *([_roundings(found)] if found.roundings else [])],
+        lead=[*_optimum_lead(found)],
+        tables=[*_optimum_tables(found)],
         notes=[
             *(f"{failure.given}: {failure.error}" for failure in found.failures),
             "",
@@ -90,17 +83,20 @@ def _report(found: Optimum) -> Report:
         data=found.to_dict,
         copies={"proj": Copy(found.proj), "wkt": Copy(found.wkt, found.wkt_reason)},
         about=name,
-        maps=_mapped(found),
+        maps=Mapped(maps, ["Optimised", *(one.name for one in found.baselines)], found.region),
     )
+    present(report, *target)
 
 
-def _mapped(found: Optimum) -> Mapped:
-    """The optimum and its baselines."""
-    maps: list[ProjectionLike] = [found.projection, *(one.definition for one in found.baselines)]
-    return Mapped(maps, ["Optimised", *(one.name for one in found.baselines)], found.region)
+def _best_existing(region: Place, criterion: str) -> str:
+    """The code of the best existing CRS by the criterion of an optimisation; raises ValueError."""
+    best = decisions.recommend(region, criterion=criterion, limit=1).results
+    if not best:
+        raise ValueError(f"Invalid option '--against {_RECOMMENDED}'. No CRS serves the region '{region.name}'.")
+    return best[0].code
 
 
-def _lead(found: Optimum) -> Iterator[str]:
+def _optimum_lead(found: decisions.Optimum) -> Iterator[str]:
     """Parameters and figures of the optimum."""
     yield from (f"{name:8} {number_text(value)}" for name, value in found.parameters.items())
     yield f"Airy-Kavrayskiy {_shown(found.airy_kavrayskiy)}"
@@ -114,8 +110,8 @@ def _lead(found: Optimum) -> Iterator[str]:
     yield from covers(found.coverage)
 
 
-def _maps(found: Optimum) -> Table:
-    """Table of the optimum and other maps, by Airy-Kavrayskiy error where the criterion vanishes."""
+def _optimum_tables(found: decisions.Optimum) -> Iterator[Table]:
+    """The optimum and others, by Airy-Kavrayskiy error where the criterion vanishes; costs of rounded parameters."""
     name, unit = ("airy_kavrayskiy", "") if found.note else (found.criterion, found.unit)
     figure = operator.attrgetter("airy_kavrayskiy" if found.note else "value")
     this = figure(found)
@@ -132,20 +128,13 @@ def _maps(found: Optimum) -> Table:
         }
         for label, one, definition in compared
     ]
-    columns: list[Column | str] = [
-        "map",
-        Column("value", name, _shown, error="error", unit=unit),
-        Column("against_this", "against this", change),
-        "definition",
-    ]
-    return Table(rows, columns)
-
-
-def _roundings(found: Optimum) -> Table:
-    """Table of the costs of rounded parameters."""
-    rows = [{"step": one.step, "cost": 1.0 + one.loss} | one.parameters for one in found.roundings]
-    parameters = [Column(name, show=number_text) for name in found.roundings[0].parameters]
-    return Table(rows, [Column("step", "rounded to", "{:g} deg".format), Column("cost", "costs", change), *parameters])
+    value = Column("value", name, _shown, error="error", unit=unit)
+    yield Table(rows, ["map", value, Column("against_this", "against this", change), "definition"])
+    if found.roundings:
+        costs = [{"step": one.step, "cost": 1.0 + one.loss} | one.parameters for one in found.roundings]
+        parameters = [Column(name, show=number_text) for name in found.roundings[0].parameters]
+        step = Column("step", "rounded to", "{:g} deg".format)
+        yield Table(costs, [step, Column("cost", "costs", change), *parameters])
 
 
 def _shown(value: float, error: float = 0.0) -> str:
@@ -153,3 +142,260 @@ def _shown(value: float, error: float = 0.0) -> str:
     if value < 1.0:
         return rounded(value, max(_DIGIT * value, error))
     return f"{value:,.1f}" if error <= _LAST else f"{round(value, -math.ceil(math.log10(error))):,.0f}"
+
+
+# ---- ldp -----------------------------------------------------------------------------------------
+
+
+_ANGLES = ("lat_0", "lat_1", "lon_0", "lonc", "alpha")
+
+
+def ldp_command(
+    region: opt.RegionArgument,
+    heights: str | None = opt.option(
+        "FILE", "Points: .csv with lon, lat and ellipsoidal h, or a .tif (with rasterio)."
+    ),
+    height: str | None = opt.option("METRES", "The ellipsoidal height of the whole region."),
+    families: str = opt.option("NAMES", "Which to try, with commas.", ",".join(decisions.LDP_FAMILIES)),
+    criterion: str = opt.option(
+        "NAME",
+        "share (the most points within the target), max_scale_error_ppm, rms_scale_error_ppm, ...",
+        "share",
+        *opt.CRITERION,
+    ),
+    target_ppm: str = opt.option("PPM", "The target of the share.", "20"),
+    round_k: str = opt.option("NUMBER", "The scale factor is a multiple of it.", "1e-6"),
+    round_axis: str = opt.option("ANGLE", "The axis is a multiple: 1', 30\", 0.5 (deg).", "1'"),
+    geodetic: str = opt.option("CRS", "Geographic CRS to base it on.", "EPSG:4326"),
+    against: list[str] | None = opt.option("PROJECTION", "A map to compare with; may be repeated."),
+    name: str | None = opt.option("TEXT", "The name of the CRS."),
+    format: str | None = opt.report_format(_LDP_FORMS),
+    output: str | None = opt.output("Map of the ppm: .png, .svg or .pdf; or a page: .html."),
+    *,
+    pictured: opt.PictureOptions,
+) -> None:
+    """Design a low-distortion projection: grid distances as on the ground, at ellipsoidal heights."""
+    target = opt.page_target(format, output, pictured.overwrite, _LDP_FORMS)
+    area = opt.region_of(region)
+    own = isinstance(area, PointSet) and area.height is not None
+    if (heights is not None) + (height is not None) > 1 or not (own or heights or height):
+        refuse("Invalid heights. There must be either --heights FILE or --height METRES.")
+    picture = opt.picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
+    options: dict[str, Any] = {
+        "families": [word.strip() for word in families.split(",") if word.strip()],
+        "criterion": criterion,
+        "target_ppm": opt.number("target", target_ppm, 1e-3, 1e5, " of ppm"),
+        "round_k": opt.number("rounding of k_0", round_k, 1e-10, 1e-3),
+        "round_axis": _angle(round_axis),
+        "geodetic": geodetic,
+        "against": against or [],
+        "name": name,
+    }
+    with refusing(), working("Designing"):
+        if height is not None:
+            options["height"] = opt.number("height", height, -500.0, 9000.0, " of metres")
+        elif heights is not None:
+            options["heights"] = decisions.read_heights(heights)
+        found = decisions.ldp(area, **options)
+    if picture is not None:
+        picture.save(plots.ldp_figure, found)
+    # A page shows the design and its baselines, with scales on the ground at the mean height.
+    mean = float(np.average(found.height, weights=found.weight))
+    at = f"at {mean:,.0f} m" if np.ptp(found.height) < 0.5 else f"at the mean height, {mean:,.0f} m"
+    maps: list[ProjectionLike] = [found.projection, *(against or [])]
+    labels = [found.family, *(label for label, _ in found.baselines)]
+    titles = [f"{label}, on the ground {at}" for label, _ in zip(labels, maps, strict=False)]
+    place = Box.between(found.region.bounds) if isinstance(found.region, PointSet) else found.region
+    copies = {"proj": found.proj, "wkt": found.wkt, "esri": found.esri}
+    points = {"lon": found.lon, "lat": found.lat, "height": found.height, "ppm": found.ppm}
+    report = Report(
+        title=f"{found.projection.name} for {found.region.name} ({size_text(found.region)}), by {found.criterion}",
+        lead=[
+            f"{key:6} {_degrees(value) if key in _ANGLES else number_text(value)}"
+            for key, value in found.parameters.items()
+        ],
+        tables=[_ldp_table(found)],
+        notes=[*_ldp_notes(found)],
+        data=found.to_dict,
+        rows=lambda: [
+            dict(zip(points, row, strict=True)) for row in zip(*(one.tolist() for one in points.values()), strict=True)
+        ],
+        copies={form: Copy(text, "There is no such form of it.") for form, text in copies.items()},
+        about=found.projection.name,
+        written=[picture],
+        maps=Mapped(maps, titles, place, "scale_error_ppm", mean),
+    )
+    present(report, *target)
+
+
+def _angle(text: str) -> float:
+    """Angle in degrees, given as `0.5`, `1'` or `30"`."""
+    match = re.fullmatch(r"\s*([\d.]+(?:e-?\d+)?)\s*(['\"′″°]?)\s*", text)
+    unit = {"'": 60.0, "′": 60.0, '"': 3600.0, "″": 3600.0}.get(match[2] if match else "", 1.0)
+    try:
+        degrees = float(match[1]) / unit if match else math.nan
+    except ValueError:
+        degrees = math.nan
+    if not 1e-7 <= degrees <= 1.0:
+        refuse(f"Invalid rounding of the axis '{text}'. It must be an angle up to 1 degree, as 1', 30\" or 0.5.")
+    return degrees
+
+
+def _degrees(value: float) -> str:
+    """Angle in degrees, minutes and seconds, and in decimal degrees."""
+    seconds: Any = round(abs(value) * 3600.0, 5)
+    minutes, seconds = divmod(seconds, 60.0)
+    degrees, minutes = divmod(int(minutes), 60)
+    sign, shown = "-" if value < 0 else "", number_text(round(seconds, 5)).zfill(2)
+    return f"{sign}{degrees}°{minutes:02d}'{shown}\"  ({number_text(round(value, 9))})"
+
+
+def _ldp_table(found: decisions.LDP) -> Table:
+    """Table of ppm statistics of the design, other families and baselines."""
+    maps = [(found.family, found.statistics), *((other.family, other.statistics) for other in found.others)]
+    rows = [
+        {"map": label} | vars(statistics) | {f"within {ppm:g}": share for ppm, share in statistics.within.items()}
+        for label, statistics in (*maps, *found.baselines)
+    ]
+    figures = [Column(name, show="{:.2f}".format, unit="ppm") for name in ("min", "max", "mean", "std", "rms")]
+    within = [f"within {ppm:g}" for ppm in found.statistics.within]
+    return Table(rows, ["map", *figures, *(Column(key, show=lambda share: f"{100.0 * share:.1f} %") for key in within)])
+
+
+def _ldp_notes(found: decisions.LDP) -> Iterator[str]:
+    low, high = found.height.min(), found.height.max()
+    yield f"Heights are ellipsoidal, not orthometric: {low:,.1f} to {high:,.1f} m at {found.lon.size:,} points."
+    yield from found.notes
+    yield f"PROJ: {found.proj}"
+    if found.simpler:
+        yield f"PROJ, {found.simpler.family}: {found.simpler.proj}"
+    forms = [form for form, text in (("wkt", found.wkt), ("esri", found.esri)) if text]
+    if forms:
+        yield f"WKT: see --format {' or '.join(forms)}"
+
+
+# ---- correct -------------------------------------------------------------------------------------
+
+
+def correct_command(
+    projection: opt.OneProjection,
+    region: opt.Region = None,
+    criterion: str = opt.option(
+        answers.CORRECTION_CRITERIA,
+        "Least mean square of the distortion, or its least mean, by the geometric median of the Jacobians.",
+        "mean",
+    ),
+    constraint: str = opt.option(
+        answers.CONSTRAINTS, "Any linear map, one that keeps areas, or a scale alone.", "affine"
+    ),
+    keep_north: bool = opt.flag(
+        "--keep-north/--free", "Keep the map's vertical, or turn it so that north is up on average.", True
+    ),
+    format: str | None = opt.report_format(_CORRECTION_FORMS),
+    output: str | None = opt.output("Picture of the map before and after: .png, .svg or .pdf; or a page: .html."),
+    local: str | None = opt.option("KM", "Draw, in its place, the corrections that caps of this radius would have."),
+    step: str | None = opt.option("NUMBER", "Degrees between the ellipses or caps."),
+    *,
+    pictured: opt.PictureOptions,
+) -> None:
+    """Find the linear map that reduces a map's distortion most, and the corrected map."""
+    target = opt.page_target(format, output, pictured.overwrite, _CORRECTION_FORMS)
+    area = opt.region_given(region, [projection])
+    opt.choice("criterion", criterion, answers.CORRECTION_CRITERIA)
+    opt.choice("constraint", constraint, answers.CONSTRAINTS)
+    picture = opt.picture_of(output, pictured, step=step, beside=(opt.PAGE_SUFFIX,))
+    with refusing():
+        measured = Projection.from_user_input(projection)
+        if local is not None:
+            if criterion != "mean":
+                refuse("Invalid option '--criterion' with --local. Local corrections are by the mean.")
+            if constraint != "affine" or not keep_north:
+                option = "--constraint" if constraint != "affine" else "--free"
+                refuse(
+                    f"Invalid option '{option}' with --local. Local corrections are symmetric and have no constraint."
+                )
+            _present_local(measured, area, local, picture, target.form)
+            return
+        result = answers.correct(measured, area, criterion=criterion, constraint=constraint, keep_north=keep_north)
+    maps = [result.projection, result.corrected]
+    if picture is not None:
+        figures = [result.airy_kavrayskiy, result.airy_kavrayskiy_corrected]
+        picture.save(plots.tissot_figure, maps, region=result.region, step=picture.step, airy_kavrayskiy=figures)
+    report = Report(
+        title=f"{result.projection.name} over {result.region.name} ({size_text(result.region)})",
+        tables=[_correction_table(result)],
+        notes=[*_correction_notes(result)],
+        data=lambda: result.to_dict() | {"projection": projection},
+        copies={
+            "proj": Copy(result.pipeline, "A function has no PROJ pipeline."),
+            "wkt": Copy(result.wkt, result.wkt_reason),
+        },
+        about=result.projection.name,
+        written=[picture],
+        maps=Mapped(maps, ["As it is", "Corrected"], result.region),
+    )
+    present(report, *target)
+
+
+def _present_local(
+    projection: Projection, region: Place | None, radius: str, picture: opt.PictureFile | None, form: str
+) -> None:
+    """Draw the field of local corrections, or print it as JSON."""
+    if form not in (TABLE, JSON):
+        refuse(f"Invalid format '{form}' with --local. It must be table or json.")
+    if picture is None and form != JSON:
+        refuse("Invalid option '--local'. It needs a picture to draw to, -o FILE, or --format json.")
+    km = opt.number("radius", radius, 1e-3, 10_000.0, " of km")
+    if picture is None:
+        field = plots.local_figure(projection, km, region=region)[1]
+    else:
+        shown: dict[str, Any] = {"step": picture.step, "size": picture.size, "dpi": picture.dots}
+        with drawing(picture.path):
+            figure, field = plots.local_figure(projection, km, region=region, **shown)
+        picture.save(lambda **_: figure)
+    present(Report(data=field.to_dict, written=[picture]), form)
+
+
+def _correction_table(result: answers.Correction) -> Table:
+    """The errors before and after, and where they are known the mean and the median distortion."""
+    by = result.constraint if result.criterion == "mean" else result.criterion
+    figures = {
+        "as it is": (result.airy_kavrayskiy, result.spread),
+        "after the best scale": (result.airy_kavrayskiy_scaled, None),
+        "after the best linear map (MDT)": (result.airy_kavrayskiy_affine, result.spread_affine),
+        f"corrected ({by}), measured again": (result.airy_kavrayskiy_corrected, result.spread_corrected),
+    }
+    rows: list[dict[str, Any]] = []
+    for name, (value, spread) in figures.items():
+        if spread is not None:
+            (mean, mean_error), (half, half_error) = spread
+            more = {"mean": mean, "mean_error": mean_error, "half": half, "half_error": half_error}
+        elif result.spread is None:
+            more = {}
+        else:
+            continue
+        rows.append({"map": name, "value": value, "error": result.error_estimate} | more)
+    columns: Columns = ["map", Column("value", "Airy-Kavrayskiy", rounded, error="error")]
+    if result.spread is not None:
+        columns.append(Column("mean", "mean distortion", rounded, error="mean_error"))
+        columns.append(Column("half", "half the area below", rounded, error="half_error"))
+    return Table(rows, columns)
+
+
+def _correction_notes(result: answers.Correction) -> Iterator[str]:
+    (xx, xy), (yx, yy) = result.matrix
+    if result.spread is None:
+        yield f"The error of these figures is about {first_digit(result.error_estimate)}."
+    else:
+        yield f"The error of the matrix is about {first_digit(result.matrix_error)}."
+    yield f"x' = {xx:.9g} x {xy:+.9g} y" if xy else f"x' = {xx:.9g} x"
+    yield f"y' = {yx:.9g} x {yy:+.9g} y" if yx else f"y' = {yy:.9g} y"
+    yield f"That is {result.words}."
+    if result.note:
+        yield result.note
+    yield from covers(result.coverage)
+    yield ""
+    if result.parameters:
+        yield f"By its own parameters: {result.parameters}"
+    yield f"PROJ: {result.pipeline}" if result.pipeline else "PROJ: none; a function has no pipeline."
+    yield "WKT2: see --format wkt" if result.wkt else f"WKT2: none; {result.wkt_reason}"

@@ -1,19 +1,20 @@
-"""The options that commands share, and their values; an invalid one ends the command with 2."""
+"""The options that commands share, alone and in groups, and their values; an invalid one ends the command with 2."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, overload
+from typing import Annotated, Any, NamedTuple, overload
 
 import typer
 
-from projdist import gis
-from projdist.cli.errors import cannot_write, fail, refuse, refusing
-from projdist.cli.formats import FORMATS, HTML, TABLE
+from projdist import gis, plots
+from projdist.cli.errors import cannot_write, fail, refuse, refusing, working
+from projdist.cli.formats import FORMATS, HTML, TABLE, drawing
 from projdist.matrices import get_measure
 from projdist.projections import Projection, ProjectionError
 from projdist.regions import Place, get_region, region_for, weighted_points
@@ -35,9 +36,9 @@ def flag(name: str, help: str, default: bool = False) -> Any:
     return typer.Option(default, name, help=help)
 
 
-def output(help: str, default: str | None = None, metavar: str = "FILE") -> Any:
+def output(help: str, default: Any = None, metavar: str = "FILE") -> Any:
     """The option `--output` of a command."""
-    return typer.Option(default, "--output", "-o", metavar=metavar, help=help)
+    return option(metavar, help, default, "--output", "-o")
 
 
 def file_format(forms: Iterable[str] = FORMATS, suffixes: str = ".json, .csv, .md, .html or .txt") -> Any:
@@ -54,90 +55,71 @@ _FORMAT = ("--format", "-f")
 MEASURE, CRITERION = ("--measure", "-m"), ("--criterion", "-c")
 """The names of these options."""
 
+# A type has no default: `...` for it.
 Projections = Annotated[
     list[str],
-    typer.Argument(
-        metavar="PROJECTION...",
-        help="Names, also with parameters (robinson+lon_0=150) or a latitude and longitude for their centre "
+    argument(
+        "PROJECTION...",
+        "Names, also with parameters (robinson+lon_0=150) or a latitude and longitude for their centre "
         "(mollweide@45,-100), PROJ strings, EPSG: or ESRI: codes, WKT, PROJJSON, .prj or .wkt files.",
     ),
 ]
-OneProjection = Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")]
-RegionArgument = Annotated[
-    str, typer.Argument(metavar="REGION", help="As --region of compare: country:DE, box:W,S,E,N, ...")
-]
+OneProjection = Annotated[str, argument("PROJECTION", "As for compare.")]
+RegionArgument = Annotated[str, argument("REGION", "As --region of compare: country:DE, box:W,S,E,N, ...")]
 Region = Annotated[
     str | None,
-    typer.Option(
-        "--region",
-        "-r",
-        metavar="REGION",
-        help="globe, land, ocean, box:W,S,E,N (W > E crosses the antimeridian), cap:LON,LAT,KM (within a geodesic "
+    option(
+        "REGION",
+        "globe, land, ocean, box:W,S,E,N (W > E crosses the antimeridian), cap:LON,LAT,KM (within a geodesic "
         "distance), country:NAME, continent:NAME, state:NAME (of the USA), crs:CODE (its area of use), "
         "file:PATH[#LAYER] (polygons), geodesic:PATH (with geodesics for edges), points:PATH (lon, lat, weight), and "
         "combinations by ' & ', ' - ', ' + ' and brackets; @main behind a region is its main part. Without one: the "
         "area of use of a CRS, if all maps have the same, else the globe.",
+        ...,
+        *("--region", "-r"),
     ),
 ]
-Weight = Annotated[
-    str | None,
-    typer.Option(
-        "--weight",
-        metavar="FILE|COLUMN",
-        help="Weights in place of areas: a raster of counts, as pop.tif or pop.tif#2 (a band), or, of points:PATH, a "
-        "column.",
-    ),
-]
+_WEIGHTS = (
+    "Weights in place of areas: a raster of counts, as pop.tif or pop.tif#2 (a band), or, of points:PATH, a column."
+)
+Weight = Annotated[str | None, option("FILE|COLUMN", _WEIGHTS, ...)]
 Regions = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="countries|continents|states|FILE",
-        help="Each of many regions: all countries, continents or states of the USA, the features of a file "
+    option(
+        "countries|continents|states|FILE",
+        "Each of many regions: all countries, continents or states of the USA, the features of a file "
         "(PATH#LAYER), or any region; may be repeated.",
+        ...,
     ),
 ]
 Executor = Annotated[
     str | None,
-    typer.Option(
-        metavar="processes:N|dask://HOST:PORT",
-        help="What the work runs on: processes of this machine, or a Dask scheduler; if not given, a process a core.",
+    option(
+        "processes:N|dask://HOST:PORT",
+        "What the work runs on: processes of this machine, or a Dask scheduler; if not given, a process a core.",
+        ...,
     ),
 ]
 Partial = Annotated[
     str | None,
-    typer.Option(
-        metavar="FILE",
-        help="With --regions: where results are kept as they come; the same command goes on from it. If not given, "
+    option(
+        "FILE",
+        "With --regions: where results are kept as they come; the same command goes on from it. If not given, "
         "beside the output, until that is written.",
+        ...,
     ),
 ]
-Format = Annotated[str, typer.Option(*_FORMAT, metavar="|".join(FORMATS), help="How to print.")]
-Output = Annotated[
-    str | None, typer.Option("--output", "-o", metavar="FILE", help="File to write instead of printing.")
-]
-Datum = Annotated[
-    str | None, typer.Option(metavar="CRS", help="The geographic CRS to base it on, as EPSG:4258; else WGS 84.")
-]
+Format = Annotated[str, option(FORMATS, "How to print.", ..., *_FORMAT)]
+Output = Annotated[str | None, output("File to write instead of printing.", ...)]
+Datum = Annotated[str | None, option("CRS", "The geographic CRS to base it on, as EPSG:4258; else WGS 84.", ...)]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the file if there is one.")]
-Measures = Annotated[
-    list[str] | None,
-    typer.Option(
-        *MEASURE,
-        metavar="NAME",
-        help="A measure (see 'projdist list measures'); may be repeated, or with commas.",
-    ),
-]
-Size = Annotated[str | None, typer.Option(metavar="WIDTH,HEIGHT", help="Of the picture in inches, as 10,6.")]
-Context = Annotated[
-    str | None,
-    typer.Option(
-        metavar="none|coast|borders|full", help="What a picture of a region shows of the Earth; full if not given."
-    ),
-]
-Dpi = Annotated[str | None, typer.Option(metavar="NUMBER", help="Dots per inch; 150 if not given.")]
+_MEASURES = "A measure (see 'projdist list measures'); may be repeated, or with commas."
+Measures = Annotated[list[str] | None, option("NAME", _MEASURES, ..., *MEASURE)]
+_CONTEXT = "What a picture of a region shows of the Earth; full if not given."
+Context = Annotated[str | None, option("none|coast|borders|full", _CONTEXT, ...)]
 
-_MOST_PIXELS = 4e8  # 1.6 GB of memory
-_MOST_LEVELS = 100
+
+# ---- values --------------------------------------------------------------------------------------
 
 
 def choice(thing: str, text: str, allowed: Iterable[str]) -> str:
@@ -146,85 +128,6 @@ def choice(thing: str, text: str, allowed: Iterable[str]) -> str:
     if text not in allowed:
         refuse(f"Invalid {thing} '{text}'. It must be {', '.join(allowed[:-1])} or {allowed[-1]}.")
     return text
-
-
-def format_of(text: str, forms: Sequence[str] = FORMATS) -> str:
-    """The name of a format, if it is allowed."""
-    return choice("format", text, list(forms))
-
-
-_TOLD_BY = {".json": "json", ".csv": "csv", ".md": "markdown", ".html": HTML, ".wkt": "wkt"}
-PAGE_SUFFIX = ".html"
-_OF_ANY = (".txt", ".log", "")
-
-
-def format_for(text: str | None, path: Path | None, forms: Sequence[str] = FORMATS, others: Sequence[str] = ()) -> str:
-    """Format given by `--format` or by the output's suffix; refuses contradictions.
-
-    `others` are suffixes of files that are not text.
-    """
-    stated = None if text is None else format_of(text, forms)
-    suffix = "" if path is None or is_stream(path) else path.suffix.lower()
-    told = _TOLD_BY.get(suffix)
-    if suffix not in (*_OF_ANY, *others) and told not in forms:
-        allowed = [*(known for known, form in _TOLD_BY.items() if form in forms), *others, *filter(None, _OF_ANY)]
-        refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(allowed)}, or none.")
-    if told is not None and stated not in (None, told):
-        refuse(f"Invalid format '{stated}' for '{path}'. Its suffix tells the format, {told}.")
-    return told or stated or TABLE
-
-
-def form_and_page(
-    text: str | None, output: str | None, overwrite: bool, forms: Sequence[str] = FORMATS
-) -> tuple[str, Path | None]:
-    """Format, and path of the page if the output is one, of a command with other outputs than text."""
-    stated = None if text is None else format_of(text, forms)
-    if not is_page(output):
-        return stated or TABLE, None
-    if stated not in (None, HTML):
-        refuse(f"Invalid format '{stated}' for '{output}'. Its suffix tells the format, {HTML}.")
-    return HTML, printed_or_file(output, overwrite)
-
-
-def is_page(output: str | None) -> bool:
-    """True if the suffix is of a page."""
-    return output is not None and Path(output).suffix.lower() == PAGE_SUFFIX
-
-
-def region_given(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> Place | None:
-    """Region of `--region`, None for the default of the maps; with weights the default is the globe."""
-    return None if text is None and weight is None else region_of("globe" if text is None else text, weight, maps)
-
-
-def region_of(text: str, weight: str | None = None, maps: Iterable[str] = ()) -> Place:
-    """Region of a text, possibly weighted; prints notes on repairs."""
-    known = _known(maps)
-    with refusing():
-        region = (region_for(text, known) if known else get_region(text)) if weight is None else _weighted(text, weight)
-    for note in region.notes:
-        fail(note)
-    return region
-
-
-def _known(maps: Iterable[str]) -> list[Projection]:
-    """Valid projections among the texts; notices are left to the measuring."""
-    found = []
-    with notices_kept():
-        for text in maps:
-            with contextlib.suppress(ProjectionError):
-                found.append(Projection.from_user_input(text))
-    return found
-
-
-def _weighted(text: str, weight: str) -> Place:
-    """A region with the weights of a raster or a column."""
-    path, mark, band = weight.partition("#")
-    if Path(path).suffix.lower() not in (".tif", ".tiff"):
-        return weighted_points(text, weight)
-    if mark and not band.isdecimal():
-        raise ValueError(f"Invalid band '{band}' of '{path}'. It must be a number.")
-    with refusing():
-        return gis.weighted(text, path, band=int(band or 1))
 
 
 def names_of(given: Iterable[str] | None) -> list[str]:
@@ -248,11 +151,6 @@ def refuse_given(options: Mapping[str, object], reason: str, of: str = "") -> No
             refuse(f"Invalid option '{name}'{of}. {reason}")
 
 
-def refuse_regional_options(executor: str | None, partial: str | None) -> None:
-    """Refuse `--executor` and `--partial` without `--regions`."""
-    refuse_given({"--executor": executor, "--partial": partial}, "It needs --regions.")
-
-
 def whole_number(name: str, text: str, low: float, high: float) -> int:
     """A whole number within limits."""
     value = number(name, text, low, high)
@@ -263,8 +161,6 @@ def whole_number(name: str, text: str, low: float, high: float) -> int:
 
 @overload
 def number(name: str, text: str, low: float, high: float, unit: str = "") -> float: ...
-@overload
-def number(name: str, text: None, low: float, high: float, unit: str = "") -> None: ...
 @overload
 def number(name: str, text: str | None, low: float, high: float, unit: str = "") -> float | None: ...
 def number(name: str, text: str | None, low: float, high: float, unit: str = "") -> float | None:
@@ -280,9 +176,86 @@ def number(name: str, text: str | None, low: float, high: float, unit: str = "")
     return value
 
 
-def printed_or_file(text: str | None, overwrite: bool) -> Path | None:
-    """Path of the output, None for standard output."""
-    return None if text is None else output_file(text, overwrite)
+def region_given(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> Place | None:
+    """Region of `--region`, None for the default of the maps; with weights the default is the globe."""
+    return None if text is None and weight is None else region_of("globe" if text is None else text, weight, maps)
+
+
+def region_of(text: str, weight: str | None = None, maps: Iterable[str] = ()) -> Place:
+    """Region of a text, possibly weighted; prints notes on repairs."""
+    known = []
+    with notices_kept():  # they are left to the measuring
+        for one in maps:
+            with contextlib.suppress(ProjectionError):
+                known.append(Projection.from_user_input(one))
+    with refusing():
+        if weight is not None:
+            region = _weighted(text, weight)
+        else:
+            region = region_for(text, known) if known else get_region(text)
+    for note in region.notes:
+        fail(note)
+    return region
+
+
+def _weighted(text: str, weight: str) -> Place:
+    """A region with the weights of a raster or a column."""
+    path, mark, band = weight.partition("#")
+    if Path(path).suffix.lower() not in RASTER_SUFFIXES:
+        return weighted_points(text, weight)
+    if mark and not band.isdecimal():
+        raise ValueError(f"Invalid band '{band}' of '{path}'. It must be a number.")
+    return gis.weighted(text, path, band=int(band or 1))
+
+
+# ---- outputs -------------------------------------------------------------------------------------
+
+
+PAGE_SUFFIX, RASTER_SUFFIXES, LAYER_SUFFIXES = ".html", (".tif", ".tiff"), (".gpkg", ".geojson")
+_TOLD_BY = {".json": "json", ".csv": "csv", ".md": "markdown", PAGE_SUFFIX: HTML, ".wkt": "wkt"}
+_OF_ANY = (".txt", ".log", "")
+
+
+class Target(NamedTuple):
+    """What an answer is written as, the path (None: it is printed), and if that may be replaced."""
+
+    form: str
+    path: Path | None
+    overwrite: bool
+
+
+def format_of(text: str, forms: Sequence[str] = FORMATS) -> str:
+    """The name of a format, if it is allowed."""
+    return choice("format", text, forms)
+
+
+def target(
+    text: str | None, output: str | None, overwrite: bool, forms: Sequence[str] = FORMATS, others: Sequence[str] = ()
+) -> Target:
+    """Output in the format given by `--format` or by its suffix; refuses contradictions.
+
+    `others` are suffixes of files that are not text.
+    """
+    path = None if output is None else output_file(output, overwrite)
+    stated = None if text is None else format_of(text, forms)
+    suffix = "" if path is None or is_stream(path) else path.suffix.lower()
+    told = _TOLD_BY.get(suffix)
+    if suffix not in (*_OF_ANY, *others) and told not in forms:
+        allowed = [*(known for known, form in _TOLD_BY.items() if form in forms), *others, *filter(None, _OF_ANY)]
+        refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(allowed)}, or none.")
+    if told is not None and stated not in (None, told):
+        refuse(f"Invalid format '{stated}' for '{path}'. Its suffix tells the format, {told}.")
+    return Target(told or stated or TABLE, path, overwrite)
+
+
+def page_target(text: str | None, output: str | None, overwrite: bool, forms: Sequence[str] = FORMATS) -> Target:
+    """Output of a command that prints its answer, or writes it as a page; files of other suffixes are not of it."""
+    stated = None if text is None else format_of(text, forms)
+    if output is None or Path(output).suffix.lower() != PAGE_SUFFIX:
+        return Target(stated or TABLE, None, overwrite)
+    if stated not in (None, HTML):
+        refuse(f"Invalid format '{stated}' for '{output}'. Its suffix tells the format, {HTML}.")
+    return Target(HTML, output_file(output, overwrite), overwrite)
 
 
 def output_file(text: str, overwrite: bool) -> Path:
@@ -312,14 +285,99 @@ def file_of_kind(text: str, suffixes: tuple[str, ...], overwrite: bool, kind: st
     return output_file(text, overwrite)
 
 
-def step_of(text: str | None) -> float | None:
-    """Spacing of ellipses or lines in degrees."""
-    return number("step", text, 1e-5, 90, " of degrees")
+def check_libraries(path: Path) -> None:
+    """Refuse a file for GIS programs if the library that writes it is missing."""
+    with refusing():
+        gis.check_libraries(path)
 
 
-def dots_of(text: str | None) -> float:
-    """Dots per inch."""
-    return 150.0 if text is None else number("dpi", text, 10, 1200)
+# ---- pictures ------------------------------------------------------------------------------------
+
+
+_MOST_PIXELS = 4e8  # 1.6 GB of memory
+
+
+@dataclass(frozen=True, kw_only=True)
+class SizeOptions:
+    """The size and resolution of a picture, and whether it may replace a file."""
+
+    size: str | None = option("WIDTH,HEIGHT", "Of the picture in inches, as 10,6.")
+    dpi: str | None = option("NUMBER", "Dots per inch; 150 if not given.")
+    overwrite: Overwrite = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class StyleOptions:
+    """The style of a picture."""
+
+    title: str | None = option("TEXT", "The title of the map, or a heading above several.")
+    no_title: bool = flag("--no-title", "Nothing above the maps.")
+    font_size: str | None = option("POINTS", "Of the colour bar's label; others in proportion.")
+    style: str | None = option("FILE", "A style of matplotlib, by file or name: its fonts.")
+    theme: str | None = option("light|dark|print", "Colours of the picture; print is grey.")
+
+    def given(self, but: str = "") -> dict[str, Any]:
+        """Given options by name; without `--overwrite`, which is for other files, too."""
+        words = ((one.name, getattr(self, one.name)) for one in fields(self) if one.name != "overwrite")
+        options = {f"--{name.replace('_', '-')}": word for name, word in words}
+        return {name: word for name, word in options.items() if word not in (None, False) and name != but}
+
+    def look(self) -> plots.Look:
+        """Style of the options; invalid ones end the command with 2."""
+        if self.title is not None and self.no_title:
+            refuse("Invalid option '--no-title'. It cannot be used with --title.")
+        with refusing():
+            return plots.Look(
+                theme=self.theme,
+                font_size=number("font size", self.font_size, 1, 72, " of points"),
+                style=self.style,
+                transparent=getattr(self, "transparent", False),
+                title="" if self.no_title else self.title,
+                colourbar=not getattr(self, "no_colourbar", False),
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilmOptions(StyleOptions, SizeOptions):
+    """The options of films, which are opaque."""
+
+    no_colourbar: bool = flag("--no-colourbar", "No colour bar.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class GraphOptions(StyleOptions, SizeOptions):
+    """The options of graphs, which have no colour bar."""
+
+    transparent: bool = flag("--transparent", "No background.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureOptions(FilmOptions, GraphOptions):
+    """The options of pictures of maps."""
+
+
+class PictureFile:
+    """Path and drawing options of a picture; invalid ones end the command with 2."""
+
+    def __init__(
+        self, output: str, drawn: GraphOptions, *, step: str | None = None, beside: tuple[str, ...] = ()
+    ) -> None:
+        kind = "output" if beside else "picture file"
+        self.path: Path = file_of_kind(output, (*plots.SUFFIXES, *beside), drawn.overwrite, kind)
+        self.dots = number("dpi", "150" if drawn.dpi is None else drawn.dpi, 10, 1200)
+        self.step = number("step", step, 1e-5, 90, " of degrees")
+        self.size, self.overwrite = size_of(drawn.size, self.dots), drawn.overwrite
+        self.look = drawn.look()
+
+    def __str__(self) -> str:
+        """The path, as reports name what was written."""
+        return str(self.path)
+
+    def save(self, draw: Callable[..., Any], /, *shown: Any, **options: Any) -> None:
+        """Write the figure that `draw` makes of `shown` in the given size and style; failure ends the command."""
+        with drawing(self.path), working("Drawing"):
+            figure = draw(*shown, **options, size=self.size, dpi=self.dots, look=self.look)
+            plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)
 
 
 def size_of(text: str | None, dpi: float) -> tuple[float, float] | None:
@@ -335,24 +393,17 @@ def size_of(text: str | None, dpi: float) -> tuple[float, float] | None:
     return size
 
 
-def context_of(text: str | None) -> str:
-    """Context of a picture of a region, the last of `CONTEXTS` by default."""
-    from projdist import plots  # loads matplotlib
+def picture_of(
+    output: str | None, drawn: GraphOptions, *, step: str | None = None, beside: tuple[str, ...] = (), **others: Any
+) -> PictureFile | None:
+    """Picture requested by `output`; without one, options of pictures are refused.
 
-    return plots.CONTEXTS[-1] if text is None else choice("context", text, list(plots.CONTEXTS))
-
-
-def levels_of(text: str | None) -> int | list[float] | None:
-    """Number of isolines, or their values."""
-    if text is None:
-        return None
-    try:
-        values = [float(value) for value in text.split(",")]
-    except ValueError:
-        values = []
-    whole = text.lstrip("+-").isdecimal()
-    if whole and 1 <= values[0] <= _MOST_LEVELS:
-        return int(values[0])
-    if whole or not values or len(values) > _MOST_LEVELS or not all(map(math.isfinite, values)):
-        refuse(f"Invalid levels '{text}'. It must be a number of them, 1 to {_MOST_LEVELS}, or values as 1,1.5,2.")
-    return values
+    `others` are such options that the command has beside these, None where they are not given; `beside` are suffixes
+    of what else it writes, which is not asked for here.
+    """
+    page = PAGE_SUFFIX in beside and output is not None and Path(output).suffix.lower() == PAGE_SUFFIX
+    if output is not None and not page:
+        return PictureFile(output, drawn, step=step, beside=beside)
+    reason = f"It is for pictures, and '{output}' is a page." if page else "It needs a picture to draw to: -o FILE."
+    refuse_given({f"--{name}": value for name, value in others.items()} | {"--step": step} | drawn.given(), reason)
+    return None

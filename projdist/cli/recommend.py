@@ -1,115 +1,34 @@
-"""The command `recommend`: the best CRSs for a region, or for each of many."""
+"""The commands `recommend` (the best CRSs for a region, or for each of many) and `atlas` (measured beforehand)."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
-import typer
-
-from projdist import plots
-from projdist.answers import Batch
+from projdist import decisions, designs, gis, plots
 from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, executor_opened, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing
-from projdist.cli.formats import present
-from projdist.cli.number_format import certain, change, per_cent, rounded, size_text
-from projdist.cli.pictures import PictureFile, PictureOptions, picture_of
-from projdist.cli.report import Column, Mapped, Report, Row, Table
-from projdist.decisions import (
-    CLOSE,
-    ENGINEERING_PPM,
-    INTERRUPTED,
-    PURPOSES,
-    WIDE_FACTOR,
-    Candidate,
-    Recommendation,
-    ZoneSystem,
-    get_purpose,
-    recommend,
-)
+from projdist.cli.formats import TABLE, drawing, present, tell_written
+from projdist.cli.number_format import area_text, certain, change, per_cent, rounded, shortened, size_text
+from projdist.cli.report import Column, Columns, Mapped, Report, Row, Table
 from projdist.field import get_figure
 from projdist.projections import OF_A_SPHERE, check_authorities
-
-
-def recommend_regions(
-    regions: Sequence[str],
-    others: Mapping[str, object],
-    options: Mapping[str, Any],
-    work: RegionalWork,
-) -> None:
-    """Find the best CRSs of each region."""
-    with refusing():
-        get_purpose(options["purpose"])
-        get_figure(options["criterion"])
-        check_authorities(options["authorities"])
-    areas = regions_given(regions, others)
-    found = work.run(recommend, areas, None, options)
-    best = [_best(one.region, one.area_km2, one.rows) for one in found.results if one.answer["results"]]
-    unserved = [
-        f"{one.region}: No CRS serves it with these options." for one in found.results if not one.answer["results"]
-    ]
-    work.leave(_regions_report(found, best, options), found, best, {area.name: area for area in areas}, unserved)
-
-
-def _best(region: str, area_km2: float, rows: Sequence[Row]) -> Row:
-    return {"region": region, "area_km2": area_km2, **rows[0]}
-
-
-def _regions_report(found: Batch, best: Sequence[Row], options: Mapping[str, Any]) -> Report:
-    criterion = options["criterion"]
-    return Report(
-        title=f"{len(best)} regions, {options['purpose']}, by {criterion}" if best else "No region is served.",
-        tables=[Table(best, [*_region_columns(criterion)])] if best else [],
-        notes=[
-            "The best CRS of each region; JSON and CSV have the others, too.",
-            "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; in area: the share of the "
-            "region in the CRS's area of use.",
-            *notices_note(found),
-        ]
-        if best
-        else [],
-        data=lambda: {
-            "regions": [
-                {**one.answer, "region": {"name": one.region, "area_km2": one.area_km2}, "notices": list(one.notices)}
-                for one in found.results
-            ],
-            "failures": [one.to_dict() for one in found.failures],
-        },
-        rows=lambda: [_best(one.region, one.area_km2, [row]) for one in found.results for row in one.rows],
-        header=["region"],
-    )
-
-
-def _region_columns(criterion: str) -> Iterator[Column | str]:
-    yield "region"
-    yield "code"
-    yield "name"
-    yield Column("value", criterion, certain, error=f"{criterion}_error")
-    yield "max_scale_error_ppm"
-    yield Column("max_omega", "omega max", certain, error="max_omega_error")
-    yield "keeps"
-    yield "coverage"
-    yield "share_in_area_of_use"
-
-
-# ---- recommend -----------------------------------------------------------------------------------
-
 
 _DRAWN = 4  # maps in the picture
 _KINDS = ("conformal", "equal-area")  # purposes that have a limit of their own
 _ROUNDING = 1e-6  # of an angle, degrees
-
-RegionArgument = Annotated[
-    str | None, typer.Argument(metavar="REGION", help="As --region of compare: country:DE, box:W,S,E,N, ...")
-]
+_LONGEST = 40  # characters of the name of an area, up to its first full stop
 
 
 def recommend_command(
-    region: RegionArgument = None,
+    region: Annotated[
+        str | None, opt.argument("REGION", "As --region of compare: country:DE, box:W,S,E,N, ...")
+    ] = None,
     regions: opt.Regions = None,
-    purpose: str = opt.option(PURPOSES, "What the map shall keep, as measured.", "any"),
+    purpose: str = opt.option(decisions.PURPOSES, "What the map shall keep, as measured.", "any"),
     criterion: str = opt.option("NAME", "What to rank by: a name of 'projdist list figures'.", "airy_kavrayskiy"),
     authority: str = opt.option("NAMES", "EPSG, ESRI, IGNF, with commas.", "EPSG,ESRI"),
     datum: str | None = opt.option("TEXT", "A part of the name, as WGS 84 or ETRS89."),
@@ -128,7 +47,7 @@ def recommend_command(
         "Heat maps of the best: .png, .svg or .pdf; or all as a page: .html. With --regions: as of compare."
     ),
     *,
-    pictured: PictureOptions,
+    pictured: opt.PictureOptions,
 ) -> None:
     """Find the best existing CRSs for a region, or for each of many, by measuring every candidate."""
     most = opt.whole_number("limit", limit, 1, 10_000)
@@ -148,77 +67,64 @@ def recommend_command(
     if regions is not None:
         opt.refuse_given(pictured.given(), "It cannot be used with --regions.")
         work = RegionalWork(format, output, overwrite=pictured.overwrite, executor=executor, partial=partial)
-        recommend_regions(regions, {"a region": region}, options, work)
+        _recommend_regions(regions, region, options, work)
         return
     if region is None:
         refuse("Missing argument 'REGION', or --regions. See 'projdist recommend --help'.")
-    opt.refuse_regional_options(None, partial)
-    form, page = opt.form_and_page(format, output, pictured.overwrite)
+    opt.refuse_given({"--partial": partial}, "It needs --regions.")
+    target = opt.page_target(format, output, pictured.overwrite)
     area = opt.region_of(region)
-    picture = picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
+    picture = opt.picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
     with refusing(), executor_opened(executor) as workers, progress_bar("maps", after=0.0) as progress:
-        result = recommend(area, **options, executor=workers, progress=progress)
+        result = decisions.recommend(area, **options, executor=workers, progress=progress)
     if not result.results:
         refuse(f"No CRS serves the region '{area.name}' with these options.", code=1)
+    # The best are drawn; a custom projection takes one of the places.
+    custom_map = result.custom[:1]
+    best = _drawable(result)[: _DRAWN - len(custom_map)]
+    titles = [*(one.code for one in best), *(f"custom {one.family}" for one in custom_map)]
+    mapped = Mapped([*(one.code for one in best), *(one.proj for one in custom_map)], titles, result.region)
     if picture is not None:
-        _draw(result, picture)
-    present(_report(result, picture), form, page, pictured.overwrite)
+        distortions = [*(one.distortion for one in best), *(one.distortion for one in custom_map)]
+        figures = [one.airy_kavrayskiy for one in distortions]
+        shown: dict[str, Any] = {"measure": mapped.measure, "titles": titles, "airy_kavrayskiy": figures}
+        picture.save(plots.heatmap_figure, mapped.projections, region=result.region, **shown)
+    present(_report(result, mapped, picture), *target)
 
 
-def _draw(result: Recommendation, picture: PictureFile) -> None:
-    """Draw heat maps of the best CRSs, with one colour bar."""
-    maps, titles, region, measure, *_ = _mapped(result)
-    distortions = [*(one.distortion for one in _drawn(result)), *(one.distortion for one in result.custom[:1])]
-    figures = [one.airy_kavrayskiy for one in distortions]
-    picture.save(plots.heatmap_figure, maps, measure=measure, region=region, titles=titles, airy_kavrayskiy=figures)
-
-
-def _drawn(result: Recommendation) -> Sequence[Candidate]:
-    """Candidates that are drawn; a custom projection takes one of the places."""
-    return _drawable(result)[: _DRAWN - len(result.custom[:1])]
-
-
-def _mapped(result: Recommendation) -> Mapped:
-    """The best candidates, titled by code, and the best custom projection."""
-    best, custom = _drawn(result), result.custom[:1]
-    maps = [*(one.code for one in best), *(one.proj for one in custom)]
-    return Mapped(maps, [*(one.code for one in best), *(f"custom {one.family}" for one in custom)], result.region)
-
-
-def _drawable(result: Recommendation) -> tuple[Candidate, ...]:
+def _drawable(result: decisions.Recommendation) -> tuple[decisions.Candidate, ...]:
     """Candidates that do not cut the region, unless it spans all longitudes or all candidates cut it."""
     west, _, east, _ = result.region.bounds
     whole = tuple(one for one in result.results if east - west >= 360.0 or not one.distortion.cut_km)
     return whole or result.results
 
 
-# ---- the report -----------------------------------------------------------------------------
-
-
-def _report(result: Recommendation, picture: PictureFile | None) -> Report:
+def _report(result: decisions.Recommendation, mapped: Mapped, picture: opt.PictureFile | None) -> Report:
     rows = result.rows()
-    existing, custom = rows[: len(result.results)], rows[len(result.results) :]
-    designed = [Column("method", "name", "custom {}".format), *_figures(result.criterion), Column("proj", "definition")]
+    finite_rows = [
+        {key: "" if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}
+        for row in rows
+    ]
+    existing, own = rows[: len(result.results)], rows[len(result.results) :]
+    tables = [Table(existing, _columns(result))]
+    if own:
+        name, definition = Column("method", "name", "custom {}".format), Column("proj", "definition")
+        tables.append(Table(own, [name, *_figures(result.criterion), definition]))
     return Report(
         title=f"{result.region.name} ({size_text(result.region)}), {result.purpose}, by {result.criterion}",
-        tables=[
-            Table(existing, [*_columns(existing, result)]),
-            *([Table(custom, designed)] if custom else []),
-            *(_zones(system, result.criterion) for system in result.zones),
-        ],
-        notes=_notes(result),
+        tables=[*tables, *(_zones(system, result.criterion) for system in result.zones)],
+        notes=[*_notes(result)],
         data=result.to_dict,
-        rows=lambda: [{key: _finite(value) for key, value in row.items()} for row in rows],
+        rows=lambda: finite_rows,
         header=["code"],
-        written=[picture.path if picture else None],
-        maps=_mapped(result),
+        written=[picture],
+        maps=mapped,
     )
 
 
-def _columns(rows: Sequence[Row], result: Recommendation) -> Iterator[Column | str]:
+def _columns(result: decisions.Recommendation) -> Iterator[Column | str]:
     """Columns of existing CRSs."""
-    yield "code"
-    yield "name"
+    yield from ("code", "name")
     yield Column("method", show=lambda method: method.replace("_", " "))
     yield Column("ranked", "ranks by", certain)
     value, *others = _figures(result.criterion)
@@ -228,94 +134,84 @@ def _columns(rows: Sequence[Row], result: Recommendation) -> Iterator[Column | s
     yield from others
     if result.custom:
         yield Column("ratio_to_custom", "against custom", change)
-    yield "cut_km"
-    yield "coverage"
-    yield "share_in_area_of_use"
+    yield from ("cut_km", "coverage", "share_in_area_of_use")
     yield Column("national", "made for", of=_made_for, left=True)
-    yield Column("area_of_use", "area of use", _short)
+    yield Column("area_of_use", "area of use", lambda text: shortened(text.partition(". ")[0].rstrip("."), _LONGEST))
 
 
 def _figures(criterion: str) -> Iterator[Column | str]:
     """Columns of the figures of a CRS."""
     yield Column("value", criterion, certain, error=f"{criterion}_error")
-    yield "max_scale_error_ppm"
-    yield "mean_scale_error_ppm"
-    yield Column("max_omega", "omega max", _angle, error="max_omega_error")
+    yield from ("max_scale_error_ppm", "mean_scale_error_ppm")
+    yield Column(
+        "max_omega",
+        "omega max",
+        lambda degrees, error: "0" if abs(degrees) < _ROUNDING else certain(degrees, error),
+        error="max_omega_error",
+    )
     yield Column("max_areal_scale", "areal scale", of=_span)
     yield "keeps"
 
 
-def _zones(system: ZoneSystem, criterion: str) -> Table:
+def _zones(system: decisions.ZoneSystem, criterion: str) -> Table:
     """Table of a zone system, titled with its largest scale error."""
-    whose = "national zones" if system.national else "zones of the world"
-    columns: list[Column | str] = [
-        "code",
-        Column("name", "zone"),
-        Column("share", "in area", per_cent),
-        Column("value", criterion, certain),
-        "max_scale_error_ppm",
-    ]
-    worst = certain(system.max_scale_error_ppm)
-    title = f"{len(system.zones)} {whose}, each in its part at most {worst} ppm"
-    return Table(system.zones, columns, title)
+    share, value = Column("share", "in area", per_cent), Column("value", criterion, certain)
+    columns: Columns = ["code", Column("name", "zone"), share, value, "max_scale_error_ppm"]
+    return Table(system.zones, columns, _zones_text(len(system.zones), system))
 
 
-def _notes(result: Recommendation) -> list[str]:
+def _zones_text(count: int, system: decisions.ZoneSystem | designs.AtlasZones) -> str:
+    whose, worst = "national zones" if system.national else "zones of the world", certain(system.max_scale_error_ppm)
+    return f"{count} {whose}, each in its part at most {worst} ppm"
+
+
+def _notes(result: decisions.Recommendation) -> Iterator[str]:
     """Notes on the columns, identical maps and rejected CRSs."""
-    notes = [
-        *result.notes,
+    yield from result.notes
+    yield (
         "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; keeps: as measured; "
-        "in area: the share of the region in the CRS's area of use.",
-    ]
-    if result.official is not None:
-        notes.append(_own(result.official, result))
+        "in area: the share of the region in the CRS's area of use."
+    )
+    official = result.official
+    if official is not None:
+        own = f"The best of {result.country}'s own for general use, on its datum in force: {official.code}"
+        if official.code not in (one.code for one in result.results):
+            worst = certain(official.distortion.max_scale_error_ppm)
+            own += f", {official.name}, {result.criterion} {certain(official.value)}, at most {worst} ppm"
+        yield f"{own}."
     if result.limit is not None:
         kind = f"{result.purpose} " if result.purpose in _KINDS else ""
-        notes.append(
+        yield (
             f"Over limit: {result.criterion} over {result.limit:.3g}, about what the best of all {kind}maps of the "
             "region has; 'projdist design' makes such maps."
         )
     if result.area == "preferred":
-        notes.append(
+        yield (
             "Ranks by: the figure over the share of the region in the area of use (--intersects: the figure alone), "
-            f"and {WIDE_FACTOR:g} times that for maps of the world or a continent."
+            f"and {decisions.WIDE_FACTOR:g} times that for maps of the world or a continent."
         )
     if result.area != "intersects":
-        notes.append(
-            f"Maps within {100 * CLOSE:g} % of the best of them are as good: of these national ones come first, then "
-            "those of a datum that is in force."
+        yield (
+            f"Maps within {100 * decisions.CLOSE:g} % of the best of them are as good: of these national ones come "
+            "first, then those of a datum that is in force."
         )
     if result.zones:
-        notes.append(
-            f"Zones: no conformal map serves all of the region to {ENGINEERING_PPM:g} ppm; these do better, each in "
-            "its part."
+        yield (
+            f"Zones: no conformal map serves all of the region to {decisions.ENGINEERING_PPM:g} ppm; these do better, "
+            "each in its part."
         )
-    notes += [
-        f"{one.code} draws the same map as {', '.join(code for code, _ in one.same)}."
-        for one in result.results
-        if one.same
-    ]
+    for one in result.results:
+        if one.same:
+            yield f"{one.code} draws the same map as {', '.join(code for code, _ in one.same)}."
     if any(one.distortion.cut_km for one in result.results):
-        notes.append("Cuts: their length within the region, which does not count; one from pole to pole has 20,015 km.")
+        yield "Cuts: their length within the region, which does not count; one from pole to pole has 20,015 km."
     if result.custom:
-        notes.append("Custom: the best of each family that suits the region, on WGS 84; against custom: of them all.")
-    notes += [f"No custom {one.name}: {one.reason}" for one in result.not_custom]
+        yield "Custom: the best of each family that suits the region, on WGS 84; against custom: of them all."
+    yield from (f"No custom {one.name}: {one.reason}" for one in result.not_custom)
     reasons = Counter(_kind(rejected.reason) for rejected in result.rejected)
     counts = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
-    notes.append(
-        f"{result.candidates} CRSs were tried, {result.maps} different maps serve the purpose."
-        + (f" Rejected (listed in JSON): {counts}." if counts else "")
-    )
-    return notes
-
-
-def _own(official: Candidate, result: Recommendation) -> str:
-    """Note on the country's official CRS, with its figures if it is not in the table."""
-    own = f"The best of {result.country}'s own for general use, on its datum in force: {official.code}"
-    if official.code in (one.code for one in result.results):
-        return f"{own}."
-    worst = certain(official.distortion.max_scale_error_ppm)
-    return f"{own}, {official.name}, {result.criterion} {certain(official.value)}, at most {worst} ppm."
+    tried = f"{result.candidates} CRSs were tried, {result.maps} different maps serve the purpose."
+    yield f"{tried} Rejected (listed in JSON): {counts}." if counts else tried
 
 
 def _kind(reason: str) -> str:
@@ -324,14 +220,9 @@ def _kind(reason: str) -> str:
         return "whose area of use holds too little of the region"
     if reason.startswith("It can be projected"):
         return "that project too little of it"
-    if reason == INTERRUPTED:
+    if reason == decisions.INTERRUPTED:
         return "that are interrupted"
     return "on a sphere" if reason.startswith(OF_A_SPHERE) else "that PROJ cannot compute"
-
-
-def _angle(degrees: float, error: float) -> str:
-    """Angle in degrees; 0 within rounding."""
-    return "0" if abs(degrees) < _ROUNDING else certain(degrees, error)
 
 
 def _span(row: Row) -> str:
@@ -345,12 +236,160 @@ def _made_for(row: Row) -> str:
     return "national" if row["national"] else "continent or world" if row["wide"] else ""
 
 
-def _short(text: str) -> str:
-    """Text up to its first full stop, at most 40 characters."""
-    beginning = text.partition(". ")[0].rstrip(".")
-    return beginning if len(beginning) <= 40 else f"{beginning[:37].rstrip()}..."
+# ---- many regions --------------------------------------------------------------------------------
 
 
-def _finite(value: Any) -> Any:
-    """Cell of CSV; infinity and NaN become empty."""
-    return "" if isinstance(value, float) and not abs(value) < float("inf") else value
+def _recommend_regions(
+    regions: Sequence[str], region: str | None, options: Mapping[str, Any], work: RegionalWork
+) -> None:
+    """Find the best CRSs of each region."""
+    criterion = options["criterion"]
+    with refusing():
+        decisions.get_purpose(options["purpose"])
+        get_figure(criterion)
+        check_authorities(options["authorities"])
+    areas = regions_given(regions, {"a region": region})
+    found = work.run(decisions.recommend, areas, None, options)
+    rows = [[{"region": one.region, "area_km2": one.area_km2, **row} for row in one.rows] for one in found.results]
+    served = [bool(one.answer["results"]) for one in found.results]
+    best = [group[0] for group, is_served in zip(rows, served, strict=True) if is_served]
+    unserved = [one.region for one, is_served in zip(found.results, served, strict=True) if not is_served]
+    columns: Columns = [
+        *("region", "code", "name"),
+        Column("value", criterion, certain, error=f"{criterion}_error"),
+        "max_scale_error_ppm",
+        Column("max_omega", "omega max", certain, error="max_omega_error"),
+        *("keeps", "coverage", "share_in_area_of_use"),
+    ]
+    notes = [
+        "The best CRS of each region; JSON and CSV have the others, too.",
+        "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; in area: the share of the "
+        "region in the CRS's area of use.",
+        *notices_note(found),
+    ]
+    report = Report(
+        title=f"{len(best)} regions, {options['purpose']}, by {criterion}" if best else "No region is served.",
+        tables=[Table(best, columns)] if best else [],
+        notes=notes if best else [],
+        data=lambda: {
+            "regions": [
+                {**one.answer, "region": {"name": one.region, "area_km2": one.area_km2}, "notices": list(one.notices)}
+                for one in found.results
+            ],
+            "failures": [one.to_dict() for one in found.failures],
+        },
+        rows=lambda: [row for group in rows for row in group],
+        header=["region"],
+    )
+    work.leave(report, found, best, areas, [f"{name}: No CRS serves it with these options." for name in unserved])
+
+
+# ---- atlas ---------------------------------------------------------------------------------------
+
+
+def atlas_command(
+    place: str | None = opt.argument(
+        "PLACE", "A country, state, continent, ocean or UTM zone: NZ, state:CA, Europe.", None
+    ),
+    format: str | None = opt.report_format(),
+    export: str | None = opt.option(
+        "FILE",
+        "Write the data instead of printing, of the place or of all: .csv or .parquet (a row for each map of each "
+        "purpose) or .gpkg (the outline of each place).",
+    ),
+    overwrite: opt.Overwrite = False,
+) -> None:
+    """Show the best maps of a place, measured beforehand; without a place, list the places."""
+    form = TABLE if format is None else opt.format_of(format)
+    if export is not None and format is not None:
+        refuse(f"Invalid format '{format}' for '{export}'. Its suffix tells the format.")
+    with refusing():
+        entries = [designs.atlas(name) for name in (designs.atlas_names() if place is None else [place])]
+    if export is not None:
+        path = opt.file_of_kind(export, gis.ATLAS_SUFFIXES, overwrite)
+        with drawing(path):
+            gis.save_atlas(entries, path, overwrite=overwrite)
+        tell_written(path)
+        return
+    present(_atlas_overview(entries) if place is None else _place_report(entries[0]), form)
+
+
+def _atlas_overview(entries: Sequence[designs.AtlasEntry]) -> Report:
+    rows = [entry.summary() for entry in entries]
+    columns: Columns = [
+        *("place", "kind"),
+        Column("official", left=True),
+        Column("official_error", "error", certain),
+        Column("existing", "best existing", left=True),
+        Column("existing_saves", "saves", _saved),
+        Column("custom_saves", "custom saves", _saved),
+        Column("made_saves", "made saves", _saved),
+        Column("official_over_limit", "official over limit", "x {:.3g}".format),
+    ]
+    note = (
+        "Errors are Airy-Kavrayskiy's. Existing: the best CRS of the registries; custom: the best of PROJ's families; "
+        "made: to measure. Saves: against the official CRS, else the best existing one."
+    )
+    return Report(
+        title=f"The atlas: {len(entries)} places",
+        tables=[Table(rows, columns)],
+        notes=[note],
+        data=lambda: {"entries": [entry.to_dict() for entry in entries]},
+        rows=lambda: rows,
+    )
+
+
+def _place_report(entry: designs.AtlasEntry) -> Report:
+    rows = entry.rows()
+    columns: Columns = [
+        Column("purpose", show=lambda name: name or "-"),
+        "what",
+        Column("projection", "map", of=_map, left=True),
+        Column("airy_kavrayskiy", show=certain),
+        "over_limit",
+        Column("saves", show=_saved),
+        *("max_scale_error_ppm", "mean_scale_error_ppm"),
+        Column("max_omega", "omega max", "{:.4f}".format),
+        *("cut_km", "keeps"),
+    ]
+    return Report(
+        title=f"{entry.title} ({area_text(entry.area_km2)})",
+        tables=[Table(rows, columns, keys=2)],
+        notes=[*_place_notes(entry, rows)],
+        data=entry.to_dict,
+        rows=lambda: rows,
+    )
+
+
+def _map(row: Row) -> str:
+    """Code of the map, or name of its family in place of a long PROJ string."""
+    return str(row["name"] if row["projection"].startswith("+") else row["projection"])
+
+
+def _saved(share: float) -> str:
+    return f"{100.0 * share:.0f} %"
+
+
+def _place_notes(entry: designs.AtlasEntry, rows: Sequence[Row]) -> Iterator[str]:
+    official, purposes = entry.official, entry.purposes.values()
+    if official is not None:
+        own = f"the best of {entry.country}'s own for general use, on its datum in force"
+        yield f"Official: {own}: {official.projection}, {official.name}."
+    elif entry.country:
+        yield f"Official: no CRS of {entry.country}'s own is made for the place and holds nine tenths of it."
+    names = {one.existing.projection: one.existing.name for one in purposes if one.existing is not None}
+    yield f"{'; '.join(f'{code}: {name}' for code, name in names.items())}."
+    for system in entry.zones:
+        yield f"Zones: {system.name}, {_zones_text(system.zones, system)}."
+    reasons = dict.fromkeys(one.reason for one in purposes if one.reason)
+    yield from (f"No map made to measure: {reason}" for reason in reasons)
+    against = "the official CRS" if official else "the best existing CRS"
+    yield (
+        f"Saves: the share of the error of {against} that a map saves; below 0 it costs. Of the purpose least scale "
+        "error it is of the largest scale error."
+    )
+    yield "Over limit: the Airy-Kavrayskiy error over about what the best of all maps of the purpose in one piece has."
+    if any(row["cut_km"] for row in rows):
+        yield "Cuts: their length within the place, kilometres; a map that is cut may be below the limit."
+    versions = entry.versions
+    yield f"Measured with projdist {versions['projdist']} and {versions['PROJ']}; --format json has PROJ strings."

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, InitVar, dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from projdist import projections, regions
 from projdist.cli.number_format import certain, per_cent
 from projdist.support import is_number
-
-if TYPE_CHECKING:  # these load numpy and pyproj, which help and the version do without
-    from projdist.projections import ProjectionLike
-    from projdist.regions import RegionLike
 
 Row = Any
 """A row of a table: a mapping, or an answer whose attributes are its values."""
@@ -54,10 +50,17 @@ class Column:
 
     def cells(self, rows: Sequence[Row]) -> list[str]:
         """The values as texts; a dash for an undefined one."""
-        cells = [self._shown(row) for row in rows]
+        values = self.values(rows)
+        cells = []
+        for row, value in zip(rows, values, strict=True):
+            if self.of is not None:
+                cells.append(self.of(row))
+            elif value is None or value != value:
+                cells.append("-")
+            else:
+                cells.append(self.show(value, value_of(row, self.error)) if self.error else self.show(value))
         if not self.best:
             return cells
-        values = self.values(rows)
         least = min((value for value in values if value is not None), default=None) if len(rows) > 1 else None
         return [
             f"{cell}{'*' if value is not None and value == least else ' '}"
@@ -70,21 +73,11 @@ class Column:
             return self.left
         return any(isinstance(value, str) and not is_number(value) for value in self.values(rows))
 
-    def _shown(self, row: Row) -> str:
-        if self.of is not None:
-            return self.of(row)
-        value = value_of(row, self.key)
-        if value is None or value != value:
-            return "-"
-        return self.show(value, value_of(row, self.error)) if self.error else self.show(value)
-
 
 SHARED = {
     column.key: column
     for column in (
-        Column("region", left=True),
-        Column("map", left=True),
-        Column("image", left=True),
+        *(Column(key, left=True) for key in ("region", "map", "image", "name", "projection", "where")),
         Column("max_scale_error_ppm", "ppm max", certain, error="max_scale_error_ppm_error"),
         Column("mean_scale_error_ppm", "ppm mean", certain, error="mean_scale_error_ppm_error"),
         Column("over_limit", "over limit", "x {:.3g}".format),
@@ -97,12 +90,15 @@ SHARED = {
 """The columns that several commands have, by their keys."""
 
 
+Columns = list[Column | str]
+"""Columns of a table, some given as keys: those of `SHARED`, or else of values shown as they are."""
+
+
 @dataclass(frozen=True)
 class Table:
     """Rows and the columns that are shown of them; the first `keys` columns tell what a row is of.
 
-    A column may be given as a key: that of one of `SHARED`, or else of values shown as they are. In a terminal with
-    room for it, bars show the values of the key `bars`.
+    In a terminal with room for it, bars show the values of the key `bars`.
     """
 
     rows: Sequence[Row]
@@ -132,9 +128,9 @@ class Mapped(NamedTuple):
     by their names.
     """
 
-    projections: Sequence[ProjectionLike]
+    projections: Sequence[projections.ProjectionLike]
     titles: Sequence[str]
-    region: RegionLike | None
+    region: regions.RegionLike | None
     measure: str = "fisher"
     height: float = 0.0
     marks: Mapping[str, Any] | None = None
@@ -144,11 +140,10 @@ class Mapped(NamedTuple):
 class Report:
     """The answer of a command, which is rendered in any format.
 
-    `lead` are lines between the title and the tables, `sketch` those of an ASCII map below them, for plain
-    text only. `data` gives what JSON has, `rows` what CSV has, if not the rows
-    of the first table; `header` names its columns where there are none. `copies` are the forms of the answer that are
-    formats of their own; `about` is what they are of. `written` are the files that the command has left. `maps` are
-    what a page shows.
+    `lead` are lines between the title and the tables, `sketch` those of an ASCII map below them, for plain text only.
+    `data` gives what JSON has, `rows` what CSV has, if not the rows of the first table; `header` names its columns
+    where there are none. `copies` are the forms of the answer that are formats of their own; `about` is what they are
+    of. `written` are the files that the command has left, by their paths. `maps` are what a page shows.
     """
 
     title: str = ""
@@ -161,7 +156,7 @@ class Report:
     header: Sequence[str] = ()
     copies: Mapping[str, Copy] = field(default_factory=dict)
     about: str = ""
-    written: Sequence[Path | None] = ()
+    written: Sequence[object] = ()
     maps: Mapped | None = None
 
 

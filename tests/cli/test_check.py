@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import projdist
 from projdist.cli.app import app
-from projdist.cli.check import check_report
+from projdist.cli.data import check_report
 from projdist.cli.formats import render
 
 geopandas = pytest.importorskip("geopandas")

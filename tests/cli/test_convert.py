@@ -9,7 +9,7 @@ from commands import run_ok
 from commands import told as run
 
 from projdist import gis
-from projdist.cli import convert
+from projdist.cli import data
 
 geopandas = pytest.importorskip("geopandas")
 
@@ -54,5 +54,5 @@ def test_what_is_refused(folder: Path) -> None:
 
 def test_words() -> None:
     """Those of the command, which loads nothing for its help, are the library's."""
-    assert convert._RESAMPLINGS == gis.RESAMPLINGS
-    assert set(convert._SUFFIXES) == set(gis.CONVERTED_SUFFIXES)
+    assert data._RESAMPLINGS == gis.RESAMPLINGS
+    assert set(data._CONVERTED_SUFFIXES) == set(gis.CONVERTED_SUFFIXES)

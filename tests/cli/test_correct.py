@@ -190,7 +190,7 @@ def test_what_a_picture_shows(tmp_path, monkeypatch):
     drawn = []
     monkeypatch.setattr("projdist.plots.tissot_figure", lambda maps, **options: drawn.append((maps, options)))
     monkeypatch.setattr(
-        "projdist.cli.pictures.PictureFile.save", lambda _, draw, *shown, **options: draw(*shown, **options)
+        "projdist.cli.options.PictureFile.save", lambda _, draw, *shown, **options: draw(*shown, **options)
     )
     path = tmp_path / "x.png"
     code, out, err = run("mollweide", *SEA, "-o", str(path))

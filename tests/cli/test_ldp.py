@@ -128,7 +128,7 @@ def level() -> LDP:
 @pytest.fixture
 def known(level: LDP, monkeypatch: pytest.MonkeyPatch) -> LDP:
     """The answer is there already: what it looks like takes no search."""
-    monkeypatch.setattr("projdist.cli.ldp.ldp", lambda *_, **__: level)
+    monkeypatch.setattr("projdist.decisions.ldp", lambda *_, **__: level)
     return level
 
 
@@ -147,7 +147,7 @@ def test_forms_of_an_answer(known: LDP) -> None:
 
 def test_a_form_that_there_is_not(level: LDP, monkeypatch: pytest.MonkeyPatch) -> None:
     """Esri has no such map: said in a line, with 1."""
-    monkeypatch.setattr("projdist.cli.ldp.ldp", lambda *_, **__: replace(level, esri=None))
+    monkeypatch.setattr("projdist.decisions.ldp", lambda *_, **__: replace(level, esri=None))
     code, out, err = run(SEA, "--height", "250", "-f", "esri")
     assert (code, out, err.count("\n")) == (1, "", 1)
     assert err.startswith("projdist: Invalid format 'esri' for ")

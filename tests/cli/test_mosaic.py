@@ -432,7 +432,7 @@ def test_pictures_that_cannot_be(where, error, code, message, tmp_path, monkeypa
     def failing(*_, **__):
         raise error
 
-    monkeypatch.setattr(f"projdist.cli.mosaic.{where}", failing)
+    monkeypatch.setattr(f"projdist.applications.mosaics.{where}", failing)
     words = [*map(str, sheets), "--correspondences", str(table), "-o", str(tmp_path / "m.png")]
     found, _, err = run(*words)
     assert (found, err.count("\n"), (tmp_path / "m.png").exists()) == (code, 1, False)

@@ -92,7 +92,7 @@ def best() -> Optimum:
 
 def test_forms_of_an_answer(best: Optimum, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """JSON, PROJ, WKT, also in a file; where there is no WKT the reason, with 1."""
-    monkeypatch.setattr("projdist.cli.optimize.optimize", lambda *_, **__: best)
+    monkeypatch.setattr("projdist.decisions.optimize", lambda *_, **__: best)
     assert json.loads(run("lcc", SQUARE, "-f", "json")[1]) == best.to_dict()
     assert run("lcc", SQUARE, "-f", "proj")[1] == f"{best.proj}\n"
     assert run("lcc", SQUARE, "-f", "wkt")[1] == f"{best.wkt}\n"
@@ -100,7 +100,7 @@ def test_forms_of_an_answer(best: Optimum, tmp_path: Path, monkeypatch: pytest.M
     assert run("lcc", SQUARE, "-f", "wkt", "-o", str(path)) == (0, f"Wrote: {path}\n", "")
     assert CRS.from_wkt(path.read_text()).is_projected
     nothing = replace(best, wkt=None, wkt_reason="It has none.")
-    monkeypatch.setattr("projdist.cli.optimize.optimize", lambda *_, **__: nothing)
+    monkeypatch.setattr("projdist.decisions.optimize", lambda *_, **__: nothing)
     name = best.projection.name
     assert run("lcc", SQUARE, "-f", "wkt") == (1, "", f"projdist: Invalid format 'wkt' for {name}. It has none.\n")
 
@@ -108,7 +108,7 @@ def test_forms_of_an_answer(best: Optimum, tmp_path: Path, monkeypatch: pytest.M
 @pytest.mark.slow
 def test_the_limit(best: Optimum, monkeypatch: pytest.MonkeyPatch) -> None:
     """A line says how many times the limit the optimum has, for the figure that has one."""
-    monkeypatch.setattr("projdist.cli.optimize.optimize", lambda *_, **__: best)
+    monkeypatch.setattr("projdist.decisions.optimize", lambda *_, **__: best)
     assert best.limit is not None
     assert f"\n{best.value / best.limit:.3g} times the limit " in run("lcc", SQUARE)[1]
     monkeypatch.undo()
@@ -126,10 +126,10 @@ def test_the_best_existing(monkeypatch: pytest.MonkeyPatch) -> None:
 
         return recommend
 
-    monkeypatch.setattr("projdist.cli.optimize.recommend", recommended(["EPSG:4839"]))
+    monkeypatch.setattr("projdist.decisions.recommend", recommended(["EPSG:4839"]))
     assert _best_existing(get_region(SQUARE), "kavrayskiy") == "EPSG:4839"
     assert asked == [{"criterion": "kavrayskiy", "limit": 1}]
-    monkeypatch.setattr("projdist.cli.optimize.recommend", recommended([]))
+    monkeypatch.setattr("projdist.decisions.recommend", recommended([]))
     with pytest.raises(ValueError, match=f"^Invalid option '--against recommend'. No CRS serves the region '{SQUARE}'"):
         _best_existing(get_region(SQUARE), "max_omega")
 

@@ -103,7 +103,7 @@ def test_uninterrupted():
 @pytest.fixture
 def known(found, monkeypatch):
     """The answer is there already: what it looks like takes no second search."""
-    monkeypatch.setattr("projdist.cli.recommend.recommend", lambda *_, **__: found)
+    monkeypatch.setattr("projdist.decisions.recommend", lambda *_, **__: found)
     return found
 
 
@@ -139,7 +139,7 @@ def test_the_official_one(found, monkeypatch):
     named = f"EPSG:1, {first.name}, airy_kavrayskiy "
     for results, expected in (((official, *others), "EPSG:1."), (tuple(others), named)):
         answer = replace(found, country="Atlantis", official=official, results=results)
-        monkeypatch.setattr("projdist.cli.recommend.recommend", lambda *_, answer=answer, **__: answer)
+        monkeypatch.setattr("projdist.decisions.recommend", lambda *_, answer=answer, **__: answer)
         own = "The best of Atlantis's own for general use, on its datum in force: "
         assert f"{own}{expected}" in run(ISLAND, *QUICK)[1]
 
@@ -179,7 +179,7 @@ def rich(found, monkeypatch):
         zones=tuple(zones),
         rejected=tuple(Rejected("EPSG:9", "C", reason) for reason in (*reasons, reasons[0])),
     )
-    monkeypatch.setattr("projdist.cli.recommend.recommend", lambda *_, **__: answer)
+    monkeypatch.setattr("projdist.decisions.recommend", lambda *_, **__: answer)
     return answer
 
 
@@ -219,7 +219,7 @@ def test_what_a_picture_shows(rich, tmp_path, monkeypatch):
     drawn = []
     monkeypatch.setattr("projdist.plots.heatmap_figure", lambda maps, **options: drawn.append((maps, options)))
     monkeypatch.setattr(
-        "projdist.cli.pictures.PictureFile.save", lambda _, draw, *shown, **options: draw(*shown, **options)
+        "projdist.cli.options.PictureFile.save", lambda _, draw, *shown, **options: draw(*shown, **options)
     )
     code, _, err = run(ISLAND, "-o", str(tmp_path / "x.png"))
     assert (code, err) == (0, "")

@@ -1,10 +1,11 @@
-"""The command `check`."""
+"""The commands for people's data: `check` of areas, lengths and bearings in a CRS, and `convert` to another CRS."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,13 +14,12 @@ import typer
 
 from projdist import gis
 from projdist.cli import options as opt
-from projdist.cli.errors import fail, progress_bar, refuse, refusing
-from projdist.cli.formats import drawing, present
+from projdist.cli.errors import fail, note, progress_bar, refuse, refusing, working
+from projdist.cli.formats import drawing, present, tell_written
 from projdist.cli.number_format import area_text
-from projdist.cli.pictures import LAYER_SUFFIXES, check_libraries
 from projdist.cli.report import Column, Mapped, Report, Table
 from projdist.decisions import FAIL_ON, OUTSIDE, PURPOSES, TORN, Check, check, get_purpose
-from projdist.regions import Box, Place
+from projdist.regions import Box
 
 ABOVE = 3
 """The exit code where an error is above the limit."""
@@ -45,16 +45,17 @@ def check_command(
     overwrite: opt.Overwrite = False,
 ) -> None:
     """Check areas, lengths and bearings of data in a CRS against the ellipsoid."""
-    form, page = opt.form_and_page(format, output, overwrite)
+    form, page, _ = opt.page_target(format, output, overwrite)
     count = opt.whole_number("number of features", worst, 0, 1_000_000)
     limit = None if fail_above is None else _share(fail_above)
     turn = opt.number("bearing", fail_above_bearing, 0.0, 180.0, " of degrees")
     opt.choice("thing to fail on", fail_on, FAIL_ON)
     with refusing():
         get_purpose(purpose)
-    path = None if output is None or page else opt.file_of_kind(output, (*LAYER_SUFFIXES, opt.PAGE_SUFFIX), overwrite)
-    if path is not None:
-        check_libraries(path)
+    path = None
+    if output is not None and page is None:
+        path = opt.file_of_kind(output, (*opt.LAYER_SUFFIXES, opt.PAGE_SUFFIX), overwrite)
+        opt.check_libraries(path)
     with refusing(), progress_bar("maps") as progress:
         frame = gis.read_data(data)
         options = {} if no_recommend else {"progress": progress}
@@ -63,27 +64,20 @@ def check_command(
         _save(result, frame, path, overwrite)
     report = check_report(result, data, count, path)
     present(replace(report, maps=_mapped(result, frame, count)), form, page, overwrite)
+    total = result.overall
     if result.above(limit, bearing=turn, on=fail_on):
-        fail(_reason(result, fail_on, fail_above, fail_above_bearing))
+        if total.undrawn:
+            fail(f"{total.undrawn} feature(s) cannot be drawn in this CRS, which is above every limit.")
+        else:
+            limits = [fail_above, fail_above_bearing and f"{fail_above_bearing} degrees"]
+            what = "The worst feature is" if fail_on == "worst" else "The totals are"
+            fail(f"{what} above {' or '.join(filter(None, limits))}.")
         raise typer.Exit(ABOVE)
-    if not result.overall.measured:
-        refuse(_unmeasured(result, data))
-
-
-def _reason(result: Check, fail_on: str, share: str | None, bearing: str | None) -> str:
-    """Reason for the exit code 3."""
-    if result.overall.undrawn:
-        return f"{result.overall.undrawn} feature(s) cannot be drawn in this CRS, which is above every limit."
-    limits = [text for text in (share, bearing and f"{bearing} degrees") if text]
-    what = "The worst feature is" if fail_on == "worst" else "The totals are"
-    return f"{what} above {' or '.join(limits)}."
-
-
-def _unmeasured(result: Check, data: str) -> str:
-    """Reason why no feature could be measured."""
-    notes = Counter(str(note).split("; ")[-1] for note in result.features["note"])
-    reasons = ", ".join(f"{text} ({times})" for text, times in notes.items())
-    return f"Invalid CRS '{result.projection.label}' for '{data}'. None of the features can be drawn in it: {reasons}."
+    if not total.measured:
+        reasons = Counter(str(text).split("; ")[-1] for text in result.features["note"])
+        told = ", ".join(f"{text} ({times})" for text, times in reasons.items())
+        named = f"'{result.projection.label}' for '{data}'"
+        refuse(f"Invalid CRS {named}. None of the features can be drawn in it: {told}.")
 
 
 def _share(text: str) -> float:
@@ -111,25 +105,14 @@ def _mapped(result: Check, frame: Any, count: int) -> Mapped | None:
     """Maps around the data in the checked and the recommended CRS, with the worst features marked."""
     if result.region is None:
         return None
-    maps = (
-        [result.projection]
-        if _is_best(result) or result.recommended is None
-        else [result.projection, result.recommended.projection]
-    )
+    maps = [one.projection for one in _checks(result)]
     worst = result.worst(min(count, _MARKED))
-    shapes = frame.geometry.iloc[worst].to_crs(frame.crs.geodetic_crs)
-    rows = result.rows(worst)
-    marks = {
-        f"{k}. {row['name'] or row['index']}": shape for k, (row, shape) in enumerate(zip(rows, shapes, strict=True), 1)
-    }
-    return Mapped(maps, [one.label for one in maps], _about(result.region), marks=marks)
-
-
-def _about(box: Place) -> Box:
-    """The box with a margin, at least `_LEAST_MARGIN` wide."""
-    west, south, east, north = box.bounds
+    shapes, rows = frame.geometry.iloc[worst].to_crs(frame.crs.geodetic_crs), result.rows(worst)
+    names = [f"{k}. {row['name'] or row['index']}" for k, row in enumerate(rows, 1)]
+    west, south, east, north = result.region.bounds
     margin = max(_MARGIN * max(east - west, north - south), _LEAST_MARGIN)
-    return Box.between((west - margin, max(south - margin, -90.0), east + margin, min(north + margin, 90.0)))
+    about = Box.between((west - margin, max(south - margin, -90.0), east + margin, min(north + margin, 90.0)))
+    return Mapped(maps, [one.label for one in maps], about, marks=dict(zip(names, shapes, strict=True)))
 
 
 # ---- the report -----------------------------------------------------------------------------
@@ -142,10 +125,11 @@ def check_report(result: Check, data: str, count: int, written: Path | None = No
     measured += [area_text(total.area_km2)] if math.isfinite(total.area_km2) else []
     measured += [f"{total.length_km:,.6g} km"] if total.measured else []
     worst = result.rows(result.worst(count))
+    totals = [{"map": one.projection.label, "name": one.projection.name} | vars(one.overall) for one in _checks(result)]
     return Report(
         title=f"{data} ({result.data_crs}): {', '.join(measured)}",
-        tables=[_totals(result), *([Table(worst, _FEATURES, "The worst features")] if worst else [])],
-        notes=_notes(result),
+        tables=[Table(totals, _TOTALS), *([Table(worst, _FEATURES, "The worst features")] if worst else [])],
+        notes=[*_notes(result)],
         data=lambda: {"data": data} | result.to_dict() | {"worst": worst},
         rows=lambda: result.rows(range(len(result.features["note"]))),
         header=list(result.features),
@@ -153,14 +137,14 @@ def check_report(result: Check, data: str, count: int, written: Path | None = No
     )
 
 
-def _totals(result: Check) -> Table:
-    """Totals, one row per CRS: the checked one, and the recommended one if it is another."""
-    other = None if _is_best(result) else result.recommended
-    rows = [
-        {"map": one.projection.label, "name": one.projection.name} | vars(one.overall)
-        for one in (result, *([other] if other else []))
-    ]
-    return Table(rows, _TOTALS)
+def _checks(result: Check) -> list[Check]:
+    """The check in its CRS, and in the recommended one if that is another."""
+    return [result] if result.recommended is None or _is_best(result) else [result, result.recommended]
+
+
+def _is_best(result: Check) -> bool:
+    """True if the checked CRS is the recommended one."""
+    return result.recommended is not None and result.recommended.projection.definition == result.projection.definition
 
 
 def _error(value: float) -> str:
@@ -191,7 +175,7 @@ _TOTALS = (
 )
 _FEATURES = (
     Column("index", "feature", left=True),
-    Column("name", left=True),
+    "name",
     Column("area_km2", "area", lambda km2: area_text(km2).removesuffix(" km2"), unit="km2"),
     Column("area_error", "area error", _error),
     Column("length_error", "length error", _error),
@@ -201,31 +185,59 @@ _FEATURES = (
 )
 
 
-def _notes(result: Check) -> list[str]:
+def _notes(result: Check) -> Iterator[str]:
     """Notes on the columns and on what was not measured."""
-    notes = [
+    yield (
         "Ratios and errors: the map over the ellipsoid, along the same lines; worst: of the worst feature; RMS: of the "
         "features. Bearings: degrees, grid less true; RMS: along the lines; largest: anywhere on them."
-    ]
+    )
     if _is_best(result):
-        notes.append(f"The recommended CRS for the box about the data is this one, {result.projection.label}.")
+        yield f"The recommended CRS for the box about the data is this one, {result.projection.label}."
     elif result.recommended:
-        notes.append("The second line: the recommended CRS for the box about the data, with the same data in it.")
+        yield "The second line: the recommended CRS for the box about the data, with the same data in it."
     undrawn = result.rows(result.undrawn())
     for text in (OUTSIDE, TORN):
         those = [" ".join(filter(None, (str(row["index"]), row["name"]))) for row in undrawn if text in row["note"]]
         if those:
             more = f" and {len(those) - _NAMED} more" if len(those) > _NAMED else ""
-            notes.append(f"Not measured, as {text}: {', '.join(those[:_NAMED])}{more}.")
-    others = Counter(part for note in result.features["note"] for part in str(note).split("; "))
-    notes += [
-        f"{text[:1].upper()}{text[1:]}: {times} feature(s)."
-        for text, times in others.items()
-        if text not in ("", OUTSIDE, TORN)
-    ]
-    return notes + list(result.notes)
+            yield f"Not measured, as {text}: {', '.join(those[:_NAMED])}{more}."
+    others = Counter(part for text in result.features["note"] for part in str(text).split("; "))
+    for text, times in others.items():
+        if text not in ("", OUTSIDE, TORN):
+            yield f"{text[:1].upper()}{text[1:]}: {times} feature(s)."
+    yield from result.notes
 
 
-def _is_best(result: Check) -> bool:
-    """True if the checked CRS is the recommended one."""
-    return result.recommended is not None and result.recommended.projection.definition == result.projection.definition
+# ---- convert -------------------------------------------------------------------------------------
+
+
+_RESAMPLINGS = ("nearest", "bilinear", "cubic", "average", "mode")
+_CONVERTED_SUFFIXES = (".gpkg", ".geojson", ".fgb", ".shp", ".parquet", ".tif", ".tiff")
+
+
+def convert_command(
+    data: str = opt.argument("DATA[#LAYER]", "Points, lines, polygons or pixels that GDAL reads."),
+    to: str | None = opt.option("CRS", "A code, WKT, a PROJ string, or a .wkt file of 'projdist design'."),
+    source: str | None = opt.option("CRS", "That of the data, where their file has lost it.", None, "--from"),
+    densify: str | None = opt.option("KM", "Divide edges into pieces of at most so many kilometres."),
+    resampling: str = opt.option(_RESAMPLINGS, "How pixels get their values.", "nearest"),
+    resolution: str | None = opt.option("NUMBER", "The side of a pixel in the unit of the CRS."),
+    output: str | None = opt.output("A new .gpkg, .geojson, .fgb, .shp, .parquet or .tif."),
+    overwrite: opt.Overwrite = False,
+) -> None:
+    """Transform layers and rasters to another CRS, also one made by design, and back."""
+    if to is None:
+        refuse("Invalid option '--to'. It must name a CRS.")
+    if output is None:
+        refuse("Invalid option '--output'. It must name a file.")
+    path = opt.file_of_kind(output, _CONVERTED_SUFFIXES, overwrite)
+    opt.choice("resampling", resampling, _RESAMPLINGS)
+    piece = opt.number("distance", densify, 1e-6, 1e5, " of kilometres")
+    side = opt.number("resolution", resolution, 1e-12, 1e12)
+    opt.check_libraries(path)
+    with drawing(path), working("Converting"):
+        found = gis.convert(
+            data, to, path, source=source, densify=piece, resampling=resampling, resolution=side, overwrite=overwrite
+        )
+    note(found.note)
+    tell_written(found.path, *([found.wkt] if found.wkt else []))

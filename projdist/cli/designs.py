@@ -1,0 +1,355 @@
+"""The commands that make maps to measure: `design`, `mean-map` and `world-map`."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from projdist import designs, plots
+from projdist.cli import options as opt
+from projdist.cli.errors import cannot_write, progress_bar, refuse, refusing, working
+from projdist.cli.formats import HTML, JSON, TABLE, present
+from projdist.cli.number_format import certain, covers, per_cent, rounded, size_text
+from projdist.cli.report import Column, Columns, Copy, Mapped, Report, Table
+from projdist.field import Extreme
+
+_DESIGN_FORMS = (TABLE, JSON, HTML, "proj", "wkt", "wkt-derived", "projjson")
+_MEAN_FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
+_WORLD_FORMS = (TABLE, JSON)
+_IN_PPM = 0.01  # Airy-Kavrayskiy errors of maps whose scales are told in parts per million
+_GOOD = 1e-4  # to which the errors of world maps over the globe are measured
+_DOING = {
+    "nodes": "Laying nodes",
+    "base": "Choosing a base",
+    "fit": "Fitting",
+    "measure": "Measuring",
+    "recommend": "Looking at existing CRSs",
+}
+_ELSEWHERE = "To take it elsewhere: --format wkt, wkt-derived, proj or projjson, or -o FILE.wkt."
+
+
+def _whole(thing: str, text: str, allowed: str) -> int:
+    if not text.isdecimal():
+        refuse(f"Invalid {thing} '{text}'. It must be {allowed}.")
+    return int(text)
+
+
+def _number(thing: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        refuse(f"Invalid {thing} '{text}'. It must be a number.")
+
+
+def design_command(
+    region: opt.RegionArgument,
+    kind: str = opt.option(designs.KINDS, "What the map keeps.", "any"),
+    criterion: str = opt.option(
+        designs.CRITERIA_OF_DESIGNS, "What to make small; max_... if conformal.", "airy_kavrayskiy", *opt.CRITERION
+    ),
+    degree: str = opt.option("auto|NUMBER", "Of the polynomials; auto while it pays.", "auto"),
+    base: str | None = opt.option("PROJECTION", "The map to correct, else the best."),
+    balance: str = opt.option("NUMBER", "Share of areas, 0 to 1: more keeps areas better, less angles.", "0.5"),
+    norm: str | None = opt.option("NUMBER", "Of ln k of conformal maps: 2, or more for the worst places."),
+    weight: opt.Weight = None,
+    background: str = opt.option(
+        "auto|NUMBER", "What the surroundings count, 0 to 0.5, so that they do not fold.", "auto"
+    ),
+    symmetric: str = opt.option(designs.SYMMETRIES, "About what.", "none"),
+    north: str | None = opt.option("LON,LAT", "Where north is up, else in the middle."),
+    datum: opt.Datum = None,
+    against: list[str] | None = opt.option(
+        "PROJECTION", "Maps to compare with, else the best existing CRS. May be repeated."
+    ),
+    name: str | None = opt.option("TEXT", "Of the CRS."),
+    format: str | None = opt.file_format(_DESIGN_FORMS, ".json, .wkt, .html or .txt"),
+    output: opt.Output = None,
+    picture: str | None = opt.option("FILE", "Beside the best existing map: .png, .svg or .pdf."),
+    *,
+    pictured: opt.PictureOptions,
+) -> None:
+    """Make the map that distorts a region least, as a CRS that PROJ and GDAL run."""
+    target = opt.target(format, output, pictured.overwrite, _DESIGN_FORMS)
+    drawn = opt.picture_of(picture, pictured)
+    opt.choice("symmetry", symmetric, designs.SYMMETRIES)
+    area = opt.region_of(region, weight, [] if base is None else [base])
+    up = None
+    if north is not None:
+        lon, comma, lat = north.partition(",")
+        if not comma:
+            refuse(f"Invalid north '{north}'. It must be LON,LAT in degrees.")
+        up = _number("north", lon), _number("north", lat)
+    with refusing(), working(_DOING["nodes"]) as show:
+        found = designs.design(
+            area,
+            kind=kind,
+            criterion=criterion,
+            degree="auto" if degree == "auto" else _whole("degree", degree, "auto, or a whole number"),
+            base=base,
+            balance=_number("balance", balance),
+            norm=None if norm is None else _number("norm", norm),
+            background="auto" if background == "auto" else _number("background", background),
+            symmetric=symmetric,
+            north=up,
+            datum=datum,
+            against=against or "recommend",
+            name=name,
+            progress=lambda doing: show(_DOING[doing]),
+        )
+    # Beside the design is the best existing CRS, or else its first rival.
+    existing = (one for one in found.rivals if one.kind == "best existing")
+    beside = [*existing, *found.rivals][:1]
+    titles = ["Made to measure", *(one.name for one in beside)]
+    measure = "scale_error_ppm" if found.airy_kavrayskiy < _IN_PPM else "fisher"
+    mapped = Mapped([found.projection, *(one.projection for one in beside)], titles, found.region, measure)
+    if drawn is not None:
+        maps, place = mapped.projections, found.region
+        drawn.save(plots.heatmap_figure, maps, measure=measure, region=place, titles=titles)
+    report = Report(
+        title=f"{found.projection.name} ({size_text(found.region)})",
+        lead=[*_design_lead(found)],
+        tables=_design_tables(found),
+        notes=[*_design_notes(found)],
+        data=found.to_dict,
+        copies={
+            "proj": Copy(found.proj),
+            "wkt": Copy(found.wkt),
+            "wkt-derived": Copy(found.crs.wkt_derived),
+            "projjson": Copy(found.crs.projjson),
+        },
+        about=found.projection.name,
+        written=[drawn],
+        maps=mapped,
+    )
+    present(report, *target)
+
+
+def _design_lead(found: designs.Design) -> Iterator[str]:
+    """Figures of the design."""
+    yield f"Degree {found.degree} on {found.base.definition}"
+    yield f"{found.criterion} {certain(found.value, found.error)} {found.unit}".rstrip()
+    if found.criterion != "airy_kavrayskiy":
+        yield f"airy_kavrayskiy {certain(found.airy_kavrayskiy)}"
+    if found.limit is not None:
+        maps = "maps" if found.kind == "any" else f"{found.kind} maps"
+        yield f"limit {certain(found.limit)}: about what the best of all {maps} has"
+    yield f"scales {_extreme(found.smallest)} to {_extreme(found.largest)}"
+
+
+def _extreme(found: Extreme) -> str:
+    """An extreme scale with its certain digits, and its place."""
+    return f"{rounded(found.value, found.error)} (at {found.lon:.2f}, {found.lat:.2f})"
+
+
+def _design_tables(found: designs.Design) -> list[Table]:
+    """The design and its rivals, and the criterion by degree."""
+    made = {"kind": "made to measure", "name": "", "value": found.value, "error": found.error}
+    rivals: Columns = [
+        Column("kind", "map", left=True),
+        "name",
+        Column("value", found.criterion, certain, error="error", unit=found.unit),
+        Column("gain", "the made map has less by", functools.partial(per_cent, digits=3)),
+    ]
+    degrees = [
+        Column("degree", show="{:d}".format),
+        Column("value", f"{found.criterion} at nodes", certain, unit=found.unit),
+        Column("share", "share of surroundings", "{:g}".format),
+    ]
+    return [Table([made, *found.rivals], rivals), Table(found.degrees, degrees)]
+
+
+def _design_notes(found: designs.Design) -> Iterator[str]:
+    if found.overlaps is not None:
+        yield "The image of the region covers itself." if found.overlaps else "The image does not cover itself."
+    around = found.surroundings
+    if around is not None:
+        scales = f"{around.smallest_scale:.3g} to {around.largest_scale:.3g}"
+        yield f"Within {around.within_km:.3g} km of the region scales are {scales}."
+    if np.isfinite(found.inverse_error):
+        yield f"There and back, points of the region miss themselves by at most {found.inverse_error:.0e} m."
+    else:
+        yield "PROJ does not find the way back from all points of the region: this map has no inverse there."
+    yield from found.notes
+    yield _ELSEWHERE
+
+
+# ---- mean map ------------------------------------------------------------------------------------
+
+
+def mean_map_command(
+    projections: opt.Projections,
+    region: opt.Region = None,
+    weights: str | None = opt.option("NUMBERS", "What each map counts, as 1,2; else all the same."),
+    degree: str | None = opt.option(
+        "NUMBER", "Of the polynomials; 8 if not given, of maps of the world 9, at most 12."
+    ),
+    datum: opt.Datum = None,
+    name: str | None = opt.option("TEXT", "Of the map."),
+    format: str | None = opt.file_format(_MEAN_FORMS, ".json, .wkt or .txt"),
+    output: opt.Output = None,
+    picture: str | None = opt.option("FILE", "The mean beside the average: .png, .svg or .pdf."),
+    *,
+    pictured: opt.PictureOptions,
+) -> None:
+    """Find the mean of several maps: the map that is nearest to all in distortion."""
+    target = opt.target(format, output, pictured.overwrite, _MEAN_FORMS)
+    drawn = opt.picture_of(picture, pictured)
+    area = opt.region_given(region, projections)
+    counts = None
+    if weights is not None:
+        try:
+            counts = [float(value) for value in weights.split(",")]
+        except ValueError:
+            refuse(f"Invalid weights '{weights}'. They must be numbers with commas, as 1,2.")
+    with refusing(), progress_bar("maps measured") as progress:
+        found = designs.mean_map(
+            projections,
+            weights=counts,
+            region=area,
+            degree=None if degree is None else _whole("degree", degree, "a whole number"),
+            datum=datum,
+            name=name,
+            progress=progress,
+        )
+    if drawn is not None:
+        maps, titles = [found.projection, found.average], ["Mean", "Average of coordinates"]
+        drawn.save(plots.heatmap_figure, maps, region=found.region, titles=titles)
+    on = "in longitude and in latitude" if found.base is None else f"on {found.base.definition}"
+    lead = [f"Degree {found.degree} {on}"]
+    if len(set(found.weights)) > 1:
+        lead.append(f"Weights {', '.join(f'{one:g}' for one in found.weights)}")
+    standings: Columns = [
+        Column("kind", "map", left=True),
+        "name",
+        Column("total", "sum of squared distances", functools.partial(certain, error=found.error)),
+        Column("airy_kavrayskiy", "airy_kavrayskiy_scaled", certain, error="error"),
+    ]
+    crs, missing = found.crs, "A map of the world, or after a function, is no CRS; JSON has its coefficients."
+    copies = {"proj": "pipeline", "wkt": "wkt", "wkt-derived": "wkt_derived", "projjson": "projjson"}
+    report = Report(
+        title=f"{found.projection.name} over {found.region.name} ({size_text(found.region)})",
+        lead=lead,
+        tables=[Table(found.standings, standings)],
+        notes=[
+            "The distance of two maps is the Fisher distortion from the plane of the one to that of the other at the "
+            "same point of the ground.",
+            "The bound is that of the metrics' means at each point, which no map need have.",
+            *found.notes,
+            *([_ELSEWHERE] if crs is not None else []),
+        ],
+        data=found.to_dict,
+        copies={form: Copy(getattr(crs, key) if crs else None, missing) for form, key in copies.items()},
+        about=found.projection.name,
+        written=[drawn],
+    )
+    present(report, *target)
+
+
+# ---- world map -----------------------------------------------------------------------------------
+
+
+def world_map_command(
+    region: str | None = opt.argument("[REGION]", "What to show well, as --region of compare; all if not given.", None),
+    cut: str = opt.option(
+        "LON|POINTS",
+        "A meridian; or points as '-170,40 -70,-62', from the first through the others to its antipode.",
+        "180",
+    ),
+    weight: opt.Weight = None,
+    elsewhere: str = opt.option("NUMBER", "The weight of what is not in the region, 1e-4 to 1.", "0.02"),
+    until: str = opt.option("LAT", "Where the map ends, north and south.", "90"),
+    symmetric: str = opt.option(designs.WORLD_SYMMETRIES, "About what.", "auto"),
+    exponent: str | None = opt.option("NUMBER", "Of the energy, 0 to 1; 1/8 if not given, 0: Airy-Kavrayskiy."),
+    cells: str | None = opt.option("NUMBER", "Of the mesh, either way, 8 to 128; 32 or, of a region, 64."),
+    against: list[str] | None = opt.option("PROJECTION", "A map to compare with. May be repeated."),
+    format: str | None = opt.file_format(_WORLD_FORMS, ".json or .txt"),
+    output: opt.Output = None,
+    tinshift: str | None = opt.option("FILE", "Triangles for PROJ's tinshift, a .json to write."),
+    step: str = opt.option("DEGREES", "Between the triangles' corners.", "2"),
+    picture: str | None = opt.option("FILE", "A heat map of the Fisher distortion: .png, .svg or .pdf."),
+    *,
+    pictured: opt.PictureOptions,
+) -> None:
+    """Make the map of the world that distorts a region least."""
+    target = opt.target(format, output, pictured.overwrite, _WORLD_FORMS)
+    drawn = opt.picture_of(picture, pictured)
+    triangles = (
+        None if tinshift is None else opt.file_of_kind(tinshift, (".json",), pictured.overwrite, "file of triangles")
+    )
+    corners = opt.number("step", step, 0.2, 30.0, " of degrees")
+    if weight is not None and region is None:
+        refuse(f"Invalid weight '{weight}' without a region. Name one, as globe.")
+    options: dict[str, Any] = {
+        "cut": _cut(cut),
+        "elsewhere": opt.number("weight elsewhere", elsewhere, 1e-4, 1.0),
+        "until": opt.number("end", until, 10.0, 90.0, " of degrees"),
+        "symmetric": opt.choice("symmetry", symmetric, designs.WORLD_SYMMETRIES),
+        "against": against or designs.AGAINST,
+        "cells": None if cells is None else _whole("number of cells", cells, "even, within 8 and 128"),
+    }
+    if exponent is not None:
+        options["exponent"] = opt.number("exponent", exponent, 0.0, 1.0)
+    area = None if region is None else opt.region_of(region, weight)
+    with refusing(), progress_bar("cells") as progress:
+        found = designs.world_map(area, **options, progress=progress)
+    pipeline = None
+    if triangles is not None:
+        try:
+            pipeline = found.write_tinshift(triangles, step=corners, overwrite=pictured.overwrite)
+        except FileExistsError as error:
+            refuse(str(error), error)
+        except OSError as error:
+            cannot_write(triangles, error)
+    if drawn is not None:
+        titles, figures = ["Made to measure"], [found.airy_kavrayskiy]
+        drawn.save(plots.heatmap_figure, found.projection, titles=titles, airy_kavrayskiy=figures)
+    best = "Airy-Kavrayskiy errors of other maps are at their best scales."
+    report = Report(
+        title=f"{found.projection.name} ({size_text(found.region)})",
+        lead=[*_world_lead(found)],
+        tables=_world_tables(found),
+        notes=[best, f"PROJ: {pipeline}"] if pipeline else [best],
+        data=lambda: found.to_dict() | {"pipeline": pipeline},
+        written=[triangles, drawn],
+    )
+    present(report, *target)
+
+
+def _cut(text: str) -> float | list[list[float]]:
+    """Cut of the map: a longitude, or a list of points."""
+    try:
+        values = [[float(value) for value in word.split(",")] for word in text.split()]
+    except ValueError:
+        values = []
+    if len(values) == 1 and len(values[0]) == 1:
+        return values[0][0]
+    if len(values) < 2 or any(len(point) != 2 for point in values):
+        refuse(f"Invalid cut '{text}'. It must be a longitude, or two or more points as '-170,40 -70,-62'.")
+    return values
+
+
+def _world_lead(found: designs.WorldMap) -> Iterator[str]:
+    yield f"airy_kavrayskiy {certain(found.airy_kavrayskiy, found.error_estimate)}"
+    if found.symmetric != "none":
+        yield f"Symmetric about: {found.symmetric}"
+    yield from covers(found.coverage)
+    if found.mirrored:
+        yield f"It turns over {per_cent(found.mirrored)} of the region: take more cells."
+
+
+def _world_tables(found: designs.WorldMap) -> list[Table]:
+    """The map beside others, and the refinements of its mesh."""
+    maps = [Column("name", "map", left=True), Column("airy_kavrayskiy", "AK", certain, error="error_estimate")]
+    if found.region.name != "globe" and found.until == 90.0:
+        maps.append(Column("over_globe", "over the globe", functools.partial(certain, error=_GOOD)))
+    meshes = [
+        Column("cells", show="{0:d} x {0:d}".format),
+        Column("unknowns", show="{:d}".format),
+        Column("energy", show="{:.6f}".format),
+        Column("airy_kavrayskiy", "AK at nodes", "{:.6f}".format),
+        Column("steps", show="{:d}".format),
+    ]
+    return [Table(found._table(), maps), Table(found.refinements, meshes)]
