@@ -166,6 +166,19 @@ def test_rooms_import_as_the_plan_says() -> None:
     assert wrong == []
 
 
+def test_rooms_above_take_figures_of_fields() -> None:
+    """How a field is sampled and searched is the affair of its room: this is all that others may take of it."""
+    values = {"DEFAULT_TOLERANCE", "FIGURES", "AnyFigure", "Links", "Map"}
+    figures = {"Field", "Figure", "field_of", "field_resolving", "get_figure", "named_measures", "sample"}
+    answers = {"AiryKavrayskiy", "Extreme", "GeometricMedian", "Spread"}
+    points = {"Derivatives", "Interpolant", "Quality", "derivatives", "hessian", "interpolant", "jacobian"}
+    others = {"Nodes", "cut_length", "drawn", "evaluate", "find_tears", "is_interrupted", "jacobian_grid"}
+    nodes = {"measure_at", "nodes_at", "nodes_of", "tell_of_contradiction"}
+    assert (
+        set(importlib.import_module("projdist.field").__all__) == values | figures | answers | points | others | nodes
+    )
+
+
 def test_the_plan_has_no_arrow_upward() -> None:
     """The rooms can be put in an order."""
     assert set(graphlib.TopologicalSorter(MAY_IMPORT).static_order()) == set(MAY_IMPORT)

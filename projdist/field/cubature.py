@@ -29,7 +29,8 @@ _ROUNDING = 1e-12  # of J, from the differentiation of x and y
 # 7e-3 of any measure that has a mean (a of laea). A diverging one has as much in every decade of area from 1 to 1e-12,
 # so half of it in them.
 _TINY = 1e-6  # of the area
-_GOOD_PART = 0.02  # of the integral
+_GOOD_PART, _LARGE_PART = 0.02, 0.1  # of the integral
+_RESOLVED = 0.01  # of a mean: what diverges is wrong by as much as its smallest panels hold, which is more
 _NOTHING = 1e-6  # of a mean, in the unit of any measure: omega of conformal maps is not more
 # Shares of the area on which a measure may be undefined and still have a mean: at singular points, and along kinks if
 # it is of second derivatives.
@@ -142,13 +143,19 @@ class Samples:
         return list(zip(means.tolist(), errors.tolist(), strict=True))
 
     def diverges(self, values: FloatArray) -> bool:
-        """True if a good part of an integral lies in panels too small for that; never for points."""
+        """True if a good part of an integral lies in panels too small for that; never for points.
+
+        A smaller part that is resolved does not diverge: at corners of Adams' square, with s as r^-1.5, it is 2.5 %.
+        """
         if self.weight.shape[-1] == 1:
             return False
         area = self.weight.sum(axis=(1, 2))
         parts = np.abs(np.nansum(self.weight * values, axis=(1, 2))) / area.sum()
         in_tiny = parts[area / area.sum() < _TINY].sum()
-        return bool(in_tiny > max(_GOOD_PART * parts.sum(), _NOTHING))
+        if in_tiny <= max(_GOOD_PART * parts.sum(), _NOTHING):
+            return False
+        value, error = self.mean(values, 0.0)
+        return not (in_tiny <= _LARGE_PART * parts.sum() and error <= _RESOLVED * abs(value))
 
 
 _OF_PIECES = ("lon", "lat", "u", "v", "patch", "jacobian", "density", "weight", "share")

@@ -77,6 +77,7 @@ def departure(declared: DeclaredProperty, J: FloatArray) -> float:
 DEFAULT_TOLERANCE = 1e-8
 _STEEPNESS = 2.0  # derivative of a measure by the logarithms of the scales, over itself: of second degree at most
 _NOISE = 1e-7  # of logarithms of scales, as interpolation leaves them
+_SURE = 0.01  # error of an extreme over itself: noise alone, as beside the rim of Guyou's map, makes no infinity
 _SLACK = 0.5  # of the tolerance that would be enough if the error were proportional to it
 
 AnyMeasure = str | Measure | Callable[..., FloatArray]
@@ -380,8 +381,9 @@ class Field:
         return [self._unbounded(goal, one) for goal, one in zip(goals, found, strict=True)]
 
     def _unbounded(self, goal: Goal, found: Extreme) -> Extreme:
-        """An extreme, infinite if the integral of its measure diverges to that side."""
-        if goal.measure.bounded or not self._samples.diverges(goal.values):
+        """An extreme, infinite where no search bounds it and the integral of its measure diverges to that side."""
+        is_sure = goal.measure.bounded or found.error <= _SURE * abs(found.value)
+        if is_sure or not self._samples.diverges(goal.values):
             return found
         upward = np.nansum(self._samples.weight * goal.values) >= 0
         return found if goal.largest != upward else found._replace(value=goal.sign * np.inf, error=np.nan)

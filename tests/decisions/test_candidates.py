@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from projdist import FIGURES
+from projdist import FIGURES, Projection, sample
 from projdist.answers.summaries import summarize
-from projdist.decisions.recommendation.candidates import Full, measure, probe_of
+from projdist.decisions.recommendation.candidates import FullMeasurement, measure, probe_of
 from projdist.earth.ellipsoid import WGS84
 from projdist.regions import get_region
 
@@ -15,7 +15,7 @@ from projdist.regions import get_region
 def measured(code, region, keeps=()):
     """A candidate's figures over a region."""
     region = get_region(region)
-    task = Full(
+    task = FullMeasurement(
         code=code,
         name=code,
         region=region,
@@ -84,3 +84,27 @@ def test_mean_beside_noise(mean_scale_error):
     assert summary.measures["scale_error_ppm"].mean == pytest.approx(mean_scale_error, rel=1e-4)
     assert summary.airy_kavrayskiy == pytest.approx(found.airy_kavrayskiy, rel=1e-6)
     assert summary.error_estimate < 1e-5
+
+
+# ---- figures beside singular points ----------------------------------------------------------
+
+
+def test_areal_scale_has_a_mean_where_the_image_is_bounded():
+    """Adams' map of the world is a square: the mean areal scale is its area by that of the sphere, though s grows.
+
+    At its corners angles of 360 degrees become right ones, so that s grows as r^-1.5.
+    """
+    projection = Projection.from_user_input("+proj=adams_ws2 +R=1")
+    north = projection(0.0, 90.0)[1]
+    assert sample(projection, "globe").mean("s").value == pytest.approx(2 * north**2 / (4 * math.pi), rel=1e-3)
+    assert measured("+proj=adams_ws2 +R=6371007", "globe").mean_areal_error_ppm == pytest.approx(827860, rel=2e-3)
+
+
+def test_areal_scale_has_no_mean_where_it_grows_faster():
+    """Beside the pole that a conic map has at infinity s grows as r^-3.3: samples have a mean, the integral has none."""
+    assert math.isnan(measured("+proj=lcc +lat_1=30 +lat_2=50", "globe", ("conformal",)).mean_areal_error_ppm)
+
+
+def test_noise_beside_a_rim_is_no_singular_point():
+    """PROJ's map of Guyou snaps to the rim of a hemisphere; the least areal scale is that of the middle, about 1."""
+    assert measured("+proj=guyou +R=6371007", "globe", ("conformal",)).min_areal_scale == pytest.approx(1.0, abs=0.02)

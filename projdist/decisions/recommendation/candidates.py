@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -11,21 +10,7 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.decisions.map_info import WeightedPoints
 from projdist.earth import WGS84
-from projdist.field import (
-    FIGURES,
-    Extreme,
-    Figure,
-    Goal,
-    Integrand,
-    Samples,
-    airy_kavrayskiy_of,
-    cut_length,
-    find_extremes,
-    is_interrupted,
-    jacobian,
-    nodes_of,
-    sample_panels,
-)
+from projdist.field import FIGURES, Field, Figure, cut_length, field_resolving, is_interrupted, jacobian, nodes_of
 from projdist.matrices import Measure, areal_scale, get_measure
 from projdist.numerics import Estimate, mean
 from projdist.projections import Projection, ProjectionError, load_crs
@@ -97,7 +82,7 @@ def _columns(areas: Sequence[Area]) -> tuple[FloatArray, ...]:
     return west, south, east, north, np.where(width == 0.0, 360.0, width)
 
 
-# ---- candidates ----------------------------------------------------------------------------------
+# ---- in full -------------------------------------------------------------------------------------
 
 
 INTERRUPTED = "It is cut within the region."
@@ -115,11 +100,8 @@ class Rejected:
     reason: str
 
 
-# ---- in full --------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True, kw_only=True)
-class Full:
+class FullMeasurement:
     """A CRS to measure in full, by its code or a PROJ string; `level` is its Airy-Kavrayskiy error, about."""
 
     code: str
@@ -164,49 +146,54 @@ class Distortion:
     cut_km: float
 
 
-def settle(task: Full) -> float | Rejected:
+def settle(task: FullMeasurement) -> float | Rejected:
     """The figure of the ranking of a CRS over a region, as good as `measure` has it."""
     try:
-        if task.uninterrupted and is_interrupted(_projection(task), task.region):
+        projection = _projection(task)
+        if task.uninterrupted and is_interrupted(projection, task.region):
             return Rejected(task.code, task.name, INTERRUPTED)
-        name = _NAMES.get(task.ranking.essence)
-        if name is None:
-            return _begun(task).figure(task.ranking)
-        return _begun(task, FIGURES[name].aspect).named_figure(name)
+        return _ranked(task, _resolving(task, projection))
     except ProjectionError as error:
         return Rejected(task.code, task.name, str(error))
 
 
-def measure(task: Full) -> tuple[float, Distortion] | Rejected:
+def measure(task: FullMeasurement) -> tuple[float, Distortion] | Rejected:
     """The figure of the ranking, and a CRS measured, to 1e-5 of its Airy-Kavrayskiy errors and of its means."""
     try:
-        found = _begun(task, *_SEARCHED)
-        figures = found.figures()
+        projection = _projection(task)
+        field = _resolving(task, projection)
+        found = _figures(task, field, _MEASURED)
+        cut_km = cut_length(projection, task.region)
         name = _NAMES.get(task.ranking.essence)
-        value = found.figure(task.ranking) if name is None else figures[name]
-        cut_km = cut_length(found.projection, task.region)
-        return value, Distortion(coverage=found.first.coverage, cut_km=cut_km, **figures)
+        value = None if name else _ranked(task, field)
     except ProjectionError as error:
         return Rejected(task.code, task.name, str(error))
+    distortion = Distortion(
+        coverage=field.coverage,
+        error_estimate=found["airy_kavrayskiy"].error,
+        cut_km=cut_km,
+        **{figure: found[figure].value for figure in _NAMES.values() if figure in found},
+        **{f"{figure}_error": found[figure].error for figure in _WITH_ERRORS if figure in found},
+        **_areal_scales(found, rounding="equal-area" in task.keeps),
+    )
+    return (getattr(distortion, name) if name else value), distortion
 
 
-def _projection(task: Full) -> Projection:
-    return Projection.from_user_input(task.code) if task.code.startswith("+") else load_crs(task.code).projection
-
-
-_NAMES = {FIGURES[one.name].essence: one.name for one in fields(Distortion) if one.name in FIGURES}
-
-
-def _begun(task: Full, *parts: str) -> _Measurement:
-    projection = _projection(task)
-    tolerance = _RELATIVE * max(task.level, 1e-6)
-    first = sample_panels(projection, task.region, tolerance=tolerance, max_evaluations=_EVALUATIONS)
-    return _Measurement(task, projection, tolerance, first, parts)
-
-
-_SCALE, _OMEGA, _AREA, _AREA_ERROR = (
-    get_measure(name) for name in ("scale_error_ppm", "omega", "areal_scale", "areal_error_ppm")
-)
+def _areal_scales(found: dict[str, Estimate], *, rounding: bool) -> dict[str, float]:
+    """The figures of the smallest and the largest areal scale; `rounding` if the map keeps areas."""
+    inverse, most = found["max_inverse_areal_scale"], found["max_areal_scale"]
+    value = 1.0 / inverse.value
+    least = Estimate(value, value**2 * inverse.error)
+    if rounding:
+        least, most = (one._replace(error=most.value - least.value) for one in (least, most))
+    return {
+        "max_areal_error_ppm": 1e6 * max(abs(least.value - 1.0), abs(most.value - 1.0)),
+        "max_areal_error_ppm_error": 1e6 * max(least.error, most.error),
+        "min_areal_scale": least.value,
+        "max_areal_scale": most.value,
+        "min_areal_scale_error": least.error,
+        "max_areal_scale_error": most.error,
+    }
 
 
 def _inverse_area(J: FloatArray) -> FloatArray:
@@ -215,160 +202,87 @@ def _inverse_area(J: FloatArray) -> FloatArray:
     return 1.0 / np.where(s > 0, s, np.nan)
 
 
-_INVERSE = Measure("inverse_areal_scale", _inverse_area, kind="ratio")
-_VANISHES = {"angles": "conformal", "areas": "equal-area"}  # what figures of an aspect are of, and maps that have none
+_NAMES = {FIGURES[one.name].essence: one.name for one in fields(Distortion) if one.name in FIGURES}
+_WITH_ERRORS = [name for name in _NAMES.values() if not FIGURES[name].is_airy_kavrayskiy]
+_AREAL_SCALES = (
+    Figure(
+        name="max_inverse_areal_scale",
+        measure=Measure("inverse_areal_scale", _inverse_area, kind="ratio"),
+        statistic="max",
+        aspect="areas",
+    ),
+    Figure(name="max_areal_scale", measure=get_measure("areal_scale"), statistic="max", aspect="areas"),
+)
+_MEASURED = (*(FIGURES[name] for name in _NAMES.values() if name != "max_areal_error_ppm"), *_AREAL_SCALES)
+_VANISHES = {"angles": "conformal", "areas": "equal-area"}  # aspect of a figure: property of the maps that have none
 
-# What has a mean to be resolved, and the property of maps for which it vanishes.
-_MEASURES = {_SCALE: "", _OMEGA: "conformal", _AREA_ERROR: "equal-area"}
 
-# The parts of a measurement, with what is searched for its largest values, and the property for which it does not vary.
-_SEARCHED: dict[str, dict[Measure, str]] = {
-    "distortion": {},
-    "scales": {_SCALE: ""},
-    "angles": {_OMEGA: "conformal"},
-    "areas": {_INVERSE: "equal-area", _AREA: "equal-area"},
-}
+def _projection(task: FullMeasurement) -> Projection:
+    return Projection.from_user_input(task.code) if task.code.startswith("+") else load_crs(task.code).projection
 
 
-@dataclass(frozen=True)
-class _Measurement:
-    """A projection under measurement. What it keeps true is read off the probe: searches would find noise."""
+def _ranked(task: FullMeasurement, field: Field) -> float:
+    """The figure of the ranking; one of `Distortion` to all digits as `measure` has it."""
+    name = _NAMES.get(task.ranking.essence, "")
+    if name == "max_areal_error_ppm":
+        return _areal_scales(_figures(task, field, _AREAL_SCALES), rounding="equal-area" in task.keeps)[name]
+    if name.startswith("mean"):  # means are resolved together
+        return _figures(task, field, [one for one in _MEASURED if one.statistic == "mean"])[name].value
+    return _figures(task, field, [task.ranking])[task.ranking.name].value
 
-    task: Full
-    projection: Projection
-    tolerance: float
-    first: Samples
-    parts: tuple[str, ...]
 
-    def figure(self, figure: Figure) -> float:
-        """A figure that is no field of `Distortion`."""
-        if _VANISHES.get(figure.aspect) in self.task.keeps:
-            return figure(self._probed(), self.task.probe.weight)
-        if figure.is_maximum:
-            return self._most(figure.measure).value
-        squares = figure.statistic == "rms"
-        term = _squared(figure.measure) if squares else figure.measure
-        value = self._mean_over(self._resolving([term]), term).value
-        return value**0.5 if squares else value
+def _resolving(task: FullMeasurement, projection: Projection, terms: Sequence[Measure] = ()) -> Field:
+    """The field of a map that resolves the Airy-Kavrayskiy errors and the means of some terms."""
+    return field_resolving(
+        projection,
+        task.region,
+        terms,
+        tolerance=_RELATIVE * max(task.level, 1e-6),
+        max_evaluations=_EVALUATIONS,
+    )
 
-    def named_figure(self, name: str) -> float:
-        """One field of `Distortion`; the largest scale error without the mean, which costs most."""
-        return self._largest[_SCALE].value if name == "max_scale_error_ppm" else self.figures()[name]
 
-    def figures(self) -> dict[str, float]:
-        """The fields of `Distortion` of the parts."""
-        methods = {"distortion": self._errors, "scales": self._scales, "angles": self._angles, "areas": self._areas}
-        return {name: value for part in self.parts for name, value in methods[part]().items()}
+def _figures(task: FullMeasurement, field: Field, figures: Sequence[Figure]) -> dict[str, Estimate]:
+    """Figures by name, means from a finer field; those that the map's property makes vanish are rounding at the probe.
 
-    def _errors(self) -> dict[str, float]:
-        errors = airy_kavrayskiy_of(self.first)
-        return {
-            "airy_kavrayskiy": errors.raw,
-            "airy_kavrayskiy_scaled": errors.scaled,
-            "airy_kavrayskiy_affine": errors.affine,
-            "error_estimate": errors.error,
-        }
+    Searches would find noise for these.
+    """
+    vanishing = [one for one in figures if _VANISHES.get(one.aspect) in task.keeps]
+    means = [one for one in figures if not (one in vanishing or one.is_maximum or one.is_airy_kavrayskiy)]
+    found = field.figures([one for one in figures if one not in vanishing and one not in means])
+    if vanishing:
+        inner = task.probe.weight > 0
+        weight = task.probe.weight[inner]
+        J = jacobian(field.projection, task.probe.lon[inner], task.probe.lat[inner])
+        found |= {one.name: Estimate(*2 * [one(J, weight)]) for one in vanishing}
+    if means:
+        terms = [_squared(one.measure) if one.statistic == "rms" else one.measure for one in means]
+        levels = [mean(field.values(term), field.weight) for term in terms]
+        # Integrands of the size of 1, whose kinks the mesh knows from rounding.
+        scaled = [_scaled(term, 1.0 / level) for term, level in zip(terms, levels, strict=True) if level > 0]
+        fine = _resolving(task, field.projection, scaled)
+        for one, term in zip(means, terms, strict=True):
+            of = _mean(term, fine, field)
+            found[one.name] = of.root() if one.statistic == "rms" else of
+    return found
 
-    def _scales(self) -> dict[str, float]:
-        most, mean_of = self._largest[_SCALE], self._mean(_SCALE)
-        return {
-            "max_scale_error_ppm": most.value,
-            "max_scale_error_ppm_error": most.error,
-            "mean_scale_error_ppm": mean_of.value,
-            "mean_scale_error_ppm_error": mean_of.error,
-        }
 
-    def _angles(self) -> dict[str, float]:
-        if "conformal" in self.task.keeps:
-            found = dict(zip(("max_omega", "mean_omega"), self._on_probe(_OMEGA), strict=True))
-            return found | {f"{name}_error": value for name, value in found.items()}  # rounding
-        most, mean_of = self._largest[_OMEGA], self._mean(_OMEGA)
-        return {
-            "max_omega": most.value,
-            "max_omega_error": most.error,
-            "mean_omega": mean_of.value,
-            "mean_omega_error": mean_of.error,
-        }
+def _mean(term: Measure, fine: Field, coarse: Field) -> Estimate:
+    """The mean over the area; NaN where it diverges: what has a bound has a mean.
 
-    def _areas(self) -> dict[str, float]:
-        if "equal-area" in self.task.keeps:
-            least, most = 1.0 / self._on_probe(_INVERSE)[0], self._on_probe(_AREA)[0]
-            least_error = most_error = most - least  # rounding
-            on_probe = self._on_probe(_AREA_ERROR)[1]
-            mean_of = Estimate(on_probe, on_probe)
-        else:
-            least, most = 1.0 / self._largest[_INVERSE].value, self._largest[_AREA].value
-            least_error, most_error = least**2 * self._largest[_INVERSE].error, self._largest[_AREA].error
-            mean_of = self._mean(_AREA_ERROR)
-        return {
-            "max_areal_error_ppm": 1e6 * max(abs(least - 1.0), abs(most - 1.0)),
-            "max_areal_error_ppm_error": 1e6 * max(least_error, most_error),
-            "mean_areal_error_ppm": mean_of.value,
-            "mean_areal_error_ppm_error": mean_of.error,
-            "min_areal_scale": least,
-            "max_areal_scale": most,
-            "min_areal_scale_error": least_error,
-            "max_areal_scale_error": most_error,
-        }
-
-    def _on_probe(self, one: Measure) -> tuple[float, float]:
-        """The largest value and the mean at the probe's nodes."""
-        inner = self.task.probe.weight > 0
-        values = one(self._probed()[inner])
-        return float(np.nanmax(values)), mean(values, self.task.probe.weight[inner])
-
-    def _probed(self) -> FloatArray:
-        return jacobian(self.projection, self.task.probe.lon, self.task.probe.lat)
-
-    @functools.cached_property
-    def _largest(self) -> dict[Measure, Extreme]:
-        """The largest values of what is searched."""
-        measures = [one for part in self.parts for one, kept in _SEARCHED[part].items() if kept not in self.task.keeps]
-        goals = [Goal(one, one(self.first.jacobian)) for one in measures]
-        found = find_extremes(self.projection, self.first, goals)
-        return {goal.measure: extreme for goal, extreme in zip(goals, found, strict=True)}
-
-    def _mean(self, one: Measure) -> Estimate:
-        return self._mean_over(self._fine, one)
-
-    def _mean_over(self, samples: Samples, one: Measure) -> Estimate:
-        """The mean over the area; NaN where it diverges: what has a bound has a mean.
-
-        Where that is not resolved, it is but rounding, which larger panels have less of.
-        """
-        found, first = (Estimate(*each.mean(one(each.jacobian), 0.0)) for each in (samples, self.first))
-        if found.error <= _RESOLVED * found.value:
-            return found
-        if one.bounded or np.isfinite(self._most(one).value):
-            return min(found, first, key=lambda each: each.error)
-        return Estimate(np.nan, np.nan)
-
-    def _most(self, one: Measure) -> Extreme:
-        """The largest value of a measure that may not be among those that are searched."""
-        if one in self._largest:
-            return self._largest[one]
-        return find_extremes(self.projection, self.first, [Goal(one, one(self.first.jacobian))])[0]
-
-    @functools.cached_property
-    def _fine(self) -> Samples:
-        return self._resolving([one for one, kept in _MEASURES.items() if kept not in self.task.keeps])
-
-    def _resolving(self, terms: Sequence[Integrand]) -> Samples:
-        """Samples that resolve means: of integrands of the size of 1, whose kinks the mesh knows from rounding."""
-        levels = [self.first.mean(one(self.first.jacobian), 0.0)[0] for one in terms]
-        integrands = [_scaled(one, 1.0 / level) for one, level in zip(terms, levels, strict=True) if level > 0]
-        return sample_panels(
-            self.projection,
-            self.task.region,
-            tolerance=self.tolerance,
-            integrands=integrands,
-            max_evaluations=_EVALUATIONS,
-        )
+    Where that is not resolved, it is but rounding, which larger panels have less of.
+    """
+    found, first = (each.mean(term, slope=np.zeros_like(each.weight)) for each in (fine, coarse))
+    if found.error <= _RESOLVED * found.value:
+        return found
+    if term.bounded or np.isfinite(coarse.maximum(term).value):
+        return min(found, first, key=lambda each: np.nan_to_num(each.error, nan=np.inf))
+    return Estimate(np.nan, np.nan)
 
 
 def _squared(one: Measure) -> Measure:
     return Measure(f"{one.name}^2", lambda J: one(J) ** 2)
 
 
-def _scaled(one: Integrand, factor: float) -> Integrand:
-    return lambda J: factor * one(J)
+def _scaled(one: Measure, factor: float) -> Measure:
+    return Measure(one.name, lambda J: factor * one(J))

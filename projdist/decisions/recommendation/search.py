@@ -21,7 +21,7 @@ from projdist.decisions.recommendation.candidate_crs import (
     or_infinity,
     try_crs,
 )
-from projdist.decisions.recommendation.candidates import Distortion, Full, Rejected, measure, probe_of
+from projdist.decisions.recommendation.candidates import Distortion, FullMeasurement, Rejected, measure, probe_of
 from projdist.decisions.recommendation.preference import CLOSE, by_usage, get_purpose, grouped, suits, weight_of
 from projdist.decisions.recommendation.shortlist import OnProgress, Shortlist
 from projdist.decisions.recommendation.zones import ZoneSystem, official_of, remark_on_own, zones_of
@@ -422,7 +422,7 @@ def best_custom(family: str, region: Region, probe: WeightedPoints, ranking: Fig
     if not suits(keeps, purpose):
         return Rejected("", family, f"It is not {purpose} on the ellipsoid.")
     found = measure(
-        Full(
+        FullMeasurement(
             code=projection.definition,
             name=family,
             region=region,

@@ -14,7 +14,7 @@ import numpy as np
 
 from projdist.decisions.map_info import WeightedPoints
 from projdist.decisions.recommendation.candidate_crs import LEVEL, Candidate, CandidatePool, Key, or_infinity
-from projdist.decisions.recommendation.candidates import Full, Rejected, measure, settle
+from projdist.decisions.recommendation.candidates import FullMeasurement, Rejected, measure, settle
 from projdist.decisions.recommendation.preference import is_close, tiers
 from projdist.field import Figure
 from projdist.support import run_all
@@ -123,14 +123,14 @@ class Shortlist:
 
     def _run(
         self,
-        function: Callable[[Full], Any],
+        function: Callable[[FullMeasurement], Any],
         maps: Sequence[Candidate],
         on_progress: OnProgress = None,
         ranking: Figure | None = None,
     ) -> list[Any]:
         """A measurement of each map, by the figure of the search or another."""
         tasks = [
-            Full(
+            FullMeasurement(
                 code=one.code,
                 name=one.name,
                 region=self.pool.region,

@@ -15,7 +15,7 @@ import numpy as np
 from projdist._typing import BoolArray
 from projdist.decisions.map_info import WeightedPoints
 from projdist.decisions.recommendation.candidate_crs import HOLDS_NEARLY, Candidate, CandidatePool, try_crs
-from projdist.decisions.recommendation.candidates import Area, Full, Lattice, Rejected, probe_of, settle
+from projdist.decisions.recommendation.candidates import Area, FullMeasurement, Lattice, Rejected, probe_of, settle
 from projdist.decisions.recommendation.preference import datum_root, in_force, suits
 from projdist.decisions.recommendation.shortlist import Shortlist
 from projdist.field import FIGURES, Figure
@@ -252,7 +252,7 @@ def _measured(
         if (part := _part(region, record.area_of_use)) is not None
     ]
     tasks = [
-        Full(
+        FullMeasurement(
             code=record.code,
             name=record.name,
             region=part,
