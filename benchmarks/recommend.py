@@ -28,9 +28,9 @@ RUNS = 5
 
 SETUP = """
 import json, os, sys, time
-from projdist.decisions.recommendation.candidate_crs import CandidatePool
+from projdist.decisions.candidate_crs import CandidatePool
 from projdist.projections.database import crs_records, reasons_against
-from projdist.decisions.recommendation.search import recommend
+from projdist.decisions.recommendation import recommend
 from projdist.regions import get_region
 from pyproj import CRS, Transformer
 from pyproj.exceptions import ProjError

@@ -18,8 +18,8 @@ EXTRAS = ("anywidget", "cartopy", "geopandas", "pandas", "rasterio", "xarray")
 # Their examples take half a second and more, and have fast tests beside them.
 SLOW_EXAMPLES = {
     "projdist.answers.corrections.correct",
-    "projdist.decisions.recommendation.crs_for_data.estimate_crs",
-    "projdist.decisions.recommendation.search.recommend",
+    "projdist.decisions.crs_for_data.estimate_crs",
+    "projdist.decisions.recommendation.recommend",
     "projdist.decisions.low_distortion.ldp",
     "projdist.designs.averaging.mean_map",
     "projdist.designs.making.design",

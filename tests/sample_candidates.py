@@ -1,6 +1,6 @@
 """A CRS as `recommend` has it, with figures that are made up; for the tests of what it prefers."""
 
-from projdist.decisions.recommendation.candidate_crs import Candidate
+from projdist.decisions.candidate_crs import Candidate
 
 NATIONAL = Candidate(
     code="EPSG:1",

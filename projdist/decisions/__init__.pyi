@@ -1,17 +1,16 @@
+from .candidate_crs import Candidate
+from .crs_for_data import estimate_crs
 from .data_errors import FAIL_ON, OUTSIDE, TORN, Check, Totals, check
 from .families import FAMILIES, Extent, ellipsoid_text, extent_of, sensible_families
-from .family_search import Rounded
+from .family_search import Objective, Rounded
 from .ground import HeightStatistics, distortion_ppm, read_heights
 from .low_distortion import LDP, LDP_FAMILIES, ldp
 from .map_info import INFO_MEASURES, MapInfo, info
-from .objectives import Objective
+from .measurement import INTERRUPTED
 from .optimization import LIMITED, Baseline, Optimum, best_member, least_error, optimize
-from .recommendation.candidate_crs import Candidate
-from .recommendation.candidates import INTERRUPTED
-from .recommendation.crs_for_data import estimate_crs
-from .recommendation.preference import CLOSE, PURPOSES, WIDE_FACTOR, get_purpose, suits
-from .recommendation.search import Custom, Recommendation, recommend
-from .recommendation.zones import ENGINEERING_PPM, ZoneSystem
+from .ranking import CLOSE, PURPOSES, WIDE_FACTOR, get_purpose, suits
+from .recommendation import Custom, Recommendation, recommend
+from .zones import ENGINEERING_PPM, ZoneSystem
 
 __all__ = [
     "CLOSE",

@@ -54,7 +54,9 @@ def outlines(geometries: Iterable[Any], *, has_degrees: bool) -> Outlines:
     infinite = np.bincount(owner[~np.isfinite(xy).all(axis=1)], minlength=len(shapes)) > 0
     nowhere = np.zeros(len(shapes), dtype=bool)
     if has_degrees:
-        nowhere = ~infinite & (np.bincount(owner[~_are_degrees(xy)], minlength=len(shapes)) > 0)
+        with np.errstate(invalid="ignore"):
+            in_degrees = (np.abs(xy[:, 0]) <= _FARTHEST) & (np.abs(xy[:, 1]) <= _POLE + _OVER)
+        nowhere = ~infinite & (np.bincount(owner[~in_degrees], minlength=len(shapes)) > 0)
     shapes[missing | infinite | nowhere] = None
     if has_degrees:
         for index in np.unique(owner[np.abs(xy[:, 0]) > _TURN]):
@@ -95,12 +97,6 @@ def _simple(shapes: AnyArray) -> tuple[AnyArray, IntArray]:
 
 
 # ---- longitudes ---------------------------------------------------------------------------
-
-
-def _are_degrees(xy: FloatArray) -> BoolArray:
-    """True for coordinates (n, 2) that may be longitudes and latitudes."""
-    with np.errstate(invalid="ignore"):
-        return np.asarray((np.abs(xy[:, 0]) <= _FARTHEST) & (np.abs(xy[:, 1]) <= _POLE + _OVER))
 
 
 def _turned_back(shape: Any) -> Any:
@@ -198,7 +194,11 @@ def _measure_block(result: ChainFigures, frame: _Frame, edges: FloatArray, chain
         result.outside[chain[curves.outside]] = True
         halved = ~curves.smooth & ~curves.outside & (curves.size > frame.shortest) & bool(left)
         result.torn[chain[curves.torn & ~halved]] = True
-        _add(result, curves, chain, ~halved & ~curves.outside)
+        chosen = ~halved & ~curves.outside
+        for name in _SUMS:
+            values = getattr(curves, name)[chosen]
+            getattr(result, name)[:] += np.bincount(chain[chosen], weights=values, minlength=len(result.length))
+        np.maximum.at(result.bearing_most, chain[chosen], curves.bearing_most[chosen])
         halved &= ~result.outside[chain]
         if not halved.any():
             return
@@ -208,30 +208,14 @@ def _measure_block(result: ChainFigures, frame: _Frame, edges: FloatArray, chain
         chain = np.tile(chain[halved], 2)
 
 
-def _add(result: ChainFigures, curves: _Curves, chain: IntArray, chosen: BoolArray) -> None:
-    owner = chain[chosen]
-    for name in _SUMS:
-        values = getattr(curves, name)[chosen]
-        getattr(result, name)[:] += np.bincount(owner, weights=values, minlength=len(result.length))
-    np.maximum.at(result.bearing_most, owner, curves.bearing_most[chosen])
-
-
 # ---- curves ---------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Curves:
-    """Figures of edges, each (n,), as in `ChainFigures`, with their smoothness and size."""
+class _EdgeFigures(ChainFigures):
+    """Figures of edges, each (n,), with their smoothness and size."""
 
-    map_length: FloatArray
-    length: FloatArray
-    map_area: FloatArray
-    area: FloatArray
-    bearing_square: FloatArray
-    bearing_most: FloatArray
-    outside: BoolArray
     smooth: BoolArray
-    torn: BoolArray
     size: FloatArray  # length in metres on the ground, or in the polar map if larger
 
 
@@ -248,7 +232,7 @@ class _Frame:
         self.origin = np.nan_to_num(np.stack(projection(lon[first], lat[first]), axis=-1))
         self.polar_origin = np.nan_to_num(self._polar(lon[first], lat[first], self.pole))
 
-    def curves(self, edges: FloatArray, chain: IntArray) -> _Curves:
+    def curves(self, edges: FloatArray, chain: IntArray) -> _EdgeFigures:
         """The figures of edges (n, 4) of chains."""
         u, v = (edges[:, k, None] + (edges[:, k + 2] - edges[:, k])[:, None] * _SHARE for k in range(2))
         lon, lat = self.place(u, v)
@@ -266,10 +250,11 @@ class _Frame:
         with np.errstate(invalid="ignore"):
             smooth = np.ones(len(edges), dtype=bool)
             for curve, size in ((xy, map_length), (ground, length), (polar, polar_length)):
-                smooth &= _tail(curve) <= _TAIL * size + floor
+                last = np.linalg.norm(np.einsum("j,njd->nd", _TO_LEGENDRE[4], curve - curve[:, :1]), axis=-1)
+                smooth &= last <= _TAIL * size + floor
             torn = ~smooth & (map_length > _TEAR * np.maximum(length, floor))
         bearing = np.where(np.abs(lat) < 90.0 - _AT_A_POLE, _bearing_error(xy_rate, ground_rate, lon, lat), 0.0)
-        return _Curves(
+        return _EdgeFigures(
             map_length=map_length,
             length=length,
             map_area=_area(xy - self.origin[chain, None], xy_rate),
@@ -302,11 +287,6 @@ def _in_space(ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray) -> FloatAr
 def _area(xy: FloatArray, rate: FloatArray) -> FloatArray:
     """Area that curves (n, 5, 2) sweep about the origin, exact for quartics."""
     return 0.5 * (xy[..., 0] * rate[..., 1] - xy[..., 1] * rate[..., 0]) @ _WEIGHTS
-
-
-def _tail(curve: FloatArray) -> FloatArray:
-    """Size of the last Legendre coefficient of curves (n, 5, d)."""
-    return np.linalg.norm(np.einsum("j,njd->nd", _TO_LEGENDRE[4], curve - curve[:, :1]), axis=-1)
 
 
 def _bearing_error(xy_rate: FloatArray, rate: FloatArray, lon: FloatArray, lat: FloatArray) -> FloatArray:

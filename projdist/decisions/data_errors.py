@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
+from projdist.decisions.crs_for_data import crs_for_data
 from projdist.decisions.data_edges import measure_chains
-from projdist.decisions.recommendation.crs_for_data import crs_for_data
-from projdist.decisions.recommendation.preference import get_purpose
+from projdist.decisions.ranking import get_purpose
 from projdist.earth import MEAN_EARTH_RADIUS
 from projdist.projections import (
     DataCrs,
@@ -229,7 +229,7 @@ def check(
 def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
     """The values of a column as text, "" where missing, and a note on the choice.
 
-    By default it is the first column with a usual name, else the only one of texts if these are unique.
+    By default it is the first column with a usual name, else the only one of texts for all features, if all differ.
     """
     columns = [str(name) for name in getattr(data, "columns", ())]
     if column is not None and column not in columns:
@@ -237,21 +237,16 @@ def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
     usual = sorted((_NAMES.index(name.lower()), name) for name in columns if name.lower() in _NAMES)
     chosen = column or (usual[0][1] if usual else None)
     note: tuple[str, ...] = ()
-    if chosen is None and (chosen := _only_texts(data, columns)) is not None:
-        note = (f"Names are those of '{chosen}', the only column of texts.",)
+    if chosen is None:
+        texts = [name for name in columns if name in data and all(isinstance(one, str) for one in data[name].tolist())]
+        if len(texts) == 1 and len(data) and data[texts[0]].is_unique:
+            chosen = texts[0]
+            note = (f"Names are those of '{chosen}', the only column of texts.",)
     if chosen is None:
         return np.array([""] * len(data), dtype=object), note
     missing = data[chosen].isna().tolist()
-    texts = ["" if none else text for text, none in zip(data[chosen].astype(str).tolist(), missing, strict=True)]
-    return np.array(texts, dtype=object), note
-
-
-def _only_texts(data: Any, columns: Sequence[str]) -> str | None:
-    """The only column with a text for every feature, if all are different."""
-    texts = [name for name in columns if name in data and all(isinstance(value, str) for value in data[name].tolist())]
-    if len(texts) != 1 or not len(data):
-        return None
-    return texts[0] if data[texts[0]].is_unique else None
+    names = ["" if none else text for text, none in zip(data[chosen].astype(str).tolist(), missing, strict=True)]
+    return np.array(names, dtype=object), note
 
 
 def _recommended(
@@ -295,11 +290,14 @@ def _measured(projection: Projection, source: DataCrs, drawn: Any, labels: dict[
     """The errors of outlines in a map."""
     found = measure_chains(projection, source.degrees_on_map, drawn.edges, drawn.chain)
     count = len(drawn.notes)
+    notes = np.array(drawn.notes, dtype=object)
 
     def total(values: FloatArray | BoolArray) -> FloatArray:
         return np.bincount(drawn.feature, weights=values, minlength=count).astype(float)
 
     outside, torn = total(found.outside) > 0, total(found.torn) > 0
+    for text, chosen in ((OUTSIDE, outside), (TORN, torn & ~outside)):
+        notes[chosen] = [f"{note}; {text}" if note else text for note in notes[chosen]]
     polygons = total(drawn.sign > 0) > 0
     known = ~(outside | torn) & (total(np.ones(len(drawn.feature))) > 0)
     area, map_area = (
@@ -319,7 +317,7 @@ def _measured(projection: Projection, source: DataCrs, drawn: Any, labels: dict[
         "length_error": _error(map_length, length),
         "bearing_error": np.sqrt(_ratio(np.where(known, square, np.nan), length)),
         "largest_bearing_error": np.where(known, most, np.nan),
-        "note": _notes(drawn.notes, outside, torn),
+        "note": notes,
     }
     return Check(
         projection=projection, data_crs=source.name, features=features, overall=_totals(features, outside | torn)
@@ -327,8 +325,10 @@ def _measured(projection: Projection, source: DataCrs, drawn: Any, labels: dict[
 
 
 def _totals(features: dict[str, AnyArray], undrawn: BoolArray) -> Totals:
+    # The sums of finite values, NaN if there are none.
     area, map_area, length, map_length = (
-        _sum(features[name]) for name in ("area_km2", "map_area_km2", "length_km", "map_length_km")
+        float(np.nansum(features[name])) if np.isfinite(features[name]).any() else np.nan
+        for name in ("area_km2", "map_area_km2", "length_km", "map_length_km")
     )
     square = float(np.nansum(features["bearing_error"] ** 2 * features["length_km"]))
     worst_area, rms_area = _worst_and_rms(features["area_error"])
@@ -352,11 +352,6 @@ def _totals(features: dict[str, AnyArray], undrawn: BoolArray) -> Totals:
     )
 
 
-def _sum(values: FloatArray) -> float:
-    """The sum of finite values, NaN if there are none."""
-    return float(np.nansum(values)) if np.isfinite(values).any() else np.nan
-
-
 def _worst_and_rms(errors: FloatArray) -> tuple[float, float]:
     known = errors[np.isfinite(errors)]
     if not known.size:
@@ -372,10 +367,3 @@ def _ratio(over: Any, under: Any) -> FloatArray:
 
 def _error(on_map: Any, on_ground: Any) -> FloatArray:
     return _ratio(on_map, on_ground) - 1.0
-
-
-def _notes(given: list[str], outside: BoolArray, torn: BoolArray) -> AnyArray:
-    notes = np.array(given, dtype=object)
-    for text, chosen in ((OUTSIDE, outside), (TORN, torn & ~outside)):
-        notes[chosen] = [f"{note}; {text}" if note else text for note in notes[chosen]]
-    return notes

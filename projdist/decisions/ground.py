@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -146,8 +146,7 @@ class HeightStatistics:
 
     def to_dict(self) -> dict[str, Any]:
         """The fields by name."""
-        within = {f"{ppm:g}": share for ppm, share in self.within.items()}
-        return {"min": self.min, "max": self.max, "mean": self.mean, "std": self.std, "rms": self.rms, "within": within}
+        return asdict(self) | {"within": {f"{ppm:g}": share for ppm, share in self.within.items()}}
 
 
 def statistics_of(ppm: FloatArray, weight: FloatArray, limits: Iterable[float]) -> HeightStatistics:

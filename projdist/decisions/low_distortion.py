@@ -5,6 +5,7 @@ Only the axis needs a search: for the three usual criteria the best scale factor
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -15,8 +16,8 @@ from numpy.typing import ArrayLike
 from projdist._typing import FloatArray
 from projdist.answers import elevation_factor
 from projdist.decisions.families import Extent, ellipsoid_text, extent_of, get_family, usual_crs
+from projdist.decisions.family_search import Objective
 from projdist.decisions.ground import Ground, HeightStatistics, ground_of, statistics_of
-from projdist.decisions.objectives import Objective
 from projdist.earth import Ellipsoid
 from projdist.field import FIGURES, AnyFigure, Figure, get_figure
 from projdist.numerics import descend_lattice, lattice, minimise
@@ -46,21 +47,16 @@ def rms_scale(q: Factors, w: FloatArray) -> float:
     return float(np.sum(w * q) / np.sum(w * q * q))
 
 
-def _middle(q: Factors, w: FloatArray) -> float:
-    return float(2.0 / (q.max() + q.min()))
-
-
 def _rms(ppm: FloatArray, w: FloatArray) -> float:
     return float(np.sqrt(np.sum(w * ppm * ppm)))
 
 
-def _largest(ppm: FloatArray, w: FloatArray) -> float:
-    return float(np.abs(ppm).max())
-
-
 # The best scale and the figure of distortions, quicker for a = b than the functions of matrices.
 _QUICK: dict[object, tuple[Callable[[Factors, FloatArray], float], Callable[[FloatArray, FloatArray], float]]] = {
-    FIGURES["max_scale_error_ppm"].essence: (_middle, _largest),
+    FIGURES["max_scale_error_ppm"].essence: (
+        lambda q, w: float(2.0 / (q.max() + q.min())),
+        lambda ppm, w: float(np.abs(ppm).max()),
+    ),
     FIGURES["rms_scale_error_ppm"].essence: (rms_scale, _rms),
 }
 
@@ -89,19 +85,17 @@ class LdpGoal:
 
     def rounded_scale(self, q: Factors, weight: FloatArray) -> tuple[float, Order]:
         """The best multiple of `round_k`, and its order."""
-        multiple = self._multiple(q, weight)
+        if self.figure is None:
+            multiple = _crowded(q, weight, self.target, self.round_k)
+        elif quick := _QUICK.get(self.figure.essence):
+            multiple = quick[0](q, weight) / self.round_k
+        else:
+            multiple = Objective(self.figure).scale(_similar(q), weight) / self.round_k
         # Figures are convex in k_0: the best multiple is next to the best of all.
         options = np.unique([np.floor(multiple), np.ceil(multiple)]) * self.round_k
         orders = [self.order(1e6 * (k * q - 1.0), weight) for k in options]
         best = min(range(len(orders)), key=lambda index: orders[index])
         return float(options[best]), orders[best]
-
-    def _multiple(self, q: Factors, weight: FloatArray) -> float:
-        if self.figure is None:
-            return _crowded(q, weight, self.target, self.round_k)
-        if quick := _QUICK.get(self.figure.essence):
-            return quick[0](q, weight) / self.round_k
-        return Objective(self.figure).scale(_similar(q), weight) / self.round_k
 
 
 def goal_of(criterion: AnyFigure, target: float, round_k: float) -> LdpGoal:
@@ -219,9 +213,7 @@ def best_place(axis: LdpAxis, goal: LdpGoal, few: Ground, ground: Ground) -> Flo
             return np.inf, np.inf
         return goal.rounded_scale(q, at.nodes.weight)[1]
 
-    def on_few(steps: FloatArray) -> Order:
-        return value(steps, few)
-
+    on_few = functools.partial(value, at=few)
     found = _scanned(axis, on_few) if axis.low.size == 1 else _descended(axis, goal, few, on_few)
     if few is ground:
         return axis.unit * found[0]

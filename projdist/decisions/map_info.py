@@ -76,19 +76,11 @@ def _off_areas(J: FloatArray, weight: FloatArray) -> FloatArray:
     return np.abs(scale - quantile(scale, weight, 0.5))
 
 
-def _off_angles(J: FloatArray, _: FloatArray) -> FloatArray:
-    return log_anisotropy(J)
-
-
-def _off_distances(J: FloatArray, _: FloatArray) -> FloatArray:
-    """Departure from 1 of the principal scale nearest to it: along meridians, from a point, or from a line."""
-    return np.min(np.abs(np.log(principal_scales(J))), axis=-1)
-
-
 PROPERTIES: dict[str, Callable[[FloatArray, FloatArray], FloatArray]] = {
     "equal-area": _off_areas,
-    "conformal": _off_angles,
-    "equidistant": _off_distances,
+    "conformal": lambda J, weight: log_anisotropy(J),
+    # Of the principal scale nearest to 1: along meridians, from a point, or from a line.
+    "equidistant": lambda J, weight: np.min(np.abs(np.log(principal_scales(J))), axis=-1),
 }
 
 

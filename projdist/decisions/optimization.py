@@ -27,8 +27,7 @@ from projdist.decisions.families import (
     sensible_families,
     usual_crs,
 )
-from projdist.decisions.family_search import DECIMALS, Flat, Members, Rounded
-from projdist.decisions.objectives import Objective
+from projdist.decisions.family_search import DECIMALS, Flat, Members, Objective, Rounded
 from projdist.earth import SPHERE, WGS84, Ellipsoid
 from projdist.field import FIGURES, AnyFigure, Field, Figure, Nodes, get_figure, nodes_of, sample
 from projdist.numerics import fit_harmonic
@@ -337,7 +336,11 @@ def _optimum(members: Members, objective: Objective, extent: Extent, round_to: f
     projection = members.member(chosen, scale)
     value, error, ak, coverage = _measured(projection, members.region, objective, least)
     _check_finite(members, chosen, scale, objective, value)
-    wkt, reason = _wkt(members, projection, chosen, scale)
+    name = f"{projection.name} for {members.region.name}"
+    if members.family.scale or scale == 1.0:
+        wkt, reason = crs_wkt(projection, name)
+    else:
+        wkt, reason = wkt_of(with_parameters(members.base, members.parameters(chosen)), scale * np.eye(2), name)
     return Optimum(
         family=members.family.name,
         region=members.region,
@@ -386,16 +389,6 @@ def _at_limit(members: Members, values: Mapping[str, float]) -> tuple[str, ...]:
         for name, value in values.items()
         if min(abs(value - limits[name][0]), abs(value - limits[name][1])) < 1e-6 and abs(value) not in (0.0, 90.0)
     )
-
-
-def _wkt(
-    members: Members, projection: Projection, values: Mapping[str, float], scale: float
-) -> tuple[str | None, str | None]:
-    """WKT2 of the CRS, or None with a reason."""
-    name = f"{projection.name} for {members.region.name}"
-    if members.family.scale or scale == 1.0:
-        return crs_wkt(projection, name)
-    return wkt_of(with_parameters(members.base, members.parameters(values)), scale * np.eye(2), name)
 
 
 def _baselines(members: Members, objective: Objective, extent: Extent) -> tuple[Baseline, ...]:

@@ -17,9 +17,9 @@ from projdist import recommend
 from projdist.cli.app import app
 from projdist.cli.errors import progress_bar, working
 from projdist.cli.recommend import _drawable
-from projdist.decisions.recommendation.candidates import INTERRUPTED, Rejected
-from projdist.decisions.recommendation.search import Custom
-from projdist.decisions.recommendation.zones import Zone, ZoneSystem
+from projdist.decisions.measurement import INTERRUPTED, Rejected
+from projdist.decisions.recommendation import Custom
+from projdist.decisions.zones import Zone, ZoneSystem
 from projdist.regions import GLOBE
 
 ISLAND = "box:-7.2,61.3,-6.2,62.5"

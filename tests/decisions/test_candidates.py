@@ -7,7 +7,7 @@ import pytest
 
 from projdist import FIGURES, Projection, sample
 from projdist.answers.summaries import summarize
-from projdist.decisions.recommendation.candidates import FullMeasurement, measure, probe_of
+from projdist.decisions.measurement import FullMeasurement, measure, probe_of
 from projdist.earth.ellipsoid import WGS84
 from projdist.regions import get_region
 
@@ -101,7 +101,7 @@ def test_areal_scale_has_a_mean_where_the_image_is_bounded():
 
 
 def test_areal_scale_has_no_mean_where_it_grows_faster():
-    """Beside the pole that a conic map has at infinity s grows as r^-3.3: samples have a mean, the integral has none."""
+    """Beside the pole that a conic map has at infinity s grows as r^-3.3: its integral diverges."""
     assert math.isnan(measured("+proj=lcc +lat_1=30 +lat_2=50", "globe", ("conformal",)).mean_areal_error_ppm)
 
 

@@ -7,9 +7,9 @@ import pytest
 from sample_candidates import NATIONAL
 
 from projdist import recommend
-from projdist.decisions.recommendation.candidate_crs import CountryPart, part_of
-from projdist.decisions.recommendation.candidates import lattice_of
-from projdist.decisions.recommendation.preference import in_force
+from projdist.decisions.candidate_crs import CountryPart, part_of
+from projdist.decisions.measurement import lattice_of
+from projdist.decisions.ranking import in_force
 from projdist.projections.database import CrsRecord
 from projdist.regions import get_region
 

@@ -7,9 +7,9 @@ import pytest
 from gis_files import some_slow
 
 from projdist import FIGURES, recommend
-from projdist.decisions.recommendation.candidates import Rejected, probe_of
-from projdist.decisions.recommendation.preference import PURPOSES, suits
-from projdist.decisions.recommendation.search import best_custom, families_for
+from projdist.decisions.measurement import Rejected, probe_of
+from projdist.decisions.ranking import PURPOSES, suits
+from projdist.decisions.recommendation import best_custom, families_for
 from projdist.earth.ellipsoid import WGS84
 from projdist.regions import get_region
 

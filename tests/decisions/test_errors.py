@@ -19,9 +19,9 @@ from shapely import (
 from tables import each
 
 import projdist
+from projdist.decisions.crs_for_data import CrsForData
 from projdist.decisions.data_edges import MISSING, NO_DEGREES, NOT_FINITE, POINTS, REPAIRED
 from projdist.decisions.data_errors import OUTSIDE, TORN
-from projdist.decisions.recommendation.crs_for_data import CrsForData
 
 geopandas = pytest.importorskip("geopandas")
 

@@ -8,8 +8,8 @@ from pyproj import CRS
 from pyproj.database import query_crs_info
 from tables import each
 
-from projdist.decisions.recommendation.candidates import lattice_of
-from projdist.decisions.recommendation.search import recommend
+from projdist.decisions.measurement import lattice_of
+from projdist.decisions.recommendation import recommend
 from projdist.projections.database import facts_of
 from projdist.regions import get_region
 

@@ -2,8 +2,8 @@
 
 from tables import each
 
-from projdist.decisions.recommendation.candidate_crs import _NOBODYS_KM2, home_of, named
-from projdist.decisions.recommendation.candidates import lattice_of
+from projdist.decisions.candidate_crs import _NOBODYS_KM2, home_of, named
+from projdist.decisions.measurement import lattice_of
 from projdist.regions import get_region
 
 NAMED = [

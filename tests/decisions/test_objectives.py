@@ -5,7 +5,7 @@ import pytest
 from tables import each
 
 from projdist import FIGURES, Figure, get_figure, sample
-from projdist.decisions.objectives import Objective
+from projdist.decisions.family_search import Objective
 from projdist.field.given_fields import nodes_of
 from projdist.projections import Projection
 from projdist.regions import Box

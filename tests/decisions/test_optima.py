@@ -13,8 +13,7 @@ from tables import each
 from projdist import FIGURES, Figure, Projection, ProjectionError, optimize, principal_scales, summarize
 from projdist.decisions import optimization
 from projdist.decisions.families import cylinder_of, extent_of, get_family, sensible_families, usual_crs
-from projdist.decisions.family_search import Flat, Members, _farthest
-from projdist.decisions.objectives import Objective
+from projdist.decisions.family_search import Flat, Members, Objective, _farthest
 from projdist.decisions.optimization import _at_limit, _baseline, _baselines
 from projdist.earth.ellipsoid import SPHERE, WGS84
 from projdist.field.given_fields import nodes_of

@@ -11,7 +11,7 @@ from tables import each
 from projdist import SPHERE, Cap
 from projdist._typing import FloatArray
 from projdist.decisions.map_info import PROPERTIES, _square_across, properties_of
-from projdist.decisions.recommendation.candidates import probe_of
+from projdist.decisions.measurement import probe_of
 from projdist.field import jacobian
 from projdist.projections import Projection
 

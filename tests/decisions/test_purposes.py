@@ -2,7 +2,7 @@
 
 import pytest
 
-from projdist.decisions.recommendation.preference import PURPOSES, get_purpose, suits
+from projdist.decisions.ranking import PURPOSES, get_purpose, suits
 
 
 def test_purposes():

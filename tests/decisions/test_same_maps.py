@@ -5,10 +5,10 @@ from dataclasses import replace
 from tables import each
 
 from projdist import FIGURES
-from projdist.decisions.recommendation import preference
-from projdist.decisions.recommendation.candidate_crs import Candidate, try_crs
-from projdist.decisions.recommendation.candidates import probe_of
-from projdist.decisions.recommendation.preference import by_usage, datum_root, grouped
+from projdist.decisions import ranking as preference
+from projdist.decisions.candidate_crs import Candidate, try_crs
+from projdist.decisions.measurement import probe_of
+from projdist.decisions.ranking import by_usage, datum_root, grouped
 from projdist.projections.database import AUTHORITIES, crs_records, facts_of
 from projdist.regions import get_region
 

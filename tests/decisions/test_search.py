@@ -11,8 +11,8 @@ from pyproj import Proj
 from tables import each
 
 import projdist
-from projdist.decisions.recommendation.preference import CLOSE, WIDE_FACTOR
-from projdist.decisions.recommendation.search import recommend
+from projdist.decisions.ranking import CLOSE, WIDE_FACTOR
+from projdist.decisions.recommendation import recommend
 from projdist.projections import ProjectionError, database
 from projdist.projections import database as crs_database
 from projdist.regions import get_region

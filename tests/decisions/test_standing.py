@@ -6,8 +6,8 @@ import pytest
 from sample_candidates import NATIONAL as OWN
 from tables import each
 
-from projdist.decisions.recommendation.candidate_crs import is_own, is_wide, named
-from projdist.decisions.recommendation.preference import (
+from projdist.decisions.candidate_crs import is_own, is_wide, named
+from projdist.decisions.ranking import (
     CLOSE,
     WIDE_FACTOR,
     is_close,

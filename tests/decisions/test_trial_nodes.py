@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from projdist.decisions.recommendation.candidates import lattice_of, probe_of
+from projdist.decisions.measurement import lattice_of, probe_of
 from projdist.regions import GLOBE, Box, Cap
 
 REGIONS = [GLOBE, Box(5.9, 47.3, 15.0, 55.1), Box(177, -20, -178, -15), Cap(10, 50, 20), Cap(0, -90, 2000)]

@@ -8,9 +8,9 @@ import pytest
 from pyproj import Proj
 
 from projdist import FIGURES
-from projdist.decisions.recommendation.candidate_crs import Candidate, CandidatePool, try_crs
-from projdist.decisions.recommendation.candidates import lattice_of, probe_of
-from projdist.decisions.recommendation.zones import _measured, _serves, _System, _systems
+from projdist.decisions.candidate_crs import Candidate, CandidatePool, try_crs
+from projdist.decisions.measurement import lattice_of, probe_of
+from projdist.decisions.zones import _measured, _serves, _System, _systems
 from projdist.projections.database import crs_records, facts_of
 from projdist.regions import get_region
 

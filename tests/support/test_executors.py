@@ -22,7 +22,7 @@ from batch_functions import kill_itself
 from dask_clusters import dask_cluster
 from tables import each
 
-from projdist.decisions.recommendation.search import recommend
+from projdist.decisions.recommendation import recommend
 from projdist.support.executors import Processes, check_executor, is_lost, open_executor, own_executor, run_all
 
 

@@ -9,10 +9,7 @@ from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from projdist.decisions.families import extent_of, sensible_families
-from projdist.decisions.map_info import WeightedPoints, properties_of
-from projdist.decisions.optimization import best_member, lower_bound_of
-from projdist.decisions.recommendation.candidate_crs import (
+from projdist.decisions.candidate_crs import (
     HOLDS,
     LEVEL,
     Candidate,
@@ -21,10 +18,12 @@ from projdist.decisions.recommendation.candidate_crs import (
     or_infinity,
     try_crs,
 )
-from projdist.decisions.recommendation.candidates import Distortion, FullMeasurement, Rejected, measure, probe_of
-from projdist.decisions.recommendation.preference import CLOSE, by_usage, get_purpose, grouped, suits, weight_of
-from projdist.decisions.recommendation.shortlist import OnProgress, Shortlist
-from projdist.decisions.recommendation.zones import ZoneSystem, official_of, remark_on_own, zones_of
+from projdist.decisions.families import extent_of, sensible_families
+from projdist.decisions.map_info import WeightedPoints, properties_of
+from projdist.decisions.measurement import Distortion, FullMeasurement, Rejected, measure, probe_of
+from projdist.decisions.optimization import best_member, lower_bound_of
+from projdist.decisions.ranking import CLOSE, OnProgress, Shortlist, by_usage, get_purpose, grouped, suits, weight_of
+from projdist.decisions.zones import ZoneSystem, official_of, remark_on_own, zones_of
 from projdist.earth import WGS84
 from projdist.field import AnyFigure, Figure, get_figure, jacobian
 from projdist.projections import AUTHORITIES, ProjectionError, check_authorities, crs_records, reasons_against
@@ -83,13 +82,10 @@ class Custom:
             **asdict(self.distortion),
             "keeps": " ".join(self.keeps),
             "share_in_area_of_use": 1.0,
-            "national": False,
-            "wide": False,
+            **dict.fromkeys(("national", "wide"), False),
             "datum_since": None,
-            "area_of_use": "",
-            "same": "",
-            "ratio_to_custom": None,
-            "difference_to_custom": None,
+            **dict.fromkeys(("area_of_use", "same"), ""),
+            **dict.fromkeys(("ratio_to_custom", "difference_to_custom")),
             "over_limit": self.over_limit,
             "proj": self.proj,
         }
@@ -238,7 +234,11 @@ def recommend(
     if isinstance(given, PointSet):
         raise ValueError(f"Invalid region '{given.name}'. It must be an area: a box, a cap, a country, polygons.")
     place = main_part(given) if given.far else given
-    ranking, purpose, area, limit = get_figure(criterion), get_purpose(purpose), _check_area(area), _check_limit(limit)
+    ranking, purpose = get_figure(criterion), get_purpose(purpose)
+    if not isinstance(area, str) or area not in AREAS:
+        raise ValueError(f"Invalid area {quoted(area)}. It must be {listed(AREAS, 'or')}.")
+    if limit is not None and check_whole_number("limit", limit) < 1:
+        raise ValueError(f"Invalid limit '{limit}'. It must be at least 1.")
     records = crs_records(check_authorities(authorities), deprecated=deprecated)
     search = _CrsSearch(
         pool=CandidatePool(place, records, area),
@@ -258,18 +258,6 @@ def recommend(
         return search.run(None, datum)
     with own_executor(len(search.pool.records) + _HEAVY * len(search.families)) as own:
         return search.run(own, datum)
-
-
-def _check_area(area: str) -> str:
-    if not isinstance(area, str) or area not in AREAS:
-        raise ValueError(f"Invalid area {quoted(area)}. It must be {listed(AREAS, 'or')}.")
-    return area
-
-
-def _check_limit(limit: int | None) -> int | None:
-    if limit is not None and check_whole_number("limit", limit) < 1:
-        raise ValueError(f"Invalid limit '{limit}'. It must be at least 1.")
-    return limit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -351,14 +339,12 @@ class _CrsSearch:
     def _maps(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """The different maps among candidates."""
         maps = []
-        for group in grouped([self.pool.with_usage(one) for one in candidates], self._size):
+        used = [self.pool.with_usage(one) for one in candidates]
+        # By the figure of the trial, or the level where that is no more than rounding.
+        for group in grouped(used, lambda one: self.ranking.without_rounding(one.trial.value) or one.trial.level):
             one = self.pool.as_one_map(by_usage(group, self.pool.records))
             maps.append(one if self.area == "intersects" else replace(one, weight=weight_of(one, HOLDS)))
         return maps
-
-    def _size(self, one: Candidate) -> float:
-        """The figure by the trial, or the level where that is no more than rounding."""
-        return self.ranking.without_rounding(one.trial.value) or one.trial.level
 
     def _custom(
         self, executor: Executor | None, on_progress: OnProgress

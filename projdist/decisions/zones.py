@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import BoolArray
+from projdist.decisions.candidate_crs import HOLDS_NEARLY, Candidate, CandidatePool, try_crs
 from projdist.decisions.map_info import WeightedPoints
-from projdist.decisions.recommendation.candidate_crs import HOLDS_NEARLY, Candidate, CandidatePool, try_crs
-from projdist.decisions.recommendation.candidates import Area, FullMeasurement, Lattice, Rejected, probe_of, settle
-from projdist.decisions.recommendation.preference import datum_root, in_force, suits
-from projdist.decisions.recommendation.shortlist import Shortlist
+from projdist.decisions.measurement import Area, FullMeasurement, Lattice, Rejected, probe_of, settle
+from projdist.decisions.ranking import Shortlist, datum_root, in_force, suits
 from projdist.field import FIGURES, Figure
 from projdist.projections import CrsRecord, Facts
 from projdist.regions import Box, Region

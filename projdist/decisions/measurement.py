@@ -165,7 +165,7 @@ def measure(task: FullMeasurement) -> tuple[float, Distortion] | Rejected:
         found = _figures(task, field, _MEASURED)
         cut_km = cut_length(projection, task.region)
         name = _NAMES.get(task.ranking.essence)
-        value = None if name else _ranked(task, field)
+        value = np.nan if name else _ranked(task, field)
     except ProjectionError as error:
         return Rejected(task.code, task.name, str(error))
     distortion = Distortion(
@@ -247,6 +247,7 @@ def _figures(task: FullMeasurement, field: Field, figures: Sequence[Figure]) -> 
 
     Searches would find noise for these.
     """
+    assert field.projection is not None  # it is no field of given Jacobians
     vanishing = [one for one in figures if _VANISHES.get(one.aspect) in task.keeps]
     means = [one for one in figures if not (one in vanishing or one.is_maximum or one.is_airy_kavrayskiy)]
     found = field.figures([one for one in figures if one not in vanishing and one not in means])

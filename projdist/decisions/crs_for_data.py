@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.decisions.recommendation.candidate_crs import Candidate, key_of, named
-from projdist.decisions.recommendation.search import recommend
+from projdist.decisions.candidate_crs import Candidate, named, outline_keys
+from projdist.decisions.recommendation import recommend
 from projdist.earth import WGS84
 from projdist.field import jacobian, nodes_of
 from projdist.matrices import meridian_convergence
@@ -131,8 +131,7 @@ def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> 
 
 def _twin_on_datum(crs: Any, one: Candidate, default: str | None = None) -> str:
     """The code of the map's CRS on the data's datum, else the default or the first."""
-    codes = (one.code, *(code for code, _ in one.same))
-    return next((code for code in codes if keeps_datum(crs, code)), one.code if default is None else default)
+    return next((code for code in one.codes if keeps_datum(crs, code)), one.code if default is None else default)
 
 
 def _turned(code: str, lon: FloatArray, lat: FloatArray) -> float:
@@ -156,7 +155,7 @@ def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
         return False
     within = np.zeros(len(lon), dtype=bool)
     for name in names:
-        outline = natural_earth.country(key_of(name))
+        outline = natural_earth.country(outline_keys()[name])
         if outline is not None:
             within |= natural_earth.near(outline, lon, lat, _NEAR)
     if within.mean() >= _LEAST:

@@ -12,7 +12,7 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.decisions.map_info import WeightedPoints, properties_of
-from projdist.decisions.recommendation.candidates import Area, Distortion, Rejected, lattice_of
+from projdist.decisions.measurement import Area, Distortion, Rejected, lattice_of
 from projdist.earth import WGS84
 from projdist.field import FIGURES, Figure, jacobian
 from projdist.projections import UNKNOWN, Conversion, CrsRecord, Facts, ProjectionError, facts_of, load_crs
@@ -203,22 +203,18 @@ def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
     """
     if not extents or extents[0].startswith(_WORLD) or any(map(_CONTINENT.match, extents)):
         return frozenset()
-    items = (item for text in extents for item in _BETWEEN.split(text) if at_sea or not is_at_sea(item))
-    found = frozenset(name for item in items for name in _owners(item))
-    return found - {_STATE} if USA in found else found
+    found: set[str] = set()
+    for item in (item for text in extents for item in _BETWEEN.split(text) if at_sea or not is_at_sea(item)):
+        # The countries before its first dash, and one that stands alone after it.
+        first, _, rest = item.partition(" - ")
+        alone = _vocabulary()[1].get(rest.partition(" - ")[0].strip(" ."))
+        found |= (_names_in(first) or _names_in(item)) | ({alone} if alone else set())
+    return frozenset(found - {_STATE} if USA in found else found)
 
 
 def is_at_sea(name: str) -> bool:
     """True if an area or a CRS has no land, by its name: Louisiana Offshore."""
     return _AT_SEA.search(name) is not None
-
-
-def _owners(item: str) -> frozenset[str]:
-    """Countries of an item of a list: those before its first dash, and one that stands alone after it."""
-    first, _, rest = item.partition(" - ")
-    second = rest.partition(" - ")[0].strip(" .")
-    alone = _vocabulary()[1].get(second)
-    return (_names_in(first) or _names_in(item)) | ({alone} if alone else frozenset())
 
 
 def home_of(points: WeightedPoints) -> str:
@@ -230,7 +226,7 @@ def home_of(points: WeightedPoints) -> str:
 
     east = np.mod(points.lon + 180.0, 360.0) - 180.0
     about = natural_earth.countries_about(east, points.lat)
-    boxes = {name: about[key] for name, key in _keys().items() if key in about and name != _NOBODYS}
+    boxes = {name: about[key] for name, key in outline_keys().items() if key in about and name != _NOBODYS}
     reach = {name: float(points.weight @ box) for name, box in boxes.items()}
     shares: dict[str, float] = {}
     for name in sorted(reach, key=reach.__getitem__, reverse=True):
@@ -248,18 +244,13 @@ def outline_of(name: str) -> Region:
     from projdist.earth import natural_earth  # as above
     from projdist.regions import Polygons
 
-    geometry = natural_earth.country(_keys()[name])
+    geometry = natural_earth.country(outline_keys()[name])
     assert geometry is not None  # at 1 : 50 million all are there
     return Polygons(geometry, name)
 
 
-def key_of(name: str) -> str:
-    """The outlines' key of a country by its name."""
-    return _keys()[name]
-
-
 @functools.cache
-def _keys() -> dict[str, str]:
+def outline_keys() -> dict[str, str]:
     """The outlines' keys of all countries, by name."""
     from projdist.earth import natural_earth  # as above
 
@@ -404,23 +395,19 @@ class CandidatePool:
         bounds = list(dict.fromkeys(record.area_of_use for record in self.meeting))
         held = dict(zip(bounds, self.lattice.within(bounds), strict=True))
         self.facts = facts_of([record.code for record in self.meeting])
-        self.home = self._home()
+        self.home = home_of(self.lattice) if region.area_km2 <= _NOBODYS_KM2 else ""
         touching = [record for record in self.meeting if held[record.area_of_use].any()]
+        drawn = [self._facts(record.code).draws or record.code for record in touching]  # the maps in the registry
         united: dict[Any, BoolArray] = {}
-        for record in touching:
-            drawn = self._draws(record)
-            united[drawn] = united.get(drawn, False) | held[record.area_of_use]
-        for record in touching:
-            own, together = held[record.area_of_use], united[self._draws(record)]
+        for record, one in zip(touching, drawn, strict=True):
+            united[one] = united.get(one, False) | held[record.area_of_use]
+        for record, one in zip(touching, drawn, strict=True):
+            own, together = held[record.area_of_use], united[one]
             if self.share(together) >= least and self.share(own) >= min(least, _SOME):
                 self.records[record.code], self.held[record.code], self.united[record.code] = record, own, together
             else:
                 text = f"Its area of use holds {100 * self.share(own):.2g} % of the region."
                 self.rejected.append(Rejected(record.code, record.name, text))
-
-    def _draws(self, record: CrsRecord) -> Any:
-        """The identity of a CRS's map in the registry."""
-        return self._facts(record.code).draws or record.code
 
     def _facts(self, code: str) -> Facts:
         return self.facts.get(code, UNKNOWN)
@@ -428,12 +415,6 @@ class CandidatePool:
     def share(self, held: BoolArray) -> float:
         """The share of the region at points of the lattice."""
         return float(held @ self.lattice.weight)
-
-    def _home(self) -> str:
-        """The country whose land the region is, or ""."""
-        if self.region.area_km2 > _NOBODYS_KM2:
-            return ""
-        return home_of(self.lattice)
 
     def is_national(self, record: CrsRecord) -> bool:
         """True if a CRS is of the region's country, by the names of its area of use."""

@@ -1,1 +1,0 @@
-"""The best existing CRS for a region: candidates, trials, standing and order."""
