@@ -58,7 +58,7 @@ HOMES = {
         *("applications.mosaics.homographies", "applications.mosaics.features"),
         *(
             "surfaces.tissot_ellipses",
-            "plots.oldmaps",
+            "plots.images",
             "plots.ground_distortion",
             "designs.newton",
             "designs.spline_sheets",
@@ -67,8 +67,8 @@ HOMES = {
     "shapely": {
         *("earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "regions"),
         *("decisions.data_edges", "designs.base_maps"),
-        *("surfaces.surface", "surfaces.domain", "surfaces.land", "surfaces.land", "surfaces.regional"),
-        *("plots.basemap", "plots.geoaxes"),
+        *("surfaces.surface", "surfaces.domain", "surfaces.land", "surfaces.regional", "surfaces.tissot_ellipses"),
+        *("plots.basemap", "plots.geoaxes", "plots.morphs"),
         *("gis.layers", "gis.layers", "gis.layers", "gis.points", "gis.conversion", "web.outlines", "web.live"),
     },
     "matplotlib": {"plots"},

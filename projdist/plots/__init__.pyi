@@ -1,6 +1,5 @@
 from .basemap import CONTEXTS
 from .colours import ColourScale
-from .distributions import DISTRIBUTIONS, distribution_figure
 from .figures import (
     SUFFIXES,
     encoded,
@@ -13,12 +12,11 @@ from .figures import (
     tissot_figure,
 )
 from .geoaxes import add_heatmap, add_tissot, to_cartopy
+from .graphs import DISTRIBUTIONS, distribution_figure, profile_figure
 from .ground_distortion import ground_map, local_field
+from .images import OLD_MAP_MEASURES, OLD_MAP_PANELS, mosaic_figure, old_map_figure
 from .morphs import FILM_SUFFIXES, morph
-from .mosaics import mosaic_figure
-from .oldmaps import OLD_MAP_MEASURES, OLD_MAP_PANELS, old_map_figure
 from .pictures import heatmap, tissot
-from .profiles import profile_figure
 from .shape_space import space_figure
 from .style import Look, Theme
 

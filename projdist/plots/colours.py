@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -15,6 +16,9 @@ from projdist.matrices import Measure
 from projdist.numerics import quantiles
 from projdist.plots.style import THEMES, Theme, with_minus
 from projdist.support import check_numbers, check_pair, listed, quoted, tell
+from projdist.surfaces import Surface
+
+Levels = int | Sequence[float] | None
 
 _TITLES = {
     "fisher": "Fisher distortion",
@@ -50,9 +54,59 @@ class ColourScale:
     extend: str
 
     @classmethod
-    def of(cls, measure: Measure, values: Sequence[FloatArray], weights: Sequence[FloatArray]) -> ColourScale:
-        """Default colour scale of the values of these panels; the weights are shares."""
-        return colour_scale(measure, values, weights)
+    def of(
+        cls,
+        measure: Measure,
+        values: Sequence[FloatArray],
+        weights: Sequence[FloatArray],
+        *,
+        levels: Levels = None,
+        cmap: str | Colormap | None = None,
+        limits: tuple[float, float] | None = None,
+        colours: Theme = THEMES["light"],
+    ) -> ColourScale:
+        """Colour scale for the values of all panels; the weights are shares.
+
+        The limits leave out the last 2 % of the weights at an end where the values run off, and take in
+        the neutral value (1 of a ratio, else 0) where the values come near to it. About it the colours of
+        a "ratio" are even in the logarithm, those of a "signed" measure in the value. Raises ValueError
+        for invalid levels, limits and colour maps.
+        """
+        known = isinstance(cmap, Colormap) or (isinstance(cmap, str) and cmap in matplotlib.colormaps)
+        if cmap is not None and not known:
+            raise ValueError(f"Invalid colour map {quoted(cmap)}. It must be a name of matplotlib or a Colormap.")
+        wanted = _check_levels(levels)
+        data, area = np.concatenate(values), np.concatenate(weights)
+        usable = np.isfinite(data) & (area > 0)
+        data, area = data[usable], area[usable]
+        if not data.size:
+            raise ValueError(f"Invalid measure '{measure.name}'. It has no value in the region.")
+        low, high = _limits(measure, data, area) if limits is None else check_pair("colour limits", limits)
+        if not -np.inf < low < high < np.inf or (measure.kind == "ratio" and low <= 0):
+            raise ValueError(
+                f"Invalid colour limits '{low:g}, {high:g}'. They must ascend, and be positive for a ratio."
+            )
+        chosen = _round_levels(measure, low, high, wanted) if isinstance(wanted, int) else wanted
+        if not isinstance(wanted, int):
+            _tell_of_beyond(wanted, data)
+        if cmap is None and measure.kind == "magnitude":
+            cmap = colours.rising
+        elif cmap is None:  # diverging if the neutral value is on the scale, else light at the limit nearer to it
+            start, stop = _from_neutral(measure, np.array([low, high]))
+            cmap = colours.diverging if start <= 0 <= stop else colours.rising if start > 0 else colours.falling
+        norm = LogNorm(low, high) if measure.kind == "ratio" else Normalize(low, high)
+        slack = _SLACK * (high - low)
+        beyond = bool(data.min() < low - slack), bool(data.max() > high + slack)
+        extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
+        return cls(measure, norm, cmap, chosen, extend)
+
+    @classmethod
+    def of_surfaces(
+        cls, measure: Measure, surfaces: Sequence[Surface], values: Sequence[FloatArray], **options: Any
+    ) -> ColourScale:
+        """Colour scale for values at the vertices of surfaces, by those at their nodes."""
+        inner = [value[: surface.nodes] for value, surface in zip(values, surfaces, strict=True)]
+        return cls.of(measure, inner, [surface.weights for surface in surfaces], **options)
 
     @property
     def labels(self) -> list[str]:
@@ -95,45 +149,6 @@ def _from_neutral(measure: Measure, values: FloatArray) -> FloatArray:
     return np.log(np.maximum(values, _LEAST_RATIO)) if measure.kind == "ratio" else values
 
 
-def colour_scale(
-    measure: Measure,
-    values: Sequence[FloatArray],
-    weights: Sequence[FloatArray],
-    *,
-    levels: int | Sequence[float] | None = None,
-    cmap: str | Colormap | None = None,
-    limits: tuple[float, float] | None = None,
-    colours: Theme = THEMES["light"],
-) -> ColourScale:
-    """Colour scale for the values of all panels; the weights are shares.
-
-    The limits leave out the last 2 % of the weights at an end where the values run off, and take in
-    the neutral value (1 of a ratio, else 0) where the values come near to it. About it the colours of
-    a "ratio" are even in the logarithm, those of a "signed" measure in the value. Raises ValueError
-    for levels, limits and colour maps that are none.
-    """
-    known = isinstance(cmap, Colormap) or (isinstance(cmap, str) and cmap in matplotlib.colormaps)
-    if cmap is not None and not known:
-        raise ValueError(f"Invalid colour map {quoted(cmap)}. It must be a name of matplotlib or a Colormap.")
-    wanted = _check_levels(levels)
-    data, area = np.concatenate(values), np.concatenate(weights)
-    usable = np.isfinite(data) & (area > 0)
-    data, area = data[usable], area[usable]
-    if not data.size:
-        raise ValueError(f"Invalid measure '{measure.name}'. It has no value in the region.")
-    low, high = _limits(measure, data, area) if limits is None else check_pair("colour limits", limits)
-    if not -np.inf < low < high < np.inf or (measure.kind == "ratio" and low <= 0):
-        raise ValueError(f"Invalid colour limits '{low:g}, {high:g}'. They must ascend, and be positive for a ratio.")
-    chosen = _round_levels(measure, low, high, wanted) if isinstance(wanted, int) else wanted
-    if not isinstance(wanted, int):
-        _tell_of_beyond(wanted, data)
-    norm = LogNorm(low, high) if measure.kind == "ratio" else Normalize(low, high)
-    slack = _SLACK * (high - low)
-    beyond = bool(data.min() < low - slack), bool(data.max() > high + slack)
-    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
-    return ColourScale(measure, norm, _usual_map(measure, low, high, colours) if cmap is None else cmap, chosen, extend)
-
-
 def _tell_of_beyond(levels: FloatArray, data: FloatArray) -> None:
     """Warn of levels that no value reaches."""
     beyond = levels[(levels < data.min()) | (levels > data.max())]
@@ -144,15 +159,7 @@ def _tell_of_beyond(levels: FloatArray, data: FloatArray) -> None:
         tell(f"The {has.format(listed(few, 'and'))} beyond the values, {data.min():.6g} to {data.max():.6g}.")
 
 
-def _usual_map(measure: Measure, low: float, high: float, colours: Theme) -> str | Colormap:
-    """Default colour map: diverging if the neutral value is on the scale, else light at the limit nearer to it."""
-    if measure.kind == "magnitude":
-        return colours.rising
-    start, stop = _from_neutral(measure, np.array([low, high]))
-    return colours.diverging if start <= 0 <= stop else colours.rising if start > 0 else colours.falling
-
-
-def _check_levels(levels: int | Sequence[float] | None) -> int | FloatArray:
+def _check_levels(levels: Levels) -> int | FloatArray:
     """Approximate number of levels, or the levels in ascending order."""
     if levels is None:
         return _INTERVALS
@@ -169,31 +176,33 @@ def _check_levels(levels: int | Sequence[float] | None) -> int | FloatArray:
     )
 
 
-def _robust_range(data: FloatArray, low: float, high: float) -> tuple[float, float]:
-    """Range of the values without outlying tails."""
-    room = 0.25 * (high - low)
-    least, most = float(data.min()), float(data.max())
-    return (least if least >= low - room else low), (most if most <= high + room else high)
-
-
 def _noise(measure: Measure) -> float:
     return _NOISE.get(measure.unit, 1e-7)
 
 
-def shows_isolines(scale: ColourScale, values: FloatArray) -> bool:
-    """True if values differ by more than rounding, and visibly."""
+def shown_levels(scale: ColourScale, values: FloatArray) -> FloatArray:
+    """Levels that have isolines: those within values that differ by more than rounding, and visibly."""
     low, high = np.quantile(values, [0.01, 0.99])
-    return bool(high - low > max(_noise(scale.measure), _SEEN * (scale.limits[1] - scale.limits[0])))
+    if not high - low > max(_noise(scale.measure), _SEEN * (scale.limits[1] - scale.limits[0])):
+        return np.empty(0)
+    return scale.levels[(scale.levels > values.min()) & (scale.levels < values.max())]
 
 
 def _limits(measure: Measure, data: FloatArray, area: FloatArray) -> tuple[float, float]:
     """Limits of values, never equal; they include the neutral value if they come near to it."""
     distance = _from_neutral(measure, data)
     low, high, least, most = quantiles(distance, area, [_TAIL, 1.0 - _TAIL, _FEW, 1.0 - _FEW])
-    start, stop = _robust_range(distance, low, high)
+    start, stop, room = float(distance.min()), float(distance.max()), 0.25 * (high - low)
+    start, stop = (start if start >= low - room else low), (stop if stop <= high + room else high)  # no far tails
     start, stop = _with_neutral(start, stop, np.inf if stop - start <= _noise(measure) else _NEAR)
     if measure.kind != "magnitude" and start <= 0.0 <= stop:
-        start, stop = _with_neutral(*_halves(start, stop, least, most), 0.0)
+        # A diverging map has colours for the smaller half, too, so it covers all but a few values.
+        reach = max(-start, stop)
+        start, stop = (
+            -reach if least < -_WHOLE * reach else min(start, least),
+            reach if most > _WHOLE * reach else max(stop, most),
+        )
+        start, stop = _with_neutral(start, stop, 0.0)
     noise = _ALMOST_NEUTRAL if measure.kind == "ratio" else _noise(measure)
     if max(-start, stop) <= noise:
         start, stop = _FLAT[measure.kind]
@@ -207,12 +216,6 @@ def _with_neutral(start: float, stop: float, near: float) -> tuple[float, float]
     if near * start < stop < -_SLACK * start:
         return start, 0.0
     return start, stop
-
-
-def _halves(start: float, stop: float, least: float, most: float) -> tuple[float, float]:
-    """A range around 0 whose smaller half covers all but a few values, as a diverging map has colours for it."""
-    reach = max(-start, stop)
-    return -reach if least < -_WHOLE * reach else min(start, least), reach if most > _WHOLE * reach else max(stop, most)
 
 
 # From coarse to fine; the first set with enough levels is used.
@@ -233,9 +236,14 @@ def _round_levels(measure: Measure, low: float, high: float, intervals: int) -> 
             levels = levels[(levels >= low * (1 - 1e-9)) & (levels <= high * (1 + 1e-9))]
             if levels.size > 0.6 * intervals:
                 return levels
-    levels = np.asarray(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
     slack = 1e-9 * (high - low)
-    return levels[(levels >= low - slack) & (levels <= high + slack)]
+    return round_values(low, high, intervals, slack)
+
+
+def round_values(low: float, high: float, intervals: int, slack: float = 0.0) -> FloatArray:
+    """Round numbers, evenly spaced, from `low` to `high`, or beyond them by `slack`."""
+    values = np.asarray(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
+    return values[(values >= low - slack) & (values <= high + slack)]
 
 
 def level_labels(levels: FloatArray) -> list[str]:
@@ -246,8 +254,4 @@ def level_labels(levels: FloatArray) -> list[str]:
         spacing = np.diff(levels).min(initial=np.inf) if levels.size > 1 else np.abs(levels).max(initial=1.0)
         if (np.abs(read - levels) <= 1e-3 * spacing).all():
             break
-    return [with_minus(f"{float(label):,.{_decimals(label)}f}" if "e+" in label else label) for label in labels]
-
-
-def _decimals(label: str) -> int:
-    return 0 if "e+" in label else max(len(label.partition(".")[2]), 0)
+    return [with_minus(f"{float(label):,.0f}" if "e+" in label else label) for label in labels]

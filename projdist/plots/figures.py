@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -17,37 +17,21 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 
+from projdist import surfaces
 from projdist._typing import FloatArray
 from projdist.answers import LocalCorrections
 from projdist.field import sample
 from projdist.matrices import Measure, Modes, get_measure
-from projdist.plots.basemap import airy_kavrayskiy_line, check_context, fit_titles
-from projdist.plots.colours import ColourScale, colour_scale
-from projdist.plots.ground_distortion import (
-    below_ground_map,
-    below_local_field,
-    draw_ground_map,
-    draw_local_field,
-    prepare_ground,
-    prepare_local_field,
-)
-from projdist.plots.layouts import BAR, FOOT, arranged, bar_axes, check_dpi
-from projdist.plots.pictures import AnyMeasure, Levels, check_exaggeration, draw_colourbar, draw_heatmap, draw_tissot
-from projdist.plots.style import Look, StyledFigure, look_for, title_of
+from projdist.plots.basemap import check_context
+from projdist.plots.colours import ColourScale, Levels
+from projdist.plots.ground_distortion import GroundMap, LocalField
+from projdist.plots.layouts import BAR, FOOT, arranged, bar_axes, check_dpi, fit_titles
+from projdist.plots.pictures import AnyMeasure, check_exaggeration, draw_colourbar, draw_heatmap, draw_tissot, words_of
+from projdist.plots.style import Look, StyledFigure, look_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, Place, RegionLike, region_for, region_title
-from projdist.support import check_choice, check_instance, check_path, check_text, quoted, replacing
-from projdist.surfaces import (
-    Surface,
-    ValuesAt,
-    field,
-    fit,
-    measured,
-    shown_part,
-    surface_of,
-    tissot_points,
-    usual_exaggeration,
-)
+from projdist.support import check_choice, check_instance, check_path, quoted, replacing
+from projdist.surfaces import Surface
 
 if TYPE_CHECKING:
     from projdist.decisions import LDP
@@ -59,21 +43,19 @@ _DIRECTIONS = ("meridian_convergence",)  # which go round
 
 def field_against(surface: Surface, measure: Measure, other: Projection | None) -> FloatArray:
     """Measure at the vertices of a surface, minus that of another map there, or for a ratio divided by it."""
-    values = field(surface, measure)
+    values = surfaces.field(surface, measure)
     if other is None:
         return values
-    others = field(replace(surface, domain=replace(surface.domain, projection=other)), measure)
+    others = surfaces.field(replace(surface, domain=replace(surface.domain, projection=other)), measure)
     return _against(values, others, measure)
 
 
-def values_against(projection: Projection, measure: Measure, other: Projection | None) -> ValuesAt:
-    """The values of `field_against` as a function of longitudes and latitudes."""
-
-    def values_at(lon: FloatArray, lat: FloatArray) -> FloatArray:
-        values = measured(projection, measure, lon, lat)
-        return values if other is None else _against(values, measured(other, measure, lon, lat), measure)
-
-    return values_at
+def _measured_against(
+    projection: Projection, measure: Measure, other: Projection | None, lon: FloatArray, lat: FloatArray
+) -> FloatArray:
+    """The values of `field_against` at points."""
+    values = surfaces.measured(projection, measure, lon, lat)
+    return values if other is None else _against(values, surfaces.measured(other, measure, lon, lat), measure)
 
 
 def _against(values: FloatArray, others: FloatArray, measure: Measure) -> FloatArray:
@@ -84,22 +66,6 @@ def _against(values: FloatArray, others: FloatArray, measure: Measure) -> FloatA
         return np.where(np.isfinite(found), found, np.nan)
     found = values - others
     return np.mod(found + _TURN / 2, _TURN) - _TURN / 2 if measure.name in _DIRECTIONS else found
-
-
-def measure_against(measure: Measure, other: Projection | None) -> Measure:
-    """Measure of the colours: a ratio is neutral at 1, a difference at 0."""
-    if other is None or measure.kind == "ratio":
-        return measure
-    return replace(measure, name=f"difference_of_{measure.name}", kind="signed")
-
-
-def label_against(scale: ColourScale, measure: Measure, maps: Sequence[str], other: Projection | None) -> str:
-    """Label of the colour bar: `Angular distortion omega (degrees): Robinson less Mollweide`."""
-    if other is None:
-        return scale.label
-    label = replace(scale, measure=measure).label
-    one = maps[0] if len(maps) == 1 else "each map"
-    return f"{label}: {one} {'over' if measure.kind == 'ratio' else 'less'} {other.name}"
 
 
 # ---- figures -------------------------------------------------------------------------------------
@@ -146,17 +112,19 @@ def tissot_figure(
     exaggeration = check_exaggeration(exaggeration)
     look = look_for(look)
     maps = _maps(projections, region, titles, airy_kavrayskiy, look)
-    points = [tissot_points(one.surface, step, grid) for one in maps]
-    factor = usual_exaggeration(points) if isinstance(exaggeration, str) else exaggeration
-    radius, panels = fit(points, exaggeration=factor, crowded=grid is not None)
-    with look.applied():
-        figure, panes, room = _layout(maps, size, dpi, foot=FOOT, one_scale=True, look=look)
-        for ax, one, panel in zip(panes, maps, panels, strict=True):
-            draw_tissot(ax, one.surface, panel, radius, *one.words, context, axes=axes)
-        fit_titles(panes, room)
-        times = "" if factor == 1.0 else f", distortion exaggerated {factor:g} times"
-        figure.foot(f"Ellipses: circles on the ground with a radius of {_length(radius)}{times}{_over(maps)}")
-    return figure
+    points = [surfaces.tissot_points(one.surface, step, grid) for one in maps]
+    factor = surfaces.usual_exaggeration(points) if isinstance(exaggeration, str) else exaggeration
+    radius, panels = surfaces.fit(points, exaggeration=factor, crowded=grid is not None)
+    length = (
+        f"{radius:.3g} m" if radius < 1e3 else f"{radius / 1e3:,.0f} km" if radius >= 1e5 else f"{radius / 1e3:.3g} km"
+    )
+    times = "" if factor == 1.0 else f", distortion exaggerated {factor:g} times"
+
+    def draw(ax: Axes, k: int) -> None:
+        draw_tissot(ax, maps[k].surface, panels[k], radius, maps[k].words, context, axes=axes)
+
+    foot = f"Ellipses: circles on the ground with a radius of {length}{times}{_over(maps)}"
+    return _figure(maps, draw, size, dpi, look, foot)
 
 
 def heatmap_figure(
@@ -187,24 +155,22 @@ def heatmap_figure(
     look = look_for(look)
     maps = _maps(projections, region, titles, airy_kavrayskiy, look, other)
     values = [field_against(one.surface, chosen, other) for one in maps]
-    scale = colour_scale(
-        measure_against(chosen, other),
-        [value[: one.surface.nodes] for value, one in zip(values, maps, strict=True)],
-        [one.surface.weights for one in maps],
-        levels=levels,
-        cmap=cmap,
-        limits=limits,
-        colours=look.colours,
-    )
-    with look.applied():
-        figure, axes, room = _layout(maps, size, dpi, foot=BAR, one_scale=False, look=look)
-        for ax, one, value in zip(axes, maps, values, strict=True):
-            values_at = values_against(one.surface.domain.projection, chosen, other)
-            draw_heatmap(ax, one.surface, value, scale, step, *one.words, context, values_at)
-        fit_titles(axes, room)
-        names = [one.surface.domain.projection.name for one in maps]
-        _draw_bar(figure, scale, f"{label_against(scale, chosen, names, other)}{_over(maps)}")
-    return figure
+    # The colours of a ratio are neutral at 1, those of a difference at 0.
+    is_difference = other is not None and chosen.kind != "ratio"
+    shown = replace(chosen, name=f"difference_of_{chosen.name}", kind="signed") if is_difference else chosen
+    options = {"levels": levels, "cmap": cmap, "limits": limits, "colours": look.colours}
+    scale = ColourScale.of_surfaces(shown, [one.surface for one in maps], values, **options)
+    label = scale.label
+    if other is not None:
+        one = maps[0].surface.domain.projection.name if len(maps) == 1 else "each map"
+        label = replace(scale, measure=chosen).label + f": {one} {'less' if is_difference else 'over'} {other.name}"
+
+    def draw(ax: Axes, k: int) -> None:
+        surface = maps[k].surface
+        values_at = functools.partial(_measured_against, surface.domain.projection, chosen, other)
+        draw_heatmap(ax, surface, values[k], scale, maps[k].words, context, values_at, step=step)
+
+    return _figure(maps, draw, size, dpi, look, f"{label}{_over(maps)}", scale)
 
 
 def modes_figure(
@@ -235,21 +201,15 @@ def modes_figure(
             below = f"{100.0 * found.shares[k]:.0f} % {found.words[k]}"
             panels.append(replace(one, below=below, place=""))
             scores.append(Measure(_MODE, functools.partial(_score, found, int(k)), kind="signed"))
-    values = [field(one.surface, score) for one, score in zip(panels, scores, strict=True)]
-    scale = colour_scale(
-        scores[0],
-        [value[: one.surface.nodes] for value, one in zip(values, panels, strict=True)],
-        [one.surface.weights for one in panels],
-        colours=look.colours,
-    )
-    with look.applied():
-        figure, axes, room = _layout(panels, size, dpi, foot=BAR, one_scale=False, look=look)
-        for ax, one, value, score in zip(axes, panels, values, scores, strict=True):
-            values_at = functools.partial(measured, one.surface.domain.projection, score)
-            draw_heatmap(ax, one.surface, value, scale, None, *one.words, context, values_at)
-        fit_titles(axes, room)
-        _draw_bar(figure, scale, f"{_MODE}{_over([replace(maps[0], place='')])}")
-    return figure
+    values = [surfaces.field(one.surface, score) for one, score in zip(panels, scores, strict=True)]
+    scale = ColourScale.of_surfaces(scores[0], [one.surface for one in panels], values, colours=look.colours)
+
+    def draw(ax: Axes, k: int) -> None:
+        surface = panels[k].surface
+        values_at = functools.partial(surfaces.measured, surface.domain.projection, scores[k])
+        draw_heatmap(ax, surface, values[k], scale, panels[k].words, context, values_at)
+
+    return _figure(panels, draw, size, dpi, look, f"{_MODE}{_over([replace(maps[0], place='')])}", scale)
 
 
 def _score(found: Modes, k: int, J: FloatArray) -> FloatArray:
@@ -270,14 +230,11 @@ def local_figure(
 ) -> tuple[Figure, LocalCorrections]:
     """The local corrections of a projection over caps of `radius_km`, as `local_field` draws them; and their values."""
     look = look_for(look)
-    maps = _maps([projection], region, None if title is None else [title], None, look)
-    local = prepare_local_field(maps[0].surface, radius_km, step)
-    maps = [replace(maps[0], below=below_local_field(local))]
-    with look.applied():
-        figure, axes, room = _layout(maps, size, dpi, foot=BAR, one_scale=False, look=look)
-        draw_local_field(axes[0], local, maps[0].title)
-        fit_titles(axes, room)
-        _draw_bar(figure, local.scale, f"{local.scale.label}{_over(maps)}")
+    (one,) = _maps([projection], region, None if title is None else [title], None, look)
+    local = LocalField.of(one.surface, radius_km, step)
+    one = replace(one, below=local.below)
+    label = f"{local.scale.label}{_over([one])}"
+    figure = _figure([one], lambda ax, _: local.draw(ax, one.title), size, dpi, look, label, local.scale)
     return figure, local.corrections
 
 
@@ -291,15 +248,9 @@ def ldp_figure(
 ) -> Figure:
     """The distortion of a low-distortion projection at the heights of the ground, as `ground_map` draws it."""
     look = look_for(look)
-    prepared = prepare_ground(found)
-    title = look.title or title
-    with look.applied():
-        drawn = _Map(prepared.surface, found.region, title, None, below_ground_map(prepared))
-        figure, axes, room = _layout([drawn], size, dpi, foot=BAR, one_scale=False, look=look)
-        draw_ground_map(axes[0], prepared, title)
-        fit_titles(axes, room)
-        _draw_bar(figure, prepared.scale, prepared.scale.label)
-    return figure
+    ground = GroundMap.of(found)
+    one = _Map(ground.surface, found.region, look.title or title, None, ground.below())
+    return _figure([one], lambda ax, _: ground.draw(ax, one.title), size, dpi, look, ground.scale.label, ground.scale)
 
 
 def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = None, overwrite: bool = True) -> Path:
@@ -324,20 +275,10 @@ def encoded(figure: Figure, suffix: str, *, dpi: float) -> bytes:
     check_instance("figure", figure, Figure, "a Figure of matplotlib")
     check_choice("suffix", suffix, SUFFIXES)
     content = io.BytesIO()
-    _write(figure, content, suffix, check_dpi(dpi))
-    return content.getvalue()
-
-
-def _write(figure: Figure, target: Path | BinaryIO, suffix: str, dpi: float) -> None:
-    """Write a figure without a date, one thread at a time, as the salt is global to matplotlib."""
+    # Without a date, and one thread at a time, as the salt is global to matplotlib.
     with _SAVING, rc_context({"svg.hashsalt": "projdist"}):
-        figure.savefig(target, format=suffix[1:], dpi=dpi, metadata=_UNDATED[suffix])
-
-
-def _draw_bar(figure: StyledFigure, scale: ColourScale, label: str) -> None:
-    """Draw a colour bar at the foot of a figure, unless its style has none."""
-    if figure.look.colourbar:
-        draw_colourbar(figure, scale, cax=bar_axes(figure), label=label)
+        figure.savefig(content, format=suffix[1:], dpi=check_dpi(dpi), metadata=_UNDATED[suffix])
+    return content.getvalue()
 
 
 @dataclass(frozen=True)
@@ -354,8 +295,7 @@ class _Map:
     @property
     def words(self) -> tuple[str, str]:
         """Title and subtitle."""
-        name = title_of(self.surface.domain.projection) if self.title is None else check_text("title", self.title)
-        below = self.below or airy_kavrayskiy_line(self.airy_kavrayskiy)
+        name, below = words_of(self.surface.domain.projection, self.title, self.airy_kavrayskiy, self.below)
         return name, " · ".join(part for part in (self.place, below) if part)
 
 
@@ -376,10 +316,11 @@ def _maps(
     if look.title and len(listed) == 1:
         titles = [look.title]
     above = zip(chosen, _each(titles, len(listed)), _each(airy_kavrayskiy, len(listed)), strict=True)
-    shown = shown_part(place)
+    shown = surfaces.shown_part(place)
     words = region_title(place) if len(listed) == 1 and place != GLOBE else ""  # else at the foot, once for all
     return [
-        _Map(surface_of(projection, shown), place, title, figure, place=words) for projection, title, figure in above
+        _Map(surfaces.surface_of(projection, shown), place, title, figure, place=words)
+        for projection, title, figure in above
     ]
 
 
@@ -400,25 +341,33 @@ def _each(values: Sequence[Any] | None, count: int) -> Sequence[Any]:
     return values
 
 
-def _length(metres: float) -> str:
-    if metres < 1e3:
-        return f"{metres:.3g} m"
-    return f"{metres / 1e3:,.0f} km" if metres >= 1e5 else f"{metres / 1e3:.3g} km"
-
-
-def _layout(
+def _figure(
     maps: Sequence[_Map],
+    draw: Callable[[Axes, int], None],
     size: tuple[float, float] | None,
     dpi: float,
-    *,
-    foot: float,
-    one_scale: bool,
     look: Look,
-) -> tuple[StyledFigure, list[Axes], float]:
-    """Figure with a foot, axes in the shape of each map, and the room for their titles in inches."""
+    text: str,
+    scale: ColourScale | None = None,
+) -> StyledFigure:
+    """Figure with a panel for each map, which `draw` fills.
+
+    With a colour scale each map is as large as it can be, and the text is the label of the bar; without one all are
+    in one scale, and it is a line at the foot.
+    """
     views = np.array([one.surface.view for one in maps])
     shapes = views[:, [1, 3]] - views[:, [0, 2]]
-    if not one_scale:
+    if scale is not None:
         shapes = shapes / shapes.max(axis=1, keepdims=True)
     labels = (_BESIDE, _BELOW) if any(one.surface.is_local for one in maps) else (0.0, 0.0)
-    return arranged(shapes, size, dpi, foot=foot, words=[one.words for one in maps], labels=labels, look=look)
+    words, foot = [one.words for one in maps], FOOT if scale is None else BAR
+    with look.applied():
+        figure, axes, room = arranged(shapes, size, dpi, foot=foot, words=words, labels=labels, look=look)
+        for k, ax in enumerate(axes):
+            draw(ax, k)
+        fit_titles(axes, room)
+        if scale is None:
+            figure.foot(text)
+        elif look.colourbar:
+            draw_colourbar(figure, scale, cax=bar_axes(figure), label=text)
+    return figure

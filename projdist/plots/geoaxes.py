@@ -15,8 +15,8 @@ from matplotlib.colors import Colormap
 from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
 from projdist.matrices import get_measure
-from projdist.plots.colours import ColourScale, colour_scale
-from projdist.plots.pictures import AnyMeasure, Levels, draw_colourbar, draw_ellipses, draw_field
+from projdist.plots.colours import ColourScale, Levels
+from projdist.plots.pictures import AnyMeasure, draw_bar_below, draw_ellipses, draw_field
 from projdist.projections import ProjectedCrs, Projection, ProjectionError, ProjectionLike, projected_crs_of
 from projdist.regions import Box, RegionLike, region_for
 from projdist.support import check_instance
@@ -200,12 +200,12 @@ def add_heatmap(
     chosen = get_measure(measure)
     surface = surface_of(projection, region)
     values = field(surface, chosen)
-    scale = colour_scale(chosen, [values[: surface.nodes]], [surface.weights], levels=levels, cmap=cmap, limits=limits)
+    scale = ColourScale.of_surfaces(chosen, [surface], [values], levels=levels, cmap=cmap, limits=limits)
     with ax.hold_limits():
         values_at = functools.partial(measured, projection, chosen)
         draw_field(ax, _in_unit(surface, from_metres), values, scale, values_at)
     if colourbar:
-        draw_colourbar(ax.figure, scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
+        draw_bar_below(ax, scale)
     return scale
 
 
@@ -225,25 +225,18 @@ def _of_axes(ax: Any) -> tuple[Projection, FloatArray]:
     with _needed_for("axes of cartopy"):
         from cartopy.mpl.geoaxes import GeoAxes
     check_instance("axes", ax, GeoAxes, "GeoAxes of cartopy")
-    source = getattr(ax.projection, "source", None)
+    crs = ax.projection
+    source = getattr(crs, "source", None)
     if isinstance(source, Projection):
-        return source, _inverse(ax.projection.to_metres)
-    if ax.projection.is_geographic and not ax.projection.is_derived:
-        return _plate_carree(ax.projection)
-    projection = Projection.from_user_input(ax.projection)
-    return projection, _inverse(_plane_of(projection).to_metres)
-
-
-def _inverse(matrix: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.inv(matrix), dtype=float)
-
-
-def _plate_carree(crs: Any) -> tuple[Projection, FloatArray]:
-    """Cartopy's plate carree, in degrees from a central meridian that it has for a prime meridian."""
-    a, b = crs.ellipsoid.semi_major_metre, crs.ellipsoid.semi_minor_metre
-    # The spherical formula on the ellipsoid; PROJ's eqc has the ellipsoidal one since 9.8.
-    sphere = Projection.from_user_input(f"+proj=eqc +lon_0={crs.prime_meridian.longitude!r} +R={a!r}")
-    return dataclasses.replace(sphere, ellipsoid=Ellipsoid(a, 1.0 - b / a)), np.eye(2) / np.radians(a)
+        return source, np.asarray(np.linalg.inv(crs.to_metres), dtype=float)
+    if crs.is_geographic and not crs.is_derived:
+        # Cartopy's plate carree, in degrees from a central meridian that it has for a prime meridian: the spherical
+        # formula on the ellipsoid; PROJ's eqc has the ellipsoidal one since 9.8.
+        a, b = crs.ellipsoid.semi_major_metre, crs.ellipsoid.semi_minor_metre
+        sphere = Projection.from_user_input(f"+proj=eqc +lon_0={crs.prime_meridian.longitude!r} +R={a!r}")
+        return dataclasses.replace(sphere, ellipsoid=Ellipsoid(a, 1.0 - b / a)), np.eye(2) / np.radians(a)
+    projection = Projection.from_user_input(crs)
+    return projection, np.asarray(np.linalg.inv(_plane_of(projection).to_metres), dtype=float)
 
 
 def _plane_of(projection: Projection) -> ProjectedCrs:

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.patheffects import withStroke
 
+from projdist import surfaces
 from projdist._typing import FloatArray
 from projdist.answers import LocalCorrections, local_corrections
 from projdist.matrices import Measure, areal_scale, decompose
-from projdist.plots.basemap import CONTEXTS, draw_ground, draw_lines, draw_title, region_clip, set_view, triangulation
-from projdist.plots.colours import ColourScale, colour_scale
-from projdist.plots.pictures import check_axes, draw_colourbar, draw_heatmap
-from projdist.plots.style import title_of
+from projdist.plots.basemap import CONTEXTS, draw_basemap, region_clip, triangulation
+from projdist.plots.colours import ColourScale
+from projdist.plots.layouts import draw_title
+from projdist.plots.pictures import check_axes, draw_bar_below, draw_heatmap, words_of
+from projdist.plots.style import add_lines, add_polygons
 from projdist.projections import ProjectionLike
 from projdist.regions import RegionLike
 from projdist.support import check_instance
-from projdist.surfaces import Surface, ellipses, even_radius, surface_of, tissot_points, usual_step, without_crowding
+from projdist.surfaces import Surface
 
 if TYPE_CHECKING:
     from projdist.decisions import LDP
@@ -37,7 +38,7 @@ _TARGET = "#1a7f37"
 
 @dataclass(frozen=True)
 class GroundMap:
-    """Prepared picture: ppm at the vertices of a surface, or at the points of a design if these are few."""
+    """Distortion on the ground: ppm at the vertices of a surface, or at the points of a design if these are few."""
 
     surface: Surface
     found: LDP
@@ -45,13 +46,51 @@ class GroundMap:
     ppm: FloatArray
     scale: ColourScale
 
-    @property
-    def ground(self) -> str:
-        """The heights in words."""
-        height = self.found.height
+    @classmethod
+    def of(cls, found: LDP) -> GroundMap:
+        """The picture of a design."""
+        from projdist.decisions import LDP, distortion_ppm  # slow to load
+
+        check_instance("design", found, LDP, "an LDP, as ldp returns")
+        surface = surfaces.surface_of(found.projection, found.region)
+        heights = _heights(surface, found)
+        if heights is None:
+            return cls(surface, found, False, found.ppm, ColourScale.of(_DISTORTION, [found.ppm], [found.weight]))
+        ppm = distortion_ppm(found.projection, *surface.lonlat(), heights)
+        return cls(surface, found, True, ppm, ColourScale.of_surfaces(_DISTORTION, [surface], [ppm]))
+
+    def below(self, lines: str = "") -> str:
+        """Subtitle: the heights, and the share within the target."""
+        height, target = self.found.height, self.found.target_ppm
         if np.ptp(height) == 0.0:
-            return f"at an ellipsoidal height of {height[0]:,.6g} m"
-        return f"at {height.size:,} points from {height.min():,.0f} to {height.max():,.0f} m"
+            ground = f"at an ellipsoidal height of {height[0]:,.6g} m"
+        else:
+            ground = f"at {height.size:,} points from {height.min():,.0f} to {height.max():,.0f} m"
+        return f"{ground}; {100 * self.found.statistics.within[target]:.4g} % within {target:g} ppm{lines}"
+
+    def draw(self, ax: Axes, title: str | None) -> None:
+        """Draw it on axes, a field with the isolines of the target."""
+        found, surface, scale = self.found, self.surface, self.scale
+        if not self.is_field:
+            draw_basemap(ax, surface)
+            x, y = found.projection(found.lon, found.lat)
+            size = float(np.clip(2e4 / x.size, _SMALLEST, _LARGEST))
+            colours = scale.colours(scale.norm(self.ppm))
+            edge: dict[str, Any] = {"edgecolors": "#00000055", "linewidths": 0.3}
+            ax.scatter(x, y, c=colours, s=size, zorder=2.0, label="points", **edge)
+            draw_title(ax, *words_of(found.projection, title, below=self.below()))
+            return
+        mapped, used = triangulation(surface, surface.triangles)
+        values, target = self.ppm[used], found.target_ppm
+        levels = [level for level in (-target, target) if values.min() < level < values.max()]
+        words = words_of(found.projection, title, below=self.below(" (thick lines)" if levels else ""))
+        draw_heatmap(ax, surface, self.ppm, scale, words, CONTEXTS[-1])
+        if levels:
+            style = {"colors": _TARGET, "linewidths": 1.6, "linestyles": "solid", "zorder": 2.1}
+            lines = ax.tricontour(mapped, values, levels=levels, **style)
+            clip = region_clip(ax, surface)
+            if clip is not None:
+                lines.set_clip_path(clip)
 
 
 def ground_map(ax: Axes, found: LDP, *, colourbar: bool = True, title: str | None = None) -> ColourScale:
@@ -61,27 +100,11 @@ def ground_map(ax: Axes, found: LDP, *, colourbar: bool = True, title: str | Non
     target; points with heights are dots.
     """
     check_axes(ax)
-    prepared = prepare_ground(found)
-    draw_ground_map(ax, prepared, title)
+    prepared = GroundMap.of(found)
+    prepared.draw(ax, title)
     if colourbar:
-        draw_colourbar(ax.figure, prepared.scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
+        draw_bar_below(ax, prepared.scale)
     return prepared.scale
-
-
-def prepare_ground(found: LDP) -> GroundMap:
-    """Prepared picture of a design: surface, values and colour scale."""
-    from projdist.decisions import LDP, distortion_ppm  # slow to load
-
-    check_instance("design", found, LDP, "an LDP, as ldp returns")
-    surface = surface_of(found.projection, found.region)
-    heights = _heights(surface, found)
-    if heights is None:
-        scale = colour_scale(_DISTORTION, [found.ppm], [found.weight])
-        return GroundMap(surface, found, False, found.ppm, scale)
-    lon, lat = surface.lonlat()
-    ppm = distortion_ppm(found.projection, lon, lat, heights)
-    scale = colour_scale(_DISTORTION, [ppm[: surface.nodes]], [surface.weights])
-    return GroundMap(surface, found, True, ppm, scale)
 
 
 def _heights(surface: Surface, found: LDP) -> FloatArray | None:
@@ -115,52 +138,6 @@ def _turned(lon: FloatArray) -> FloatArray:
     return np.mod(lon + 180.0, 360.0) - 180.0
 
 
-def draw_ground_map(ax: Axes, prepared: GroundMap, title: str | None) -> None:
-    """Draw a prepared picture."""
-    surface, found, scale = prepared.surface, prepared.found, prepared.scale
-    if prepared.is_field:
-        draw_heatmap(ax, surface, prepared.ppm, scale, None, "", "")
-        lines = _draw_target(ax, prepared)
-    else:
-        set_view(ax, surface)
-        draw_ground(ax, surface, CONTEXTS[-1])
-        draw_lines(ax, surface, None)
-        x, y = found.projection(found.lon, found.lat)
-        ax.scatter(
-            x,
-            y,
-            c=scale.colours(scale.norm(prepared.ppm)),
-            s=float(np.clip(2e4 / x.size, _SMALLEST, _LARGEST)),
-            edgecolors="#00000055",
-            linewidths=0.3,
-            zorder=2.0,
-            label="points",
-        )
-        lines = ""
-    below = below_ground_map(prepared, lines)
-    draw_title(ax, title_of(found.projection) if title is None else title, below)
-
-
-def below_ground_map(prepared: GroundMap, lines: str = "") -> str:
-    """Subtitle: the heights, and the share within the target."""
-    target = prepared.found.target_ppm
-    return f"{prepared.ground}; {100 * prepared.found.statistics.within[target]:.4g} % within {target:g} ppm{lines}"
-
-
-def _draw_target(ax: Axes, prepared: GroundMap) -> str:
-    """Draw the isolines of the target; returns a note on them, empty without any."""
-    mapped, used = triangulation(prepared.surface, prepared.surface.triangles)
-    values, target = prepared.ppm[used], prepared.found.target_ppm
-    levels = [level for level in (-target, target) if values.min() < level < values.max()]
-    if not levels:
-        return ""
-    lines = ax.tricontour(mapped, values, levels=levels, colors=_TARGET, linewidths=1.6, linestyles="solid", zorder=2.1)
-    clip = region_clip(ax, prepared.surface)
-    if clip is not None:
-        lines.set_clip_path(clip)
-    return " (thick lines)"
-
-
 # ---- local fields --------------------------------------------------------------------------------
 
 
@@ -171,6 +148,10 @@ _USUAL = 0.9  # of the stretches have lines in proportion; what is stretched mor
 _INK = "#222222"
 _HALO = withStroke(linewidth=2.2, foreground="#ffffffb0")
 _FLAT = 1e-6  # of logarithms: what differs by less is the same, and where all stretches are less there are no lines
+
+
+_SCALE = Measure("scale_of_the_local_correction", lambda M: np.sqrt(areal_scale(M)), kind="ratio")
+_STRETCH = Measure("stretch_of_the_local_correction", lambda M: decompose(M).stretch, kind="ratio")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,19 +165,57 @@ class LocalField:
     radius: float
     scale: ColourScale
 
+    @classmethod
+    def of(cls, surface: Surface, radius_km: float, step: float | None) -> LocalField:
+        """Corrections on an even grid of a map; raises ValueError if no cap is on the map."""
+        points = surfaces.tissot_points(surface, _DENSER * surfaces.usual_step(surface) if step is None else step)
+        points = surfaces.without_crowding(replace(points, J=np.broadcast_to(np.eye(2), points.J.shape)))
+        found = local_corrections(surface.domain.projection, points.lon, points.lat, radius_km)
+        known = np.asarray(np.isfinite(found.matrix).all(axis=(1, 2)))
+        if not known.any():
+            raise ValueError(f"Invalid radius '{radius_km:g}'. No cap of so many km is, by half, on the map.")
+        points, found = points.take(known), found.take(known)
+        radius = surfaces.even_radius([points])
+        # An equal-area map has one scale everywhere: then the discs' colours are the stretches.
+        shown = _SCALE if np.ptp(np.log(_SCALE(found.matrix))) > _FLAT else _STRETCH
+        values = shown(found.matrix)
+        return cls(
+            surface=surface,
+            corrections=found,
+            xy=points.xy,
+            discs=surfaces.ellipses(points, _DISC * radius, _VERTICES),
+            radius=radius,
+            scale=ColourScale.of(shown, [values], [np.full(values.size, 1.0 / values.size)]),
+        )
 
-def scale_of_correction(M: FloatArray) -> FloatArray:
-    """sqrt |det M|."""
-    return np.sqrt(areal_scale(M))
+    @property
+    def below(self) -> str:
+        """Subtitle: the caps, and the meaning of the longest lines."""
+        segments, longest, cut = self.segments()
+        about = f"Caps of {self.corrections.radius_km:,.6g} km"
+        return f"{about}; longest lines: stretch {longest:.4g}{' or more' if cut else ''}" if len(segments) else about
 
+    def draw(self, ax: Axes, title: str | None) -> None:
+        """Draw it on axes."""
+        draw_basemap(ax, self.surface)
+        colours = self.scale.colours(self.scale.norm(self.scale.measure(self.corrections.matrix)))
+        edge = {"edgecolors": _INK, "linewidths": 0.4}
+        add_polygons(ax, self.discs, facecolors=colours, zorder=2.0, label="scales", **edge)
+        line = {"colors": _INK, "linewidths": 1.2, "path_effects": [_HALO]}
+        add_lines(ax, self.segments()[0], zorder=2.2, label="stretches", **line)
+        draw_title(ax, *words_of(self.surface.domain.projection, title, below=self.below))
 
-def stretch_of_correction(M: FloatArray) -> FloatArray:
-    """Largest scale over the smallest."""
-    return decompose(M).stretch
-
-
-_SCALE = Measure("scale_of_the_local_correction", scale_of_correction, kind="ratio")
-_STRETCH = Measure("stretch_of_the_local_correction", stretch_of_correction, kind="ratio")
+    def segments(self) -> tuple[FloatArray, float, bool]:
+        """Lines (m, 2, 2) along the stretches, the stretch of the longest, and whether some exceed it."""
+        parts = self.corrections.parts
+        length = np.where(np.isfinite(parts.stretch_azimuth), np.log(parts.stretch), 0.0)
+        longest = float(np.quantile(length, _USUAL))
+        if not longest > _FLAT:
+            return np.empty((0, 2, 2)), 1.0, False
+        azimuth = np.radians(np.nan_to_num(parts.stretch_azimuth))
+        size = _LINE * self.radius * np.minimum(length / longest, 1.0)
+        half = size[:, None] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=-1)
+        return np.stack([self.xy - half, self.xy + half], axis=1), float(np.exp(longest)), bool(length.max() > longest)
 
 
 def local_field(
@@ -216,70 +235,8 @@ def local_field(
     of the stretch.
     """
     check_axes(ax)
-    field = prepare_local_field(surface_of(projection, region), radius_km, step)
-    draw_local_field(ax, field, title)
+    field = LocalField.of(surfaces.surface_of(projection, region), radius_km, step)
+    field.draw(ax, title)
     if colourbar:
-        draw_colourbar(ax.figure, field.scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
+        draw_bar_below(ax, field.scale)
     return field.scale
-
-
-def prepare_local_field(surface: Surface, radius_km: float, step: float | None) -> LocalField:
-    """Corrections on an even grid of a map; raises ValueError if no cap is on the map."""
-    points = tissot_points(surface, _DENSER * usual_step(surface) if step is None else step)
-    points = without_crowding(replace(points, J=np.broadcast_to(np.eye(2), points.J.shape)))
-    found = local_corrections(surface.domain.projection, points.lon, points.lat, radius_km)
-    known = np.asarray(np.isfinite(found.matrix).all(axis=(1, 2)))
-    if not known.any():
-        raise ValueError(f"Invalid radius '{radius_km:g}'. No cap of so many km is, by half, on the map.")
-    points, found = points.take(known), found.take(known)
-    radius = even_radius([points])
-    # An equal-area map has one scale everywhere: then the discs' colours are the stretches.
-    shown = _SCALE if np.ptp(np.log(_SCALE(found.matrix))) > _FLAT else _STRETCH
-    values = shown(found.matrix)
-    scale = colour_scale(shown, [values], [np.full(values.size, 1.0 / values.size)])
-    return LocalField(
-        surface=surface,
-        corrections=found,
-        xy=points.xy,
-        discs=ellipses(points, _DISC * radius, _VERTICES),
-        radius=radius,
-        scale=scale,
-    )
-
-
-def draw_local_field(ax: Axes, field: LocalField, title: str | None) -> None:
-    """Draw prepared corrections."""
-    set_view(ax, field.surface)
-    draw_ground(ax, field.surface, CONTEXTS[-1])
-    draw_lines(ax, field.surface, None)
-    colours = field.scale.colours(field.scale.norm(field.scale.measure(field.corrections.matrix)))
-    discs = PolyCollection(
-        list(field.discs), facecolors=colours, edgecolors=_INK, linewidths=0.4, zorder=2.0, label="scales"
-    )
-    ax.add_collection(discs, autolim=False)
-    segments, _, _ = _segments(field)
-    lines = LineCollection(
-        list(segments), colors=_INK, linewidths=1.2, zorder=2.2, label="stretches", path_effects=[_HALO]
-    )
-    ax.add_collection(lines, autolim=False)
-    draw_title(ax, title_of(field.surface.domain.projection) if title is None else title, below_local_field(field))
-
-
-def below_local_field(field: LocalField) -> str:
-    """Subtitle: the caps, and the meaning of the longest lines."""
-    segments, longest, cut = _segments(field)
-    about = f"Caps of {field.corrections.radius_km:,.6g} km"
-    return f"{about}; longest lines: stretch {longest:.4g}{' or more' if cut else ''}" if len(segments) else about
-
-
-def _segments(field: LocalField) -> tuple[FloatArray, float, bool]:
-    """Lines (m, 2, 2) along the stretches, the stretch of the longest, and whether some exceed it."""
-    parts = field.corrections.parts
-    length = np.where(np.isfinite(parts.stretch_azimuth), np.log(parts.stretch), 0.0)
-    longest = float(np.quantile(length, _USUAL))
-    if not longest > _FLAT:
-        return np.empty((0, 2, 2)), 1.0, False
-    azimuth = np.radians(np.nan_to_num(parts.stretch_azimuth))
-    size = _LINE * field.radius * np.minimum(length / longest, 1.0)
-    half = size[:, None] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=-1)
-    return np.stack([field.xy - half, field.xy + half], axis=1), float(np.exp(longest)), bool(length.max() > longest)

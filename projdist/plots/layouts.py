@@ -1,18 +1,69 @@
-"""Arrangement of panels in a figure: columns, room for titles and a colour bar, and font sizes."""
+"""Arrangement of panels in a figure: columns, titles, room for a colour bar, and font sizes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from projdist._typing import FloatArray
-from projdist.plots.basemap import title_width
-from projdist.plots.style import USUAL, Look, StyledFigure, scale_for
-from projdist.support import check_number, check_pair, quoted
+from projdist.plots.style import USUAL, FigureStyle, Look, StyledFigure, scale_for, style_of, text_width, with_minus
+from projdist.support import check_number, check_pair, check_text, quoted
+
+_TITLE_SIZE, _BELOW_SIZE = _SIZES = 10.5, 8.0  # points
+_PADS, _TIGHT_PADS = (6, 16), (4, 14)  # points between map and title, without a line between and with one
+_BELOW_LABEL = "below the title"
+
+
+def draw_title(ax: Axes, title: str, below: str) -> None:
+    """Draw a title and a subtitle."""
+    style = style_of(ax)
+    if not style.look.has_titles:
+        return
+    if below and style.is_one_line:
+        title, below = f"{title} · {with_minus(below)}", ""
+    pad = style.scale * (_TIGHT_PADS if style.is_tight else _PADS)[bool(below)]
+    size = style.scale * _TITLE_SIZE
+    ax.set_title(check_text("title", title), fontsize=size, pad=pad, y=1.0, color=style.colours.text)
+    if below:
+        ax.annotate(
+            with_minus(below),
+            (0.5, 1.0),
+            xytext=(0, style.scale * (3 if style.is_tight else 4)),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
+            fontsize=style.scale * _BELOW_SIZE,
+            color=style.colours.quiet,
+            label=_BELOW_LABEL,
+        )
+
+
+def fit_titles(axes: Sequence[Axes], room: float) -> None:
+    """Shrink titles and subtitles until the widest of each fits `room` in inches."""
+    scale = style_of(axes[0]).scale
+    below = [text for ax in axes for text in ax.texts if text.get_label() == _BELOW_LABEL]
+    # A subtitle is never larger than its title.
+    size = _shrink([ax.title for ax in axes], scale * _TITLE_SIZE, room)
+    _shrink(below, min(size, scale * _BELOW_SIZE), room)
+
+
+def _shrink(texts: Sequence[Text], points: float, room: float) -> float:
+    """Give texts the largest common size, at most `points`, with which all fit; returns it."""
+    widest = max((text_width(text.get_text(), points) for text in texts), default=0.0) / 72.0
+    size = points * min(1.0, room / widest) if widest else points
+    for text in texts:
+        text.set_fontsize(size)
+    return size
+
+
+# ---- panels --------------------------------------------------------------------------------------
+
 
 FOOT, BAR = 0.3, 0.75  # inches below the maps, for a line of text, and for a colour bar
 _GAP, _TITLE, _EMPTY = 0.15, 0.5, 0.06
@@ -22,108 +73,82 @@ _LEAST_TEXT = 0.7  # of the usual size: rather fewer columns than smaller titles
 _WIDEST, _HIGHEST = 11.0, 9.0
 
 # In a figure of a stated size margins are kept small.
-_TIGHT = {BAR: 0.57, FOOT: 0.22}
+_TIGHT_FOOT = {BAR: 0.57, FOOT: 0.22}
 _TIGHT_GAP, _TIGHT_TITLE, _TIGHT_HEADING, _BELOW = 0.06, 0.24, 0.26, 0.14
 
 
-@dataclass(frozen=True)
-class _Room:
-    """Margins in inches: between maps, above each, below all and above all."""
-
-    gap: float
-    title: float
-    foot: float
-    heading: float
-
-
-@dataclass(frozen=True)
-class _PanelGrid:
-    """Panels in columns; `unit` is inches per unit of the maps' shapes, `rows` the heights of the rows in inches.
-
-    `letters` is the size of letters relative to the usual one.
-    """
-
-    columns: int
-    width: float
-    height: float
-    unit: float
-    rows: FloatArray
-    room: _Room
-    letters: float
-    is_one_line: bool
-
-    @property
-    def pitch(self) -> float:
-        """Width of a column in inches."""
-        return (self.width - self.room.gap) / self.columns
-
-
-def _room(look: Look, letters: float, is_tight: bool, foot: float, count: int, has_below: bool) -> _Room:
-    """Margins for a font size."""
-    heading = 0.0 if not look.title or count == 1 else letters * (_TIGHT_HEADING if is_tight else _HEADING)
-    bottom = foot if look.colourbar or foot != BAR else _EMPTY
-    if not is_tight:
-        title = letters * _TITLE if look.has_titles else _EMPTY
-        return _Room(_GAP, title, letters * bottom, heading)
-    title = letters * (_TIGHT_TITLE + (_BELOW if has_below else 0.0)) if look.has_titles else _EMPTY
-    return _Room(_TIGHT_GAP, title, letters * _TIGHT.get(bottom, bottom), heading)
-
-
 @dataclass(frozen=True, kw_only=True)
-class _Wish:
-    """Panels to arrange; `words` are the title and subtitle of each map."""
+class _Panels:
+    """Panels to arrange, by widths and heights (n, 2); `labels` is the room in inches beside and below each."""
 
     shapes: FloatArray
     size: tuple[float, float] | None
     foot: float
-    words: list[tuple[str, str]]
     labels: tuple[float, float]
     look: Look
 
-    def title_width(self, letters: float) -> float:
-        """Width in inches of the widest title."""
-        if not self.look.has_titles:
-            return 0.0
-        return letters * max(title_width(*words) for words in self.words)
+
+class _Grid:
+    """Panels in a number of columns, as large as possible; lengths are in inches, `unit` inches a unit of the shapes.
+
+    `letters` is the font size relative to the usual one, `rows` are the heights of rows.
+    """
+
+    def __init__(
+        self, panels: _Panels, columns: int, words: Sequence[tuple[str, str]], *, is_one_line: bool = False
+    ) -> None:
+        shapes, size, look, count = panels.shapes, panels.size, panels.look, len(panels.shapes)
+        is_tight = size is not None
+        highest = np.array([shapes[k : k + columns, 1].max() for k in range(0, count, columns)])
+        letters = scale_for(look, None if size is None else (size[0] / columns, size[1] / highest.size))
+        widths = [text_width(text, points) for line in words for text, points in zip(line, _SIZES, strict=True)]
+        self.title_width = letters * (max(widths) / 72.0) if look.has_titles else 0.0
+        foot = panels.foot if look.colourbar or panels.foot != BAR else _EMPTY
+        if is_tight:
+            foot = _TIGHT_FOOT.get(foot, foot)
+        above = _TIGHT_TITLE + (_BELOW if any(below for _, below in words) else 0.0) if is_tight else _TITLE
+        self.gap = _TIGHT_GAP if is_tight else _GAP
+        self.title = letters * above if look.has_titles else _EMPTY
+        self.heading = letters * (_TIGHT_HEADING if is_tight else _HEADING) if look.title and count > 1 else 0.0
+        beside, below = letters * panels.labels[0], letters * panels.labels[1]
+        fixed = letters * foot + self.heading + highest.size * (self.title + self.gap + below)
+        width = size[0] if size else (8.0 if count == 1 else _WIDEST)
+        height = size[1] if size else (_HIGHEST if count == 1 else 3.0 + 3.0 * highest.size)
+        across = width - self.gap * (columns + 1) - beside * columns
+        unit = min(across / (columns * shapes[:, 0].max()), (height - fixed) / highest.sum())
+        if not size:
+            widest = min(self.title_width, (width - self.gap) / columns - self.gap)
+            width = max(columns * (max(shapes[:, 0].max() * unit + beside, widest) + self.gap) + self.gap, 4.5)
+            height = fixed + unit * highest.sum()
+        spare = (height - fixed - unit * highest.sum()) / highest.size
+        self.columns, self.width, self.height, self.unit = columns, width, height, unit
+        self.rows = unit * highest + spare + self.title + self.gap + below
+        self.labels, self.letters, self.is_one_line = (beside, below), letters, is_one_line
+
+    @property
+    def pitch(self) -> float:
+        """Width of a column."""
+        return (self.width - self.gap) / self.columns
+
+    def place(self, index: int, count: int, shape: FloatArray) -> tuple[float, float, float, float]:
+        """Left, bottom, width and height of a panel in its cell of the grid, as fractions of the figure."""
+        (w, h), (beside, below) = shape * self.unit, self.labels
+        row, column = divmod(index, self.columns)
+        in_row = min(self.columns, count - row * self.columns)
+        left = 0.5 * (self.width - in_row * self.pitch) + (column + 0.5) * self.pitch - 0.5 * (w - beside)
+        top = self.height - self.heading - self.rows[:row].sum()
+        middle = top - 0.5 * (self.rows[row] + self.title - below)
+        return left / self.width, (middle - 0.5 * h) / self.height, w / self.width, h / self.height
 
 
-def _grid(wish: _Wish, columns: int) -> _PanelGrid:
+def _grid(panels: _Panels, columns: int, words: list[tuple[str, str]]) -> _Grid:
     """Arrangement in a number of columns; in a figure of stated size, titles and subtitles share a line if they fit."""
-    merged = [(" · ".join(filter(None, words)), "") for words in wish.words]
-    if wish.size is not None and merged != wish.words:
-        one_line = _grid_of(replace(wish, words=merged), columns, is_one_line=True)
-        if _fits(one_line, replace(wish, words=merged)):
+    merged = [(" · ".join(filter(None, line)), "") for line in words]
+    if panels.size is not None and merged != words:
+        one_line = _Grid(panels, columns, merged, is_one_line=True)
+        if one_line.title_width <= one_line.pitch - one_line.gap:
             return one_line
-    return _grid_of(wish, columns, is_one_line=False)
-
-
-def _fits(grid: _PanelGrid, wish: _Wish) -> bool:
-    """True if the titles fit their columns."""
-    return wish.title_width(grid.letters) <= grid.pitch - grid.room.gap
-
-
-def _grid_of(wish: _Wish, columns: int, *, is_one_line: bool) -> _PanelGrid:
-    """Largest arrangement in a number of columns."""
-    shapes, size = wish.shapes, wish.size
-    count = len(shapes)
-    beside, below = wish.labels
-    rows = np.array([shapes[k : k + columns, 1].max() for k in range(0, count, columns)])
-    letters = scale_for(wish.look, None if size is None else (size[0] / columns, size[1] / rows.size))
-    beside, below = letters * beside, letters * below
-    room = _room(wish.look, letters, size is not None, wish.foot, count, any(words[1] for words in wish.words))
-    fixed = room.foot + room.heading + rows.size * (room.title + room.gap + below)
-    width = size[0] if size else (8.0 if count == 1 else _WIDEST)
-    height = size[1] if size else (_HIGHEST if count == 1 else 3.0 + 3.0 * rows.size)
-    across = width - room.gap * (columns + 1) - beside * columns
-    unit = min(across / (columns * shapes[:, 0].max()), (height - fixed) / rows.sum())
-    if not size:
-        widest = min(wish.title_width(letters), (width - room.gap) / columns - room.gap)
-        width = max(columns * (max(shapes[:, 0].max() * unit + beside, widest) + room.gap) + room.gap, 4.5)
-        height = fixed + unit * rows.sum()
-    spare = (height - fixed - unit * rows.sum()) / rows.size
-    return _PanelGrid(
-        columns, width, height, unit, unit * rows + spare + room.title + room.gap + below, room, letters, is_one_line
-    )
+    return _Grid(panels, columns, words)
 
 
 def arranged(
@@ -138,64 +163,39 @@ def arranged(
 ) -> tuple[StyledFigure, list[Axes], float]:
     """Figure with a foot, and axes of `shapes`, widths and heights (n, 2), as large as possible.
 
-    Columns are as wide as titles, `words`, where the figure has room for it, with room for `labels` in inches to the
-    left of and below the axes; last returned is the room for titles in inches.
+    Columns are as wide as titles and subtitles, `words`, where the figure has room for it, with room for `labels` in
+    inches to the left of and below the axes; last returned is the room for titles in inches.
     """
-    size, dpi = check_size(size), check_dpi(dpi)
-    count = len(shapes)
-    wish = _Wish(shapes=shapes, size=size, foot=foot, words=words, labels=labels, look=look)
+    size, dpi, count = check_size(size), check_dpi(dpi), len(shapes)
+    panels = _Panels(shapes=shapes, size=size, foot=foot, labels=labels, look=look)
     # The fewest columns for each number of rows: four maps are two and two, not three and one.
     options = [
-        _grid(wish, columns)
+        _grid(panels, columns, words)
         for columns in range(1, min(count, _COLUMNS) + 1)
         if -(-count // -(-count // columns)) == columns
     ]
-    readable = [
-        option
-        for option in options
-        if option.unit > 0 and option.pitch - option.room.gap >= _LEAST_TEXT * wish.title_width(option.letters) - 1e-9
-    ]
+    readable = [one for one in options if one.unit > 0 and one.pitch - one.gap >= _LEAST_TEXT * one.title_width - 1e-9]
     # The largest maps, in a figure that is not much higher than wide.
     grid = max(readable or options, key=lambda option: option.unit * min(1.0, 1.1 * option.width / option.height))
     if not grid.unit > 0:
         width, height = size or (grid.width, grid.height)
         maps_text = "a map" if count == 1 else f"{count} maps"
         raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {maps_text}.")
-    figure = StyledFigure(
-        look,
-        grid.letters,
-        figsize=(grid.width, grid.height),
-        dpi=dpi,
-        is_tight=size is not None,
-        is_one_line=grid.is_one_line,
-    )
+    style = FigureStyle(look, grid.letters, is_tight=size is not None, is_one_line=grid.is_one_line)
+    figure = StyledFigure(style, (grid.width, grid.height), dpi)
     if look.title and count > 1:
         figure.head(look.title)
-    return figure, _axes(figure, grid, shapes, labels), grid.pitch - grid.room.gap - grid.letters * labels[0]
-
-
-def _axes(figure: Figure, grid: _PanelGrid, shapes: FloatArray, labels: tuple[float, float]) -> list[Axes]:
-    """Axes centred in the cells of the grid."""
-    axes = []
-    count = len(shapes)
-    beside, below = grid.letters * labels[0], grid.letters * labels[1]
-    for index, (w, h) in enumerate(shapes * grid.unit):
-        row, column = divmod(index, grid.columns)
-        in_row = min(grid.columns, count - row * grid.columns)
-        left = 0.5 * (grid.width - in_row * grid.pitch) + (column + 0.5) * grid.pitch - 0.5 * (w - beside)
-        top = grid.height - grid.room.heading - grid.rows[:row].sum()
-        middle = top - 0.5 * (grid.rows[row] + grid.room.title - below)
-        place = (left / grid.width, (middle - 0.5 * h) / grid.height, w / grid.width, h / grid.height)
-        axes.append(figure.add_axes(place))
-    return axes
+    axes = [figure.add_axes(grid.place(k, count, shape)) for k, shape in enumerate(shapes)]
+    return figure, axes, grid.pitch - grid.gap - grid.labels[0]
 
 
 def bar_axes(figure: StyledFigure) -> Axes:
     """Axes at the foot of a figure, for a colour bar."""
     width, height = figure.get_size_inches()
     length = min(0.7 * width, 6.0)
-    bottom, thickness = (0.40, 0.10) if figure.is_tight else (0.48, 0.13)
-    bottom, thickness = figure.scale * bottom, figure.scale * thickness
+    bottom, thickness = (
+        figure.style.scale * inches for inches in ((0.40, 0.10) if figure.style.is_tight else (0.48, 0.13))
+    )
     return figure.add_axes((0.5 - 0.5 * length / width, bottom / height, length / width, thickness / height))
 
 

@@ -9,35 +9,26 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import shapely
 from matplotlib.animation import FFMpegWriter
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.tri import Triangulation
 from PIL import Image
 
+from projdist import surfaces
 from projdist._typing import AnyArray, BoolArray, FloatArray, IntArray
 from projdist.field import drawn, evaluate, jacobian
 from projdist.matrices import Measure, get_measure
-from projdist.plots.colours import ColourScale, colour_scale
+from projdist.plots.colours import ColourScale
 from projdist.plots.layouts import check_dpi, check_size
 from projdist.plots.pictures import AnyMeasure, draw_colourbar
-from projdist.plots.style import Look, StyledFigure, look_for, scale_for
+from projdist.plots.style import FigureStyle, Look, StyledFigure, add_lines, look_for, scale_for
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import GLOBE, Place, RegionLike, region_for
 from projdist.support import check_number, check_path, check_whole_number, quoted, replacing
-from projdist.surfaces import (
-    Surface,
-    coast,
-    cut_at_tears,
-    graticule,
-    graticule_steps,
-    ground_size,
-    normalised,
-    surface_of,
-)
+from projdist.surfaces import Surface, normalised
 
-_INWARD = 0.01  # of the way from a seam to the node behind it: there the side is certain
 _POLE = 89.9  # degrees: nearer to a pole maps may be singular
 _STRAIGHT = np.radians(2.0)  # a turn that is less is none
 _SHRUNK = 0.02  # of the longest edge: shorter ones are of a line that becomes a pole
@@ -98,8 +89,8 @@ def blend_of(first: Projection, second: Projection, region: Place) -> Blend:
         return 0.55 * x + 0.45 * (cos * p - sin * q), 0.55 * y + 0.45 * (sin * p + cos * q)
 
     both = Projection.from_function(between, name=f"{first.name} and {second.name}", ellipsoid=first.ellipsoid)
-    surface = surface_of(both, region)
-    lon, lat = _inward(surface)
+    surface = surfaces.surface_of(both, region)
+    lon, lat = surface.lonlat_off_seams()
     vertices = Track(np.column_stack(first(lon, lat)), np.column_stack(second(lon, lat)))
     there = np.asarray(np.isfinite(np.hstack([vertices.first, vertices.second])).all(axis=1))
     triangles = surface.triangles[there[surface.triangles].all(axis=1)]
@@ -110,9 +101,9 @@ def blend_of(first: Projection, second: Projection, region: Place) -> Blend:
     weights[: surface.nodes] = surface.weights
     weights[~used | ~there] = 0.0
     bounds = region.bounds
-    resolution = "110m" if max(ground_size(bounds)) > 60.0 else "50m"
-    spacing = min(1.0, max(ground_size(bounds)) / 60.0)
-    shore = [] if first.is_of_another_body else coast(bounds, resolution, spacing)
+    resolution = "110m" if max(surfaces.ground_size(bounds)) > 60.0 else "50m"
+    shore = [] if first.is_of_another_body else surfaces.coast(bounds, resolution)
+    grid = surfaces.graticule(bounds, *surfaces.graticule_steps(bounds))
     return Blend(
         maps=(first, second),
         region=region,
@@ -120,8 +111,8 @@ def blend_of(first: Projection, second: Projection, region: Place) -> Blend:
         jacobians=(_filled(first, lon, lat, triangles), _filled(second, lon, lat, triangles)),
         weights=weights,
         triangles=triangles,
-        edges=_border(triangles),
-        graticule=_tracks(surface, graticule(bounds, *graticule_steps(bounds)), first, second),
+        edges=surfaces.rim_edges(triangles),
+        graticule=_tracks(surface, grid, first, second),
         coast=_tracks(surface, shore, first, second),
         turn=turn,
     )
@@ -129,14 +120,6 @@ def blend_of(first: Projection, second: Projection, region: Place) -> Blend:
 
 def _rotation(angle: float) -> FloatArray:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-
-
-def _inward(surface: Surface) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes of vertices, moved off seams to their own side."""
-    du, dv = surface.u[surface.source] - surface.u, surface.v[surface.source] - surface.v
-    u = surface.u + _INWARD * (np.mod(du + 180.0, 360.0) - 180.0)
-    lon, lat = surface.frame.geographic(u, surface.v + _INWARD * dv)
-    return normalised(lon), lat
 
 
 def _turn(first: Projection, second: Projection, region: Place) -> float:
@@ -181,44 +164,20 @@ def _spans(xy: FloatArray, triangles: IntArray) -> BoolArray:
     return np.asarray((longest > _SPANNING * size) & (longest > 10.0 * np.median(longest)))
 
 
-def _border(triangles: IntArray) -> IntArray:
-    """Edges (k, 2) of one triangle only."""
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    found, count = np.unique(edges, axis=0, return_counts=True)
-    return np.asarray(found[count == 1])
-
-
 def open_edges(xy: FloatArray, edges: IntArray) -> IntArray:
-    """Edges at the rim of the map, without those of closed cuts, whose sides coincide."""
+    """Edges at the rim of the map, without those of closed cuts, whose sides coincide.
+
+    An edge is closed if another, sharing no end with it, is beside its middle.
+    """
     ends = xy[edges]
     lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     near = _CLOSED * float(np.median(lengths[lengths >= _SHRUNK * lengths.max()]))
-    # Points along all edges, and their edges: an edge is closed if another, sharing no end with
-    # it, has a point beside its middle.
-    count = np.maximum(1, np.ceil(2.0 * lengths / near)).astype(int)
-    owner = np.repeat(np.arange(len(edges)), count)
-    share = (np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[owner]
-    points = ends[owner, 0] + share[:, None] * (ends[owner, 1] - ends[owner, 0])
+    middles, tree = shapely.points(ends.mean(axis=1)), shapely.STRtree(shapely.linestrings(ends))
+    edge, other = tree.query(middles, predicate="dwithin", distance=near)
+    apart = (edges[edge][:, :, None] != edges[other][:, None, :]).all(axis=(1, 2))
     closed = np.zeros(len(edges), dtype=bool)
-    for shift in ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)):  # neighbours have a cell of one lattice in common
-        cells = np.floor(np.concatenate([points, ends.mean(axis=1)]) / near + shift)
-        cell = np.unique(cells, axis=0, return_inverse=True)[1].ravel()
-        closed |= _meets(cell[: len(points)], owner, cell[len(points) :], edges)
+    closed[edge[apart]] = True
     return edges[~closed]
-
-
-def _meets(cell: IntArray, owner: IntArray, middle: IntArray, edges: IntArray) -> BoolArray:
-    """True if the cell of an edge's midpoint holds a point of an edge that shares no end with it."""
-    order = np.argsort(cell, kind="stable")
-    cell, owner = cell[order], owner[order]
-    start, stop = np.searchsorted(cell, middle), np.searchsorted(cell, middle, side="right")
-    mine = np.repeat(np.arange(len(middle)), stop - start)
-    place = np.arange(mine.size) - np.repeat(np.cumsum(stop - start) - (stop - start), stop - start) + start[mine]
-    other = owner[place]
-    apart = (edges[mine][:, :, None] != edges[other][:, None, :]).all(axis=(1, 2))
-    found = np.zeros(len(middle), dtype=bool)
-    found[mine[apart]] = True
-    return found
 
 
 def _tracks(surface: Surface, lines: Sequence[FloatArray], first: Projection, second: Projection) -> list[Track]:
@@ -227,18 +186,12 @@ def _tracks(surface: Surface, lines: Sequence[FloatArray], first: Projection, se
         return []
     domain = surface.domain
     line = np.repeat(np.arange(len(lines)), [len(points) for points in lines])
-    points = cut_at_tears(domain, evaluate(domain, *np.concatenate(lines).T), line)
+    points = surfaces.cut_at_tears(domain, evaluate(domain, *np.concatenate(lines).T), line)
     there = drawn(points)
     lon, lat = normalised(np.where(there, points[:, 0], 0.0)), np.where(there, points[:, 1], 0.0)
     one, other = (np.column_stack(projection(lon, lat)) for projection in (first, second))
     there &= np.isfinite(one).all(axis=1) & np.isfinite(other).all(axis=1)
-    return [Track(one[start:stop], other[start:stop]) for start, stop in _runs(there)]
-
-
-def _runs(there: BoolArray) -> list[tuple[int, int]]:
-    """Bounds (start, stop) of two or more consecutive true values."""
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(np.int8))).reshape(-1, 2)
-    return [(int(start), int(stop)) for start, stop in ends if stop - start > 1]
+    return [Track(one[run], other[run]) for run in surfaces.runs(there)]
 
 
 # ---- morphs --------------------------------------------------------------------------------------
@@ -330,7 +283,12 @@ def morph(
     >>> film.read_bytes()[:6]
     b'GIF89a'
     """
-    path, chosen = _film_path(path), get_measure(measure)
+    path, chosen = check_path("film", path), get_measure(measure)
+    suffix = path.suffix.lower()
+    if suffix not in FILM_SUFFIXES:
+        raise ValueError(f"Invalid film '{path}'. Its suffix must be .gif or .mp4.")
+    if suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        raise ValueError(f"Invalid film '{path}'. An .mp4 needs ffmpeg, which is not found; a .gif needs nothing.")
     if chosen.needs_hessian:
         raise ValueError(f"Invalid measure '{chosen.name}' for a film. It must need no second derivatives.")
     count = check_whole_number("number of frames", frames)
@@ -348,19 +306,10 @@ def morph(
         look = replace(look_for(look), transparent=False)
         with look.applied():
             stage = _Stage(blend, chosen, room, check_dpi(dpi), look)
-            if path.suffix.lower() == ".gif":
+            if suffix == ".gif":
                 _write_gif(new, stage.pictures(count, progress), _palette(stage.scale, look), length)
             else:
                 _write_mp4(new, stage, count, length, progress)
-    return path
-
-
-def _film_path(given: Any) -> Path:
-    path = check_path("film", given)
-    if path.suffix.lower() not in FILM_SUFFIXES:
-        raise ValueError(f"Invalid film '{path}'. Its suffix must be .gif or .mp4.")
-    if path.suffix.lower() == ".mp4" and not FFMpegWriter.isAvailable():
-        raise ValueError(f"Invalid film '{path}'. An .mp4 needs ffmpeg, which is not found; a .gif needs nothing.")
     return path
 
 
@@ -374,14 +323,14 @@ class _Stage:
 
     def __init__(self, blend: Blend, measure: Measure, size: tuple[float, float], dpi: float, look: Look) -> None:
         self.blend, self.measure = blend, measure
-        self.scale = _scale(blend, measure, look)
-        self.look, self.letters = look, scale_for(look, size)
-        self.figure = StyledFigure(look, self.letters, figsize=size, dpi=dpi)
+        values = [blend.values(share, measure) for share in (0.0, 0.5, 1.0)]
+        self.scale = ColourScale.of(measure, values, [blend.weights] * len(values), colours=look.colours)
+        letters, (width, height) = scale_for(look, size), size
+        self.figure = StyledFigure(FigureStyle(look, letters), size, dpi)
         self.canvas: Any = self.figure.canvas
-        width, height = size
-        self.heading = self.letters * _HEADING if look.title else 0.0
-        top = self.heading + (self.letters * _TOP if look.has_titles else _SIDE)
-        foot = self.letters * _FOOT if look.colourbar else _SIDE
+        heading = letters * _HEADING if look.title else 0.0
+        top = heading + (letters * _TOP if look.has_titles else _SIDE)
+        foot = letters * _FOOT if look.colourbar else _SIDE
         self.ax: Axes = self.figure.add_axes(
             (_SIDE / width, foot / height, 1.0 - 2.0 * _SIDE / width, (height - top - foot) / height)
         )
@@ -390,32 +339,25 @@ class _Stage:
         colours = look.colours
         styles = ((colours.over_graticule, 0.4, 1.0), (colours.over_coast, 0.6, 1.2), (colours.outline, 0.8, 3.0))
         self.lines = [
-            LineCollection([], colors=colour, linewidths=line, zorder=order) for colour, line, order in styles
+            add_lines(self.ax, [], colors=colour, linewidths=line, zorder=order) for colour, line, order in styles
         ]
-        for lines in self.lines:
-            self.ax.add_collection(lines, autolim=False)
         self.field: Any = None
         self.dot: Any = None
         if look.title:
             self.figure.head(look.title)
         if look.has_titles:
-            self._title(width, height)
+            self._draw_titles(1.0 - (heading + letters * 0.2) / height)
         if look.colourbar:
-            self._draw_bar(width, height)
+            bar = min(0.6 * width, 4.5)
+            place = (0.5 - 0.5 * bar / width, letters * 0.42 / height, bar / width, letters * 0.11 / height)
+            over = "" if blend.region == GLOBE else f", over {blend.region.name[:50]}"
+            drawn_bar = draw_colourbar(self.figure, self.scale, cax=self.figure.add_axes(place))
+            drawn_bar.set_label(f"{self.scale.label}{over}", fontsize=letters * 8)
 
-    def _draw_bar(self, width: float, height: float) -> None:
-        blend, letters = self.blend, self.letters
-        bar = min(0.6 * width, 4.5)
-        place = (0.5 - 0.5 * bar / width, letters * 0.42 / height, bar / width, letters * 0.11 / height)
-        over = "" if blend.region == GLOBE else f", over {blend.region.name[:50]}"
-        draw_colourbar(self.figure, self.scale, cax=self.figure.add_axes(place)).set_label(
-            f"{self.scale.label}{over}", fontsize=letters * 8
-        )
-
-    def _title(self, width: float, height: float) -> None:
+    def _draw_titles(self, y: float) -> None:
         """Draw the names of both maps, and a dot that moves between them."""
-        y = 1.0 - (self.heading + self.letters * 0.2) / height
-        size, colours = self.letters * 10.0, self.look.colours
+        width = self.figure.get_figwidth()
+        size, colours = self.figure.style.scale * 10.0, self.figure.style.colours
         left, right = self.blend.maps
         names = [
             self.figure.text(x, y, one.name, ha=side, va="center", fontsize=size, color=colours.text)
@@ -460,17 +402,14 @@ class _Stage:
         grid.set_segments([blend.at(share, track) for track in blend.graticule])
         shore.set_segments([blend.at(share, track) for track in blend.coast])
         outline.set_segments(list(xy[open_edges(xy, blend.edges)]))
-        self._look_at(xy[used])
-        if self.dot is not None:
-            self.dot.set_data([self.way[0] + share * (self.way[1] - self.way[0])], [self.height])
-
-    def _look_at(self, xy: FloatArray) -> None:
-        """Centre the whole map in the axes, with equal scales."""
-        low, high = xy.min(axis=0), xy.max(axis=0)
+        # The whole map in the middle of the axes, with equal scales.
+        low, high = xy[used].min(axis=0), xy[used].max(axis=0)
         middle, half = 0.5 * (low + high), 0.51 * (high - low)
         half_width = max(half[0], half[1] * self.shape)
-        self.ax.set_xlim(middle[0] - half_width, middle[0] + half_width)
-        self.ax.set_ylim(middle[1] - half_width / self.shape, middle[1] + half_width / self.shape)
+        ax.set_xlim(middle[0] - half_width, middle[0] + half_width)
+        ax.set_ylim(middle[1] - half_width / self.shape, middle[1] + half_width / self.shape)
+        if self.dot is not None:
+            self.dot.set_data([self.way[0] + share * (self.way[1] - self.way[0])], [self.height])
 
     def pictures(self, count: int, progress: Progress | None) -> Iterator[AnyArray]:
         """Frames (height, width, 3) of the way there."""
@@ -480,12 +419,6 @@ class _Stage:
             yield np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
             if progress is not None:
                 progress(number, count)
-
-
-def _scale(blend: Blend, measure: Measure, look: Look) -> ColourScale:
-    """Colour scale for the whole film."""
-    values = [blend.values(share, measure) for share in (0.0, 0.5, 1.0)]
-    return colour_scale(measure, values, [blend.weights] * len(values), colours=look.colours)
 
 
 def _palette(scale: ColourScale, look: Look) -> Image.Image:

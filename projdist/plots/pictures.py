@@ -3,54 +3,31 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Colormap
 from matplotlib.contour import ContourSet
 from matplotlib.patheffects import withStroke
+from matplotlib.transforms import TransformedPath
 from matplotlib.tri import Triangulation
 
+from projdist import surfaces
 from projdist._typing import FloatArray, IntArray
 from projdist.matrices import Measure, get_measure
-from projdist.plots.basemap import (
-    CONTEXTS,
-    airy_kavrayskiy_line,
-    check_context,
-    draw_ground,
-    draw_lines,
-    draw_surroundings,
-    draw_title,
-    region_clip,
-    set_view,
-    triangulation,
-)
-from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
-from projdist.plots.places import draw_places, main_cities, shows_places
-from projdist.plots.style import USUAL, StyledFigure, look_of, scale_of, text_width, title_of
-from projdist.projections import ProjectionLike
+from projdist.plots.basemap import CONTEXTS, check_context, draw_basemap, draw_triangles, region_clip, triangulation
+from projdist.plots.colours import ColourScale, Levels, level_labels, shown_levels
+from projdist.plots.layouts import draw_title
+from projdist.plots.places import draw_places, main_cities
+from projdist.plots.style import FigureStyle, StyledFigure, add_lines, add_polygons, style_of, text_width, title_of
+from projdist.projections import Projection, ProjectionLike
 from projdist.regions import RegionLike
-from projdist.support import check_instance, check_number
-from projdist.surfaces import (
-    Indicatrices,
-    Surface,
-    ValuesAt,
-    crosses,
-    ellipses,
-    field,
-    fit,
-    jumping,
-    measured,
-    principal_axes,
-    surface_of,
-    tissot_points,
-    usual_exaggeration,
-)
+from projdist.support import check_instance, check_number, check_text
+from projdist.surfaces import Indicatrices, Surface, ValuesAt
 
 _SIZE = 6.5  # points
 _WIDTH = 0.65  # of a character, in its height
@@ -65,7 +42,7 @@ def label_isolines(ax: Axes, lines: ContourSet, labels: Mapping[float, str], out
     """
     ax.apply_aspect()
     edge = ax.transData.transform(outline.reshape(-1, 2))
-    size = _SIZE * scale_of(ax)
+    size = _SIZE * style_of(ax).scale
     height = size / 72.0 * ax.figure.dpi
     places = np.empty((0, 2))
     reaches = np.empty(0)
@@ -87,7 +64,7 @@ def label_isolines(ax: Axes, lines: ContourSet, labels: Mapping[float, str], out
         return
     manual = ax.transData.inverted().transform(places).tolist()
     for text in ax.clabel(lines, fontsize=size, fmt=dict(labels), inline_spacing=2, manual=manual):
-        text.set_path_effects([withStroke(linewidth=1.5, foreground=look_of(ax).colours.halo)])
+        text.set_path_effects([withStroke(linewidth=1.5, foreground=style_of(ax).colours.halo)])
 
 
 # ---- pictures ------------------------------------------------------------------------------------
@@ -100,12 +77,20 @@ _LEAST_FACTOR, _LARGEST_FACTOR = 0.1, 1e6
 _EDGE, _EDGE_SHARE = 0.6, 0.06  # points, and of the width of the ellipses
 
 AnyMeasure = str | Measure | Callable[[FloatArray], FloatArray]
-Levels = int | Sequence[float] | None
 
 
 def check_axes(ax: Any) -> None:
     """Check that an object is matplotlib axes, before the work."""
     check_instance("axes", ax, Axes, "Axes of matplotlib")
+
+
+def words_of(
+    projection: Projection, title: str | None, airy_kavrayskiy: float | None = None, below: str = ""
+) -> tuple[str, str]:
+    """Title and subtitle of a map: its name by default, and its Airy-Kavrayskiy error if known."""
+    if airy_kavrayskiy is not None and not below:
+        below = f"Airy–Kavrayskiy {check_number('Airy-Kavrayskiy figure', airy_kavrayskiy):.4g}"
+    return title_of(projection) if title is None else check_text("title", title), below
 
 
 # ---- Tissot's indicatrices ------------------------------------------------------------------
@@ -141,11 +126,12 @@ def tissot(
     """
     check_axes(ax)
     exaggeration = check_exaggeration(exaggeration)
-    surface = surface_of(projection, region)
-    points = [tissot_points(surface, step)]
-    factor = usual_exaggeration(points) if isinstance(exaggeration, str) else exaggeration
-    fitted, (panel,) = fit(points, radius, factor)
-    draw_tissot(ax, surface, panel, fitted, title, airy_kavrayskiy_line(airy_kavrayskiy), check_context(context))
+    surface = surfaces.surface_of(projection, region)
+    words = words_of(surface.domain.projection, title, airy_kavrayskiy)
+    points = [surfaces.tissot_points(surface, step)]
+    factor = surfaces.usual_exaggeration(points) if isinstance(exaggeration, str) else exaggeration
+    fitted, (panel,) = surfaces.fit(points, radius, factor)
+    draw_tissot(ax, surface, panel, fitted, words, check_context(context))
     return fitted
 
 
@@ -154,60 +140,34 @@ def draw_tissot(
     surface: Surface,
     panel: Indicatrices,
     radius: float,
-    title: str | None,
-    below: str,
-    context: str = CONTEXTS[-1],
+    words: tuple[str, str],
+    context: str,
     *,
     axes: bool = False,
 ) -> None:
     """Draw prepared indicatrices of a radius in metres, with the principal directions as crosses where wanted."""
-    set_view(ax, surface)
-    draw_ground(ax, surface, context)
-    draw_lines(ax, surface, None, context=context)
+    draw_basemap(ax, surface, context)
     draw_ellipses(ax, panel, radius)
     if axes:
-        _draw_axes(ax, panel, radius)
-    _draw_places(ax, surface, context)
-    draw_title(ax, title_of(surface.domain.projection) if title is None else title, below)
+        crosses = surfaces.principal_axes(panel, radius)
+        edge = style_of(ax).colours.edge
+        add_lines(ax, crosses, colors=edge, linewidths=_AXIS, zorder=2.1, label="principal directions")
+    draw_places(ax, surface, context)
+    draw_title(ax, *words)
 
 
 def draw_ellipses(ax: Axes, panel: Indicatrices, radius: float, matrix: FloatArray | None = None) -> None:
     """Draw ellipses only, in metres, or transformed by a matrix (2, 2)."""
-    polygons = ellipses(panel, radius, _FEW_VERTICES if panel.lon.size > _MANY else _VERTICES)
+    vertices = _FEW_VERTICES if panel.lon.size > _MANY else _VERTICES
+    polygons = surfaces.ellipses(panel, radius, vertices)
     if matrix is not None:
         polygons = polygons @ matrix.T
-    ax.add_collection(
-        PolyCollection(
-            list(polygons),
-            facecolors=look_of(ax).colours.face,
-            edgecolors=look_of(ax).colours.edge,
-            linewidths=_edge_width(ax, polygons),
-            zorder=2.0,
-            label="indicatrices",
-        ),
-        autolim=False,
-    )
-
-
-def _draw_axes(ax: Axes, panel: Indicatrices, radius: float) -> None:
-    """Draw the principal directions as crosses."""
-    edge = look_of(ax).colours.edge
-    crosses = LineCollection(list(principal_axes(panel, radius)), colors=edge, linewidths=_AXIS, zorder=2.1)
-    crosses.set_label("principal directions")
-    ax.add_collection(crosses, autolim=False)
-
-
-def _draw_places(ax: Axes, surface: Surface, context: str) -> None:
-    if context == "full" and shows_places(surface):
-        draw_places(ax, surface)
-
-
-def _edge_width(ax: Axes, polygons: FloatArray) -> float:
-    """Line width in points of the ellipses' edges, smaller for small ellipses."""
-    if not len(polygons):
-        return _EDGE
-    points = ax.get_window_extent().width * 72.0 / ax.figure.dpi / np.ptp(ax.get_xlim())
-    return min(_EDGE, _EDGE_SHARE * points * float(np.median(np.ptp(polygons[..., 0], axis=1))))
+    width = _EDGE
+    if len(polygons):
+        points = ax.get_window_extent().width * 72.0 / ax.figure.dpi / np.ptp(ax.get_xlim())
+        width = min(_EDGE, _EDGE_SHARE * points * float(np.median(np.ptp(polygons[..., 0], axis=1))))
+    colours = {"facecolors": style_of(ax).colours.face, "edgecolors": style_of(ax).colours.edge}
+    add_polygons(ax, polygons, **colours, linewidths=width, zorder=2.0, label="indicatrices")
 
 
 # ---- heat maps ------------------------------------------------------------------------------
@@ -236,14 +196,14 @@ def heatmap(
     """
     check_axes(ax)
     chosen = get_measure(measure)
-    surface = surface_of(projection, region)
-    values = field(surface, chosen)
-    scale = colour_scale(chosen, [values[: surface.nodes]], [surface.weights], levels=levels, cmap=cmap, limits=limits)
-    values_at = functools.partial(measured, surface.domain.projection, chosen)
-    below = airy_kavrayskiy_line(airy_kavrayskiy)
-    draw_heatmap(ax, surface, values, scale, step, title, below, check_context(context), values_at)
+    surface = surfaces.surface_of(projection, region)
+    words = words_of(surface.domain.projection, title, airy_kavrayskiy)
+    values = surfaces.field(surface, chosen)
+    scale = ColourScale.of_surfaces(chosen, [surface], [values], levels=levels, cmap=cmap, limits=limits)
+    values_at = functools.partial(surfaces.measured, surface.domain.projection, chosen)
+    draw_heatmap(ax, surface, values, scale, words, check_context(context), values_at, step=step)
     if colourbar:
-        draw_colourbar(ax.figure, scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
+        draw_bar_below(ax, scale)
     return scale
 
 
@@ -252,20 +212,18 @@ def draw_heatmap(
     surface: Surface,
     values: FloatArray,
     scale: ColourScale,
-    step: float | None,
-    title: str | None,
-    below: str,
-    context: str = CONTEXTS[-1],
+    words: tuple[str, str],
+    context: str,
     values_at: ValuesAt | None = None,
+    *,
+    step: float | None = None,
 ) -> None:
     """Draw prepared values at the vertices of a surface; isolines end where `values_at` jumps."""
-    set_view(ax, surface)
-    draw_surroundings(ax, surface, context)
-    draw_lines(ax, surface, step, over_colours=True, context=context)
+    draw_basemap(ax, surface, context, step, over_colours=True)
     kept = main_cities(ax, surface) if context == "full" else None
     draw_field(ax, surface, values, scale, values_at, kept)
-    _draw_places(ax, surface, context)
-    draw_title(ax, title_of(surface.domain.projection) if title is None else title, below)
+    draw_places(ax, surface, context)
+    draw_title(ax, *words)
 
 
 def draw_field(
@@ -284,42 +242,36 @@ def draw_field(
     missing = ~np.isfinite(values)
     unknown = missing[mapped.triangles].any(axis=1)
     mapped.set_mask(unknown)
-    present = values[~missing]
+    levels = shown_levels(scale, values[~missing])
     values = np.where(missing, scale.limits[0], values)
     clip = region_clip(ax, surface)
-    colours = ax.tripcolor(
-        mapped,
-        values,
-        shading="gouraud",
-        norm=scale.norm,
-        cmap=scale.colours,
-        rasterized=True,
-        zorder=0.5,
-    )
-    if clip is not None:
-        colours.set_clip_path(clip)
-    inside = scale.levels[(scale.levels > present.min()) & (scale.levels < present.max())]
-    if inside.size and shows_isolines(scale, present):
-        traced = crosses(values[mapped.triangles], inside) & ~unknown
+    draw_triangles(ax, mapped, values, clip, norm=scale.norm, cmap=scale.colours, zorder=0.5)
+    if levels.size:
+        traced = surfaces.crosses(values[mapped.triangles], levels) & ~unknown
         if values_at is not None:
-            traced &= ~jumping(surface, whole, inside, values_at)
-        lines = ax.tricontour(
-            # Separate triangulations: matplotlib searches all triangles for each level.
-            Triangulation(mapped.x, mapped.y, mapped.triangles[traced]),
-            values,
-            levels=inside,
-            colors=look_of(ax).colours.ink,
-            linewidths=0.6,
-            linestyles="solid",
-            zorder=2.0,
-        )
-        if clip is not None:
-            lines.set_clip_path(clip)
-        labels = dict(zip(inside.tolist(), level_labels(inside), strict=True))
+            traced &= ~surfaces.jumping(surface, whole, levels, values_at)
+        # Separate triangulations: matplotlib searches all triangles for each level.
+        mapped = Triangulation(mapped.x, mapped.y, mapped.triangles[traced])
         edges = (surface.ground or surface).outline
         if kept is not None:
             edges = np.concatenate([edges, np.repeat(kept[:, None], 2, axis=1)])
-        label_isolines(ax, lines, labels, edges)
+        draw_isolines(ax, mapped, values, dict(zip(levels.tolist(), level_labels(levels), strict=True)), edges, clip)
+
+
+def draw_isolines(
+    ax: Axes,
+    mesh: Triangulation,
+    values: FloatArray,
+    labels: Mapping[float, str],
+    edges: FloatArray,
+    clip: TransformedPath | None = None,
+) -> None:
+    """Draw isolines of values at the vertices of triangles, and their labels clear of edges, (n, 2, 2) segments."""
+    style = {"colors": style_of(ax).colours.ink, "linewidths": 0.6, "linestyles": "solid", "zorder": 2.0}
+    lines = ax.tricontour(mesh, values, levels=list(labels), **style)
+    if clip is not None:
+        lines.set_clip_path(clip)
+    label_isolines(ax, lines, labels, edges)
 
 
 def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulation, FloatArray]:
@@ -335,11 +287,15 @@ def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulat
     return Triangulation(x, y, triangles), np.concatenate([values, unwrapped])
 
 
+def draw_bar_below(ax: Axes, scale: ColourScale) -> None:
+    """Draw a colour bar below axes, which give way."""
+    draw_colourbar(ax.figure, scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
+
+
 def draw_colourbar(figure: Any, scale: ColourScale, *, label: str | None = None, **place: Any) -> Colorbar:
     """Draw a horizontal colour bar with the levels as ticks; its label is by default the measure's name."""
-    looked = isinstance(figure, StyledFigure)
-    letters, is_tight = (figure.scale, figure.is_tight) if looked else (1.0, False)
-    colours = figure.look.colours if looked else USUAL.colours
+    style = figure.style if isinstance(figure, StyledFigure) else FigureStyle()
+    letters, colours = style.scale, style.colours
     bar: Colorbar = figure.colorbar(
         ScalarMappable(scale.norm, scale.colours), orientation="horizontal", extend=scale.extend, **place
     )
@@ -349,19 +305,20 @@ def draw_colourbar(figure: Any, scale: ColourScale, *, label: str | None = None,
     bar.ax.tick_params(
         labelsize=letters * _TICK,
         length=letters * 3.0,
-        pad=letters * (2.0 if is_tight else 3.5),
+        pad=letters * (2.0 if style.is_tight else 3.5),
         color=colours.text,
         labelcolor=colours.text,
     )
     bar.set_label(
         scale.label if label is None else label,
         fontsize=letters * 9.0,
-        labelpad=letters * (1.0 if is_tight else 4.0),
+        labelpad=letters * (1.0 if style.is_tight else 4.0),
         color=colours.text,
     )
-    if looked:
+    bar.outline.set(linewidth=0.5, edgecolor="black")
+    if isinstance(figure, StyledFigure):
         figure.fit(bar.ax.xaxis.label)
-    bar.outline.set(linewidth=0.5, edgecolor=colours.outline if looked else "black")
+        bar.outline.set_edgecolor(colours.outline)
     return bar
 
 
@@ -373,22 +330,16 @@ def _ticks(scale: ColourScale, length: float) -> list[float]:
         return [low, high]
     places = length * np.asarray(scale.norm(levels), dtype=float)
     reach = 0.5 * np.array([text_width(label, 1.0) for label in level_labels(levels)])
+
+    def are_clear(chosen: IntArray) -> bool:
+        return bool((np.diff(places[chosen]) > reach[chosen][:-1] + reach[chosen][1:] + _AIR).all())
+
     # Even steps through the neutral value, or, if more fit, one after the other.
     middle = int(np.argmin(np.abs(levels - (1.0 if scale.measure.kind == "ratio" else 0.0))))
     steps = (np.arange(middle % every, levels.size, every) for every in range(1, levels.size + 1))
-    even = next(chosen for chosen in steps if _are_clear(places[chosen], reach[chosen]))
-    chosen = max(even, _one_after_the_other(places, reach), key=len)
-    return [float(level) for level in levels[chosen]]
-
-
-def _are_clear(places: FloatArray, reach: FloatArray) -> bool:
-    return bool((np.diff(places) > reach[:-1] + reach[1:] + _AIR).all())
-
-
-def _one_after_the_other(places: FloatArray, reach: FloatArray) -> IntArray:
-    """Indices of labels, each the next that is clear of the previous one."""
-    chosen = [0]
-    for index in range(1, len(places)):
-        if places[index] - places[chosen[-1]] > reach[index] + reach[chosen[-1]] + _AIR:
-            chosen.append(index)
-    return np.array(chosen)
+    even = next(chosen for chosen in steps if are_clear(chosen))
+    each = [0]
+    for index in range(1, levels.size):
+        if places[index] - places[each[-1]] > reach[index] + reach[each[-1]] + _AIR:
+            each.append(index)
+    return [float(level) for level in levels[max(even, np.array(each), key=len)]]

@@ -13,8 +13,8 @@ from projdist._typing import FloatArray, IntArray
 from projdist.earth import cities
 from projdist.field import jacobian
 from projdist.matrices import principal_scales
-from projdist.plots.basemap import draw_surface
-from projdist.plots.style import look_of, scale_of
+from projdist.plots.basemap import draw_globe
+from projdist.plots.style import style_of
 from projdist.projections import Projection
 from projdist.surfaces import Surface, ground_size, normalised, surface_of_globe
 
@@ -43,10 +43,24 @@ _APART = 0.12  # of the smaller side: cities are no closer
 class _Texts:
     """Boxes in points that are occupied, the size of the frame, and the relative font size."""
 
+    ax: Axes
     width: float
     height: float
     boxes: list[tuple[float, float, float, float]]
     letters: float
+
+    @classmethod
+    def of(cls, ax: Axes) -> _Texts:
+        """The frame of axes, in which the boxes of existing labels are occupied."""
+        ax.apply_aspect()
+        box, points = ax.get_window_extent(), 72.0 / ax.figure.dpi
+        found = cls(ax, box.width * points, box.height * points, [], style_of(ax).scale)
+        for text in ax.texts:
+            if text.get_text():
+                extent = text.get_window_extent()
+                x, y = (extent.x0 - box.x0) * points, (extent.y0 - box.y0) * points
+                found.boxes.append((x, y, x + extent.width * points, y + extent.height * points))
+        return found
 
     @property
     def size(self) -> float:
@@ -67,35 +81,40 @@ class _Texts:
             return False
         return not any(x < b[2] and b[0] < right and y < b[3] and b[1] < top for b in self.boxes)
 
+    def write(self, text: str, x: float, y: float, ha: str, label: str) -> None:
+        """Write a text with a halo."""
+        colours = style_of(self.ax).colours
+        self.ax.text(
+            x / self.width,
+            y / self.height,
+            text,
+            transform=self.ax.transAxes,
+            ha=ha,
+            va="center",
+            fontsize=self.size,
+            color=colours.text,
+            zorder=6.0,
+            label=label,
+            path_effects=[withStroke(linewidth=1.6, foreground=f"{colours.background}d0")],
+        )
 
-def shows_places(surface: Surface) -> bool:
-    """True for pictures of parts of the Earth, which have places."""
+
+def _has_places(surface: Surface) -> bool:
+    """True for pictures of parts of the Earth."""
     return surface.is_local and not surface.domain.projection.is_of_another_body
 
 
-def draw_places(ax: Axes, surface: Surface) -> None:
+def draw_places(ax: Axes, surface: Surface, context: str) -> None:
     """Draw a locator globe of a small region, a scale bar if the scale is nearly one, and cities."""
-    ax.apply_aspect()
-    box = ax.get_window_extent()
-    points = 72.0 / ax.figure.dpi
-    texts = _Texts(box.width * points, box.height * points, [], scale_of(ax))
-    _take_labels(ax, texts)
+    if context != "full" or not _has_places(surface):
+        return
+    texts = _Texts.of(ax)
     is_small = max(ground_size(surface.domain.region.bounds)) < _PLACED_AT_ONCE
     if is_small and min(texts.width, texts.height) > _LEAST_FOR_LOCATOR:
         _draw_locator(ax, surface, texts)
     if _is_true_to_scale(surface):
         _draw_scale_bar(ax, surface, texts)
     _draw_cities(ax, surface, texts)
-
-
-def _take_labels(ax: Axes, texts: _Texts) -> None:
-    """Mark the boxes of existing labels as occupied."""
-    box, points = ax.get_window_extent(), 72.0 / ax.figure.dpi
-    for text in ax.texts:
-        if text.get_text():
-            extent = text.get_window_extent()
-            x, y = (extent.x0 - box.x0) * points, (extent.y0 - box.y0) * points
-            texts.boxes.append((x, y, x + extent.width * points, y + extent.height * points))
 
 
 def _corners(surface: Surface, width: float, height: float) -> list[tuple[float, float]]:
@@ -129,11 +148,9 @@ def _draw_locator(ax: Axes, surface: Surface, texts: _Texts) -> None:
     west, south, east, north = surface.domain.region.bounds
     lon, lat = float(normalised(np.array(0.5 * (west + east)))), 0.5 * (south + north)
     tilted = Projection.from_user_input(f"+proj=ortho +lon_0={lon:.6f} +lat_0={0.8 * lat:.6f} +R=6371008.7714")
-    draw_surface(globe, surface_of_globe(tilted, _LOCATOR_STEP))
-    spot = tilted(lon, lat)
-    globe.plot(
-        float(spot[0]), float(spot[1]), "o", color=_MARK, markersize=4.0, markeredgecolor="white", markeredgewidth=0.8
-    )
+    draw_globe(globe, surface_of_globe(tilted, _LOCATOR_STEP))
+    spot = [float(one) for one in tilted(lon, lat)]
+    globe.plot(*spot, "o", color=_MARK, markersize=4.0, markeredgecolor="white", markeredgewidth=0.8)
     globe.set_label("locator")
 
 
@@ -164,36 +181,21 @@ def _draw_scale_bar(ax: Axes, surface: Surface, texts: _Texts) -> None:
         return
     left, bottom, right, _ = texts.boxes[-1]
     start, stop = 0.5 * (left + right - bar), 0.5 * (left + right + bar)
-    for k in range(2):
+    colours = style_of(ax).colours
+    for k, face in enumerate((colours.text, colours.background)):
         half = Rectangle(
             ((start + 0.5 * k * bar) / texts.width, (bottom + 4.0) / texts.height),
             0.5 * bar / texts.width,
             3.0 / texts.height,
             transform=ax.transAxes,
-            facecolor=(look_of(ax).colours.text, look_of(ax).colours.background)[k],
-            edgecolor=look_of(ax).colours.text,
+            facecolor=face,
+            edgecolor=colours.text,
             linewidth=0.6,
             zorder=6.0,
         )
-        half.set_path_effects([withStroke(linewidth=2.0, foreground=f"{look_of(ax).colours.background}d0")])
+        half.set_path_effects([withStroke(linewidth=2.0, foreground=f"{colours.background}d0")])
         ax.add_patch(half)
-    _write(ax, texts, text, 0.5 * (start + stop), bottom + 7.0 + letters * 6.5, "center", "scale bar")
-
-
-def _write(ax: Axes, texts: _Texts, text: str, x: float, y: float, ha: str, label: str) -> None:
-    ax.text(
-        x / texts.width,
-        y / texts.height,
-        text,
-        transform=ax.transAxes,
-        ha=ha,
-        va="center",
-        fontsize=texts.size,
-        color=look_of(ax).colours.text,
-        zorder=6.0,
-        label=label,
-        path_effects=[withStroke(linewidth=1.6, foreground=f"{look_of(ax).colours.background}d0")],
-    )
+    texts.write(text, 0.5 * (start + stop), bottom + 7.0 + letters * 6.5, "center", "scale bar")
 
 
 # ---- cities ---------------------------------------------------------------------------------
@@ -212,29 +214,22 @@ def _draw_cities(ax: Axes, surface: Surface, texts: _Texts) -> None:
         place = xy[k] * [texts.width, texts.height]
         if any(np.hypot(*(place - other)) < apart for other in drawn):
             continue
-        if _name(ax, texts, known.name[k], place):
+        if _name(texts, known.name[k], place):
             drawn.append(place)
     if drawn:
-        dots = np.array(drawn) / [texts.width, texts.height]
-        ax.plot(
-            *dots.T,
-            "o",
-            transform=ax.transAxes,
-            color=look_of(ax).colours.text,
-            markersize=2.2,
-            zorder=6.0,
-            label="cities",
-        )
+        x, y = (np.array(drawn) / [texts.width, texts.height]).T
+        colour = style_of(ax).colours.text
+        ax.plot(x, y, "o", transform=ax.transAxes, color=colour, markersize=2.2, zorder=6.0, label="cities")
 
 
 def main_cities(ax: Axes, surface: Surface) -> FloatArray:
     """Points (n, 2) along the main cities of a region and their names, which labels must not cover."""
-    xy, order = _in_order(surface) if shows_places(surface) else (np.empty((0, 2)), np.empty(0, dtype=int))
+    xy, order = _in_order(surface) if _has_places(surface) else (np.empty((0, 2)), np.empty(0, dtype=int))
     if not order.size:
         return np.empty((0, 2))
     west, east, south, north = surface.view
     ax.apply_aspect()
-    letter = _LETTER * _TEXT * scale_of(ax) * ax.figure.dpi / 72.0 / ax.get_window_extent().width
+    letter = _LETTER * _TEXT * style_of(ax).scale * ax.figure.dpi / 72.0 / ax.get_window_extent().width
     ends = [[letter * len(cities().name[k]), 0.0] for k in order[:_MAIN]]
     places = np.concatenate(
         [xy[k] + np.linspace(0.0, 1.0, _ALONG)[:, None] * end for k, end in zip(order[:_MAIN], ends, strict=True)]
@@ -244,25 +239,17 @@ def main_cities(ax: Axes, surface: Surface) -> FloatArray:
 
 def _in_order(surface: Surface) -> tuple[FloatArray, IntArray]:
     """Places (n, 2) of all cities as fractions of the frame, and the indices of visible ones, the region's first."""
-    known = cities()
-    xy = _seen(surface, known.lon, known.lat)
-    near = [surface.domain.region.contains(known.lon + east, known.lat + north) for east, north in _ABOUT]
-    inside, seen = np.logical_or.reduce(near), np.isfinite(xy[:, 0])
-    return xy, np.concatenate([np.flatnonzero(seen & inside), np.flatnonzero(seen & ~inside)])
-
-
-def _seen(surface: Surface, lon: FloatArray, lat: FloatArray) -> FloatArray:
-    """Places (n, 2) as fractions of the frame, NaN outside of it."""
-    assert surface.ground is not None
-    west, east, south, north = surface.view
-    x, y = surface.ground.domain(lon, lat)
+    known, (west, east, south, north) = cities(), surface.view
+    x, y = (surface.ground or surface).domain(known.lon, known.lat)
     share = np.column_stack([(x - west) / (east - west), (y - south) / (north - south)])
     with np.errstate(invalid="ignore"):
-        within = np.asarray((share > 0.01) & (share < 0.99)).all(axis=1, keepdims=True)
-    return np.where(within, share, np.nan)
+        seen = np.asarray((share > 0.01) & (share < 0.99)).all(axis=1)
+    near = [surface.domain.region.contains(known.lon + east, known.lat + north) for east, north in _ABOUT]
+    inside = np.logical_or.reduce(near)
+    return share, np.concatenate([np.flatnonzero(seen & inside), np.flatnonzero(seen & ~inside)])
 
 
-def _name(ax: Axes, texts: _Texts, name: str, place: FloatArray) -> bool:
+def _name(texts: _Texts, name: str, place: FloatArray) -> bool:
     """Write a city's name beside its dot: right if there is room, else left, above or below."""
     width, height = len(name) * _LETTER * texts.size, _LINE * texts.size
     x, y = place
@@ -275,6 +262,6 @@ def _name(ax: Axes, texts: _Texts, name: str, place: FloatArray) -> bool:
         (x - 0.5 * width, y - 2.5 - height),
     ):
         if texts.take(left, bottom, width, height):
-            _write(ax, texts, name, left, bottom + 0.5 * height, "left", "city")
+            texts.write(name, left, bottom + 0.5 * height, "left", "city")
             return True
     return False

@@ -13,18 +13,16 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
 from projdist._typing import AnyArray, FloatArray
 from projdist.field import Field, sample
 from projdist.matrices import areal_scale, get_measure
-from projdist.plots.basemap import draw_title, fit_titles
-from projdist.plots.colours import ColourScale, colour_scale, level_labels
-from projdist.plots.layouts import BAR, arranged, bar_axes
+from projdist.plots.colours import ColourScale, level_labels
+from projdist.plots.layouts import BAR, arranged, bar_axes, draw_title, fit_titles
 from projdist.plots.pictures import draw_colourbar
-from projdist.plots.style import Look, look_for, look_of, scale_of, title_of, titles_for
+from projdist.plots.style import Look, add_lines, look_for, style_of, title_of, titles_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for, region_title
 
@@ -123,13 +121,13 @@ def space_figure(
     look = look_for(look)
     names = [look.title] if look.title and len(maps) == 1 else names
     clouds = [_cloud(sample(one, place, tolerance=_TOLERANCE)) for one in maps]
-    scale = colour_scale(
-        get_measure("areal_scale"),
-        [cloud.sizes for cloud in clouds],
-        [np.full(cloud.sizes.size, 1.0 / cloud.sizes.size) for cloud in clouds],
-        colours=look.colours,
-    )
-    reach = _reach(clouds)
+    sizes = [cloud.sizes for cloud in clouds]
+    weights = [np.full(size.size, 1.0 / size.size) for size in sizes]
+    scale = ColourScale.of(get_measure("areal_scale"), sizes, weights, colours=look.colours)
+    # The disc is drawn whole, or as much of it as holds nearly all points.
+    far = np.concatenate([np.abs([*cloud.points, cloud.mean, cloud.median]) for cloud in clouds])
+    reach = _ROOM * max(float(np.quantile(far, _NEARLY_ALL)), _LEAST_REACH)
+    reach = 1.0 if reach > _WHOLE else reach
     over = "" if place == GLOBE else f", over {region_title(place)}"
     with look.applied():
         words = [(name, "") for name in names]
@@ -154,18 +152,11 @@ def _cloud(field: Field) -> _Cloud:
     return _Cloud(disc_points(chosen), areal_scale(chosen), mean, median)
 
 
-def _reach(clouds: list[_Cloud]) -> float:
-    """Radius of the drawn disc: the whole, or as much as holds nearly all points."""
-    far = np.concatenate([np.abs([*cloud.points, cloud.mean, cloud.median]) for cloud in clouds])
-    reach = _ROOM * max(float(np.quantile(far, _NEARLY_ALL)), _LEAST_REACH)
-    return 1.0 if reach > _WHOLE else reach
-
-
 # ---- drawing ----------------------------------------------------------------------------------
 
 
 def _draw(ax: Axes, cloud: _Cloud, scale: ColourScale, reach: float) -> None:
-    colours, letters = look_of(ax).colours, scale_of(ax)
+    colours, letters = style_of(ax).colours, style_of(ax).scale
     margin = 1.2 * reach
     ax.set(xlim=(-margin, margin), ylim=(-margin, margin), aspect="equal")
     ax.set_axis_off()
@@ -173,52 +164,36 @@ def _draw(ax: Axes, cloud: _Cloud, scale: ColourScale, reach: float) -> None:
     ax.add_patch(rim)
     ax.plot([-reach, reach, np.nan, 0, 0], [0, 0, np.nan, -reach, reach], color=colours.quiet, linewidth=0.4, alpha=0.5)
     far = cloud.points[np.argsort(np.abs(cloud.points - cloud.mean))][:: max(len(cloud.points) // _RAYS, 1)]
-    rays = LineCollection(
-        [_geodesic(cloud.mean, one) for one in far],
-        colors=colours.quiet,
-        linewidths=0.5,
-        alpha=0.6,
-        zorder=2.0,
-        label="geodesics from the mean",
-    )
+    ray = {"colors": colours.quiet, "linewidths": 0.5, "alpha": 0.6, "zorder": 2.0}
+    rays = add_lines(ax, [geodesic(cloud.mean, one) for one in far], label="geodesics from the mean", **ray)
     order = np.argsort(np.abs(np.log(cloud.sizes)))
     x, y = cloud.points.real[order], cloud.points.imag[order]
     # Darker, larger points beneath, so that those of the background's colour show.
     under = ax.scatter(x, y, s=letters * 9.0, color=colours.quiet, linewidths=0.0, zorder=1.7, rasterized=True)
-    places = ax.scatter(
-        x,
-        y,
-        s=letters * 5.0,
-        c=scale.norm(cloud.sizes[order]),
-        cmap=scale.colours,
-        vmin=0.0,
-        vmax=1.0,
-        linewidths=0.0,
-        zorder=1.8,
-        rasterized=True,
-        label="places",
-    )
-    ax.add_collection(rays, autolim=False)
+    field: dict[str, Any] = {"cmap": scale.colours, "vmin": 0.0, "vmax": 1.0, "linewidths": 0.0}
+    shades = scale.norm(cloud.sizes[order])
+    places = ax.scatter(x, y, s=letters * 5.0, c=shades, zorder=1.8, rasterized=True, label="places", **field)
     for drawn in (rays, under, places):
         drawn.set_clip_path(rim)
     for z, marker, label, area in ((cloud.mean, "D", "mean (MDT)", 34.0), (cloud.median, "s", "median", 30.0)):
+        face, edge = (colours.background, colours.text) if marker == "D" else (colours.text, colours.background)
         ax.plot(
             [z.real],
             [z.imag],
             marker,
             markersize=letters * np.sqrt(area),
-            color=colours.background if marker == "D" else colours.text,
-            markeredgecolor=colours.text if marker == "D" else colours.background,
+            color=face,
+            markeredgecolor=edge,
             markeredgewidth=1.2,
             linestyle="none",
             zorder=4.0 if marker == "D" else 3.9,
             label=label,
         )
     _draw_rings(ax, reach)
-    _draw_glyphs(ax, reach)
+    draw_glyphs(ax, reach)
 
 
-def _geodesic(start: complex, end: complex) -> FloatArray:
+def geodesic(start: complex, end: complex) -> FloatArray:
     """Points (m, 2) of the geodesic between two points of the disc."""
     seen = (end - start) / (1.0 - np.conj(start) * end) * _STEPS
     line = (start + seen) / (1.0 + np.conj(start) * seen)
@@ -227,7 +202,7 @@ def _geodesic(start: complex, end: complex) -> FloatArray:
 
 def _draw_rings(ax: Axes, reach: float) -> None:
     """Draw circles of equal angular deformation, labelled at the lower left, where most maps have no points."""
-    colours, letters = look_of(ax).colours, scale_of(ax)
+    colours, letters = style_of(ax).colours, style_of(ax).scale
     degrees = _rings(reach)
     for omega, label in zip(degrees, level_labels(degrees), strict=True):
         radius = float(np.sin(np.radians(omega) / 2.0))
@@ -262,9 +237,9 @@ def _rings(reach: float) -> FloatArray:
     return np.array([most / 2.0])
 
 
-def _draw_glyphs(ax: Axes, reach: float) -> None:
+def draw_glyphs(ax: Axes, reach: float) -> None:
     """Draw ellipses around the rim: the shapes in each direction."""
-    colours = look_of(ax).colours
+    colours = style_of(ax).colours
     for k in range(_GLYPHS):
         angle = 360.0 * k / _GLYPHS
         x, y = 1.1 * reach * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
@@ -274,7 +249,7 @@ def _draw_glyphs(ax: Axes, reach: float) -> None:
 
 
 def _draw_legend(ax: Axes) -> None:
-    colours, letters = look_of(ax).colours, scale_of(ax)
+    colours, letters = style_of(ax).colours, style_of(ax).scale
     handles: list[Any] = [one for one in ax.get_lines() if one.get_label() in ("mean (MDT)", "median")]
     handles += [one for one in ax.collections if str(one.get_label()).startswith("geodesics")]
     ax.legend(

@@ -6,7 +6,7 @@ import contextlib
 import functools
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -17,11 +17,13 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.textpath import TextPath
 
+from projdist._typing import FloatArray
 from projdist.projections import Projection
 from projdist.support import check_instance, check_number, check_text, listed, quoted
 
@@ -59,79 +61,45 @@ class Theme:
 
 # Okabe & Ito 2008, which the colour-blind tell apart; yellow is too pale for lines.
 _OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#222222", "#8c564b")
+_BRIGHT = ("#56b4e9", "#e69f00", "#2fbf97", "#e3a0c6", "#f0e442", "#ff7f45", "#f0f2f4", "#b98a80")
 
-# Perceptually ordered and safe for the colour-blind; light where the distortion is least.
-_LIGHT = Theme(
-    background="#ffffff",
-    text="#111111",
-    quiet="#555555",
-    sea="#f1f5f9",
-    land="#dedacf",
-    neighbours="#ebe8e0",
-    locator="#b9b4a6",
-    coast="#77736a",
-    graticule="#b4bec9",
-    outline="#333333",
-    face="#c2402899",
-    edge="#7d2414",
-    ink="#111111",
-    halo="#ffffffb0",
-    over_graticule="#00000040",
-    over_coast="#222222",
-    curves=_OKABE_ITO,
-    rising="viridis_r",
-    falling="viridis",
-    diverging="RdBu_r",
-)
-_DARK = replace(
-    _LIGHT,
-    background="#14181d",
-    text="#f0f2f4",
-    quiet="#aab3bd",
-    sea="#202934",
-    land="#4a4f52",
-    neighbours="#353b40",
-    locator="#7b8287",
-    coast="#9aa0a4",
-    graticule="#465462",
-    outline="#d5dae0",
-    face="#ff8f6499",
-    edge="#ffc2a8",
-    curves=("#56b4e9", "#e69f00", "#2fbf97", "#e3a0c6", "#f0e442", "#ff7f45", "#f0f2f4", "#b98a80"),
-)
 # One hue: greys that stay apart from black lines, and, as grey has no two ends, from light to dark for scales, too.
 _GREYS = LinearSegmentedColormap.from_list("greys for print", ["#fafafa", "#6e6e6e"])
-_PRINT = Theme(
-    background="#ffffff",
-    text="#000000",
-    quiet="#333333",
-    sea="#ffffff",
-    land="#dddddd",
-    neighbours="#eeeeee",
-    locator="#aaaaaa",
-    coast="#777777",
-    graticule="#aaaaaa",
-    outline="#000000",
-    face="#00000030",
-    edge="#000000",
-    ink="#000000",
-    halo="#ffffffd0",
-    over_graticule="#00000050",
-    over_coast="#333333",
-    curves=("#000000", "#a8a8a8", "#666666"),
-    rising=_GREYS,
-    falling=_GREYS.reversed(),
-    diverging=_GREYS,
-)
 
-THEMES = {"light": _LIGHT, "dark": _DARK, "print": _PRINT}
+_COLOURS: dict[str, tuple[Any, Any, Any]] = {  # light, dark, print
+    "background": ("#ffffff", "#14181d", "#ffffff"),
+    "text": ("#111111", "#f0f2f4", "#000000"),
+    "quiet": ("#555555", "#aab3bd", "#333333"),
+    "sea": ("#f1f5f9", "#202934", "#ffffff"),
+    "land": ("#dedacf", "#4a4f52", "#dddddd"),
+    "neighbours": ("#ebe8e0", "#353b40", "#eeeeee"),
+    "locator": ("#b9b4a6", "#7b8287", "#aaaaaa"),
+    "coast": ("#77736a", "#9aa0a4", "#777777"),
+    "graticule": ("#b4bec9", "#465462", "#aaaaaa"),
+    "outline": ("#333333", "#d5dae0", "#000000"),
+    "face": ("#c2402899", "#ff8f6499", "#00000030"),
+    "edge": ("#7d2414", "#ffc2a8", "#000000"),
+    "ink": ("#111111", "#111111", "#000000"),
+    "halo": ("#ffffffb0", "#ffffffb0", "#ffffffd0"),
+    "over_graticule": ("#00000040", "#00000040", "#00000050"),
+    "over_coast": ("#222222", "#222222", "#333333"),
+    "curves": (_OKABE_ITO, _BRIGHT, ("#000000", "#a8a8a8", "#666666")),
+    # Perceptually ordered and safe for the colour-blind; light where the distortion is least.
+    "rising": ("viridis_r", "viridis_r", _GREYS),
+    "falling": ("viridis", "viridis", _GREYS.reversed()),
+    "diverging": ("RdBu_r", "RdBu_r", _GREYS),
+}
+
+THEMES = {
+    theme: Theme(**{name: row[k] for name, row in _COLOURS.items()})
+    for k, theme in enumerate(("light", "dark", "print"))
+}
 """Themes by name."""
 
 
 # ---- titles --------------------------------------------------------------------------------------
 
 
-_LONGEST = 64  # letters
 _CODE = re.compile(r"\w+:[\w.]+")
 
 
@@ -150,7 +118,7 @@ def titles_for(given: Any, own: list[str]) -> list[str]:
     return [name if title is None else str(title) for name, title in zip(own, given, strict=True)]
 
 
-def shortened(text: str, longest: int = _LONGEST) -> str:
+def shortened(text: str, longest: int = 64) -> str:
     """Text shortened at a word, with an ellipsis."""
     if len(text) <= longest:
         return text
@@ -172,13 +140,7 @@ _HEADING, _FOOT = 12.0, 7.5
 _MARGINS = 8.0  # points, of a line across a figure
 _LEAST, _FEWEST = 0.75, 12  # of its size, and letters
 _NOT_OF_PICTURES = {
-    "backend",
-    "backend_fallback",
-    "interactive",
-    "toolbar",
-    "timezone",
-    "savefig.directory",
-    "webagg.port",
+    *("backend", "backend_fallback", "interactive", "toolbar", "timezone", "savefig.directory", "webagg.port")
 }
 
 
@@ -237,8 +199,26 @@ class Look:
 
     @functools.cached_property
     def rc(self) -> dict[str, Any]:
-        """Settings of the style."""
-        return {} if self.style is None else _style(self.style)
+        """Settings of the style, given by name or file."""
+        if self.style is None:
+            return {}
+        known = matplotlib.style.library
+        if isinstance(self.style, str) and self.style in known:
+            stated = known[self.style]
+        else:
+            text = f"Invalid style {quoted(self.style)}."
+            if not isinstance(self.style, str | os.PathLike) or not Path(self.style).is_file():
+                names = ", ".join(sorted(known))
+                raise ValueError(f"{text} It must be a file of a matplotlib style, or one of {names}.")
+            try:
+                stated = matplotlib.rc_params_from_file(self.style, use_default_template=False)
+            except (OSError, ValueError) as error:
+                raise ValueError(f"{text} Matplotlib cannot read it: {' '.join(str(error).split())}.") from error
+            if not stated:
+                raise ValueError(
+                    f"{text} It states nothing that matplotlib knows: it must have lines as 'font.size: 9'."
+                )
+        return {key: value for key, value in stated.items() if key not in _NOT_OF_PICTURES}
 
     @functools.cached_property
     def colours(self) -> Theme:
@@ -272,44 +252,56 @@ class Look:
 USUAL = Look()
 
 
-class StyledFigure(Figure):
-    """A figure that is drawn in its style, `look`.
+@dataclass(frozen=True)
+class FigureStyle:
+    """Style of one figure: its look, and the size of letters and margins.
 
-    `scale` is the font size relative to the usual one; `is_tight` if its size was stated, so that all
+    `scale` is the font size relative to the usual one; `is_tight` if the figure's size was stated, so that all
     margins are small; `is_one_line` if subtitles stand beside titles.
     """
 
+    look: Look = USUAL
+    scale: float = 1.0
+    is_tight: bool = False
+    is_one_line: bool = False
+
+    @property
+    def colours(self) -> Theme:
+        """Colours of the look."""
+        return self.look.colours
+
+
+class StyledFigure(Figure):
+    """A figure that is drawn in its style."""
+
     def __init__(
         self,
-        look: Look,
-        scale: float,
-        *,
-        figsize: tuple[float, float],
+        style: FigureStyle,
+        size: tuple[float, float],
         dpi: float,
-        is_tight: bool = False,
-        is_one_line: bool = False,
         layout: Literal["constrained"] | None = None,
     ) -> None:
-        background = "none" if look.transparent else look.colours.background
-        super().__init__(figsize=figsize, dpi=dpi, facecolor=background, layout=layout)
-        self.look, self.scale, self.is_tight, self.is_one_line = look, scale, is_tight, is_one_line
+        background = "none" if style.look.transparent else style.colours.background
+        super().__init__(figsize=size, dpi=dpi, facecolor=background, layout=layout)
+        self.style = style
         FigureCanvasAgg(self)
 
     def draw(self, renderer: Any) -> None:
         """Draw in the style."""
-        with self.look.applied():
+        with self.style.look.applied():
             super().draw(renderer)
 
     def head(self, text: str) -> None:
         """Write a heading."""
-        top = 1.0 - self.scale * 0.1 / self.get_figheight()
-        size = self.scale * _HEADING
-        self.fit(self.text(0.5, top, text, ha="center", va="top", fontsize=size, color=self.look.colours.text))
+        scale, colour = self.style.scale, self.style.colours.text
+        top = 1.0 - scale * 0.1 / self.get_figheight()
+        self.fit(self.text(0.5, top, text, ha="center", va="top", fontsize=scale * _HEADING, color=colour))
 
     def foot(self, text: str) -> None:
         """Write a line at the foot."""
-        bottom, size = self.scale * (0.05 if self.is_tight else 0.08) / self.get_figheight(), self.scale * _FOOT
-        self.fit(self.text(0.5, bottom, text, ha="center", va="bottom", fontsize=size, color=self.look.colours.quiet))
+        scale, colour = self.style.scale, self.style.colours.quiet
+        bottom = scale * (0.05 if self.style.is_tight else 0.08) / self.get_figheight()
+        self.fit(self.text(0.5, bottom, text, ha="center", va="bottom", fontsize=scale * _FOOT, color=colour))
 
     def fit(self, text: Text) -> None:
         """Shrink a centred line to fit the figure's width, then shorten it."""
@@ -334,66 +326,33 @@ def text_width(text: str, points: float) -> float:
 
 
 def look_for(look: Look | str | None) -> Look:
-    """Style given as a `Look` or the name of a theme."""
+    """Look given as itself or as the name of a theme."""
     if look is None or isinstance(look, str):
         return USUAL if look is None else Look(theme=look)
     check_instance("look", look, Look, "a Look or the name of a theme")
     return look
 
 
-def _figure_of(ax: Axes) -> StyledFigure | None:
-    """Figure of axes, None for one of the caller's."""
-    figure = getattr(ax.figure, "figure", ax.figure)
-    return figure if isinstance(figure, StyledFigure) else None
-
-
-def look_of(ax: Axes) -> Look:
+def style_of(ax: Axes) -> FigureStyle:
     """Style of the figure of axes; the default in a figure of the caller's."""
-    figure = _figure_of(ax)
-    return USUAL if figure is None else figure.look
-
-
-def scale_of(ax: Axes) -> float:
-    """Size of letters and lines on axes, relative to the usual one."""
-    figure = _figure_of(ax)
-    return 1.0 if figure is None else figure.scale
-
-
-def is_tight_of(ax: Axes) -> bool:
-    """True if margins are to be small."""
-    figure = _figure_of(ax)
-    return figure is not None and figure.is_tight
-
-
-def is_one_line(ax: Axes) -> bool:
-    """True if subtitles stand beside titles."""
-    figure = _figure_of(ax)
-    return figure is not None and figure.is_one_line
+    figure = getattr(ax.figure, "figure", ax.figure)
+    return figure.style if isinstance(figure, StyledFigure) else FigureStyle()
 
 
 def scale_for(look: Look, room: tuple[float, float] | None) -> float:
     """Relative font size: as stated, else smaller in a small panel; `room` is its size in inches."""
     if look.points is not None:
         return look.points / _FONT
-    if room is None:
-        return 1.0
-    width, height = room
-    return float(np.clip(min(width / 5.5, height / 3.5), 0.72, 1.0))
+    return 1.0 if room is None else float(np.clip(min(room[0] / 5.5, room[1] / 3.5), 0.72, 1.0))
 
 
-def _style(style: str | os.PathLike[str]) -> dict[str, Any]:
-    """Settings of a matplotlib style, given by name or file."""
-    known = matplotlib.style.library
-    if isinstance(style, str) and style in known:
-        stated = known[style]
-    else:
-        text = f"Invalid style {quoted(style)}."
-        if not isinstance(style, str | os.PathLike) or not Path(style).is_file():
-            raise ValueError(f"{text} It must be a file of a matplotlib style, or one of {', '.join(sorted(known))}.")
-        try:
-            stated = matplotlib.rc_params_from_file(style, use_default_template=False)
-        except (OSError, ValueError) as error:
-            raise ValueError(f"{text} Matplotlib cannot read it: {' '.join(str(error).split())}.") from error
-        if not stated:
-            raise ValueError(f"{text} It states nothing that matplotlib knows: it must have lines as 'font.size: 9'.")
-    return {key: value for key, value in stated.items() if key not in _NOT_OF_PICTURES}
+def add_lines(ax: Axes, lines: Iterable[FloatArray], **style: Any) -> LineCollection:
+    """Draw lines (n, 2), without a change of the limits of the axes."""
+    drawn = LineCollection(list(lines), **style)
+    ax.add_collection(drawn, autolim=False)
+    return drawn
+
+
+def add_polygons(ax: Axes, polygons: Iterable[FloatArray], **style: Any) -> None:
+    """Draw polygons (n, 2), without a change of the limits of the axes."""
+    ax.add_collection(PolyCollection(list(polygons), **style), autolim=False)

@@ -9,12 +9,14 @@ from .domain import (
     longitude_width,
     normalised,
     project_lines,
+    runs,
 )
 from .fields import ValuesAt, crosses, field, filled, jacobians, jumping, measured
 from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons, land_rings
 from .regional import shown_part, surface_of, surface_of_globe
-from .surface import Surface, boundary_polygon
+from .surface import Surface, boundary_polygon, rim_edges
 from .tissot_ellipses import (
+    Ellipses,
     Indicatrices,
     close_pairs,
     ellipses,
@@ -29,6 +31,7 @@ from .tissot_ellipses import (
 
 __all__ = [
     "Bounds",
+    "Ellipses",
     "Indicatrices",
     "Surface",
     "ValuesAt",
@@ -60,6 +63,8 @@ __all__ = [
     "normalised",
     "principal_axes",
     "project_lines",
+    "rim_edges",
+    "runs",
     "shown_part",
     "surface_of",
     "surface_of_globe",

@@ -290,9 +290,13 @@ def _pieces(xy: FloatArray, longest: float) -> list[FloatArray]:
     """Runs of two or more finite points without a step longer than `longest`."""
     jumps = np.flatnonzero(np.hypot(*np.diff(xy, axis=0).T) > longest)
     xy = np.insert(xy, jumps + 1, np.nan, axis=0)
-    finite = np.isfinite(xy[:, 0])
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]]).astype(np.int8)))
-    return [xy[start:stop] for start, stop in edges.reshape(-1, 2) if stop - start > 1]
+    return [xy[run] for run in runs(np.isfinite(xy[:, 0]))]
+
+
+def runs(there: BoolArray) -> list[slice]:
+    """Runs of two or more true values."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(np.int8)))
+    return [slice(start, stop) for start, stop in ends.reshape(-1, 2) if stop - start > 1]
 
 
 _ROUND_STEPS = (

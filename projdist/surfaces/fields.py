@@ -24,37 +24,12 @@ ValuesAt = Callable[[FloatArray, FloatArray], FloatArray]
 def jumping(surface: Surface, values: FloatArray, levels: FloatArray, values_at: ValuesAt) -> BoolArray:
     """True for triangles of a surface with an edge on which the field jumps across a level."""
     corners = values[surface.triangles]
-    jumps = np.zeros(len(corners), dtype=bool)
-    # Only the few triangles that a level crosses can have such an edge.
-    crossed = np.flatnonzero(crosses(corners, levels))
-    steepest = _STEEP * _usual_difference(surface, corners)
-    jumps[crossed] = _passed_by_jumps(surface, surface.triangles[crossed], values, levels, values_at, steepest)
-    return jumps
-
-
-def crosses(corners: FloatArray, levels: FloatArray) -> BoolArray:
-    """True for triangles, values (n, 3) at their corners, that any of the ascending levels crosses or touches."""
-    least, most = corners.min(axis=1), corners.max(axis=1)
-    return np.asarray(np.searchsorted(levels, most, side="right") > np.searchsorted(levels, least))
-
-
-def _usual_difference(surface: Surface, corners: FloatArray) -> float:
-    """Median difference along the edges between nodes; NaN without such edges."""
     known = (surface.triangles < surface.nodes).all(axis=1) & np.isfinite(corners).all(axis=1)
     inner = corners[known]
-    return float(np.median(np.abs(inner - np.roll(inner, 1, axis=1)))) if len(inner) else np.nan
-
-
-def _passed_by_jumps(
-    surface: Surface,
-    triangles: IntArray,
-    values: FloatArray,
-    levels: FloatArray,
-    values_at: ValuesAt,
-    least: float,
-) -> BoolArray:
-    """`jumping` for some triangles, among edges with a difference above `least`."""
-    sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=-1)
+    steepest = _STEEP * float(np.median(np.abs(inner - np.roll(inner, 1, axis=1)))) if len(inner) else np.nan
+    # Only the few triangles that a level crosses can have such an edge.
+    crossed = np.flatnonzero(crosses(corners, levels))
+    sides = np.sort(surface.triangles[crossed][:, [[0, 1], [1, 2], [2, 0]]], axis=-1)
     count = surface.x.size
     keys, which = np.unique((sides[..., 0] * count + sides[..., 1]).ravel(), return_inverse=True)
     edges = np.column_stack([keys // count, keys % count])
@@ -63,10 +38,18 @@ def _passed_by_jumps(
     passed = np.searchsorted(levels, high) > first
     inside = (edges < surface.nodes).all(axis=1) & np.isfinite(low + high)  # not along a seam
     found = np.zeros(len(edges), dtype=bool)
-    tried = np.flatnonzero(passed & inside & (high - low > least))
+    tried = np.flatnonzero(passed & inside & (high - low > steepest))
     if tried.size:
         found[tried] = _jumps(surface, edges[tried], levels[first[tried]], values_at)
-    return np.asarray(found[which.reshape(-1, 3)].any(axis=1))
+    jumps = np.zeros(len(corners), dtype=bool)
+    jumps[crossed] = found[which.reshape(-1, 3)].any(axis=1)
+    return jumps
+
+
+def crosses(corners: FloatArray, levels: FloatArray) -> BoolArray:
+    """True for triangles, values (n, 3) at their corners, that any of the ascending levels crosses or touches."""
+    least, most = corners.min(axis=1), corners.max(axis=1)
+    return np.asarray(np.searchsorted(levels, most, side="right") > np.searchsorted(levels, least))
 
 
 def _jumps(surface: Surface, edges: IntArray, level: FloatArray, values_at: ValuesAt) -> BoolArray:
@@ -97,20 +80,23 @@ def _jumps(surface: Surface, edges: IntArray, level: FloatArray, values_at: Valu
 # ---- fields --------------------------------------------------------------------------------------
 
 
-_INWARD = 0.01  # of the way from the image of a seam to its node
 _MOST_STEPS = 1.5  # an image is less than a step from its node, and the field may be curved
 
 
 def field(surface: Surface, measure: Measure) -> FloatArray:
     """Values of a measure at the vertices of a surface, at images of a seam on their own side of it."""
-    inner, lon, lat = _measurable(surface)
+    inner = _off_poles(surface)
     values = np.full(surface.x.size, np.nan)
-    values[inner] = measured(surface.domain.projection, measure, lon, lat)
+    values[inner] = measured(surface.domain.projection, measure, *surface.lonlat_off_seams(inner))
     values[~np.isfinite(values)] = np.nan
     nodes = filled(values[: surface.nodes].reshape(surface.shape))
+    # The largest difference of a node to a neighbour, 0 without neighbours.
+    across, along, steps = np.abs(np.diff(nodes, axis=1)), np.abs(np.diff(nodes, axis=0)), np.zeros(nodes.shape)
+    for part, difference in ((steps[:, 1:], across), (steps[:, :-1], across), (steps[1:], along), (steps[:-1], along)):
+        np.fmax(part, difference, out=part)
     # Next to a seam and beyond a limb derivatives may fail: a value that differs from its node's by more than the
     # node's neighbours do is replaced by the node's.
-    near, step = nodes.ravel()[surface.source], _steps(nodes).ravel()[surface.source]
+    near, step = nodes.ravel()[surface.source], steps.ravel()[surface.source]
     return np.where(np.abs(values - near) <= _MOST_STEPS * step, values, near)
 
 
@@ -119,21 +105,15 @@ def jacobians(surface: Surface) -> FloatArray:
 
     NaN at the grid's poles, where a map may be singular, and where the derivative does not exist.
     """
-    inner, lon, lat = _measurable(surface)
+    inner = _off_poles(surface)
     found = np.full((surface.x.size, 2, 2), np.nan)
-    found[inner] = jacobian(surface.domain.projection, lon, lat)
+    found[inner] = jacobian(surface.domain.projection, *surface.lonlat_off_seams(inner))
     return found
 
 
-def _measurable(surface: Surface) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Numbers of the drawn vertices off the grid's poles, and the longitudes and latitudes to measure them at."""
-    # An image lies on the seam itself; moved a little towards its node, it is on one side for certain.
-    du, dv = surface.u[surface.source] - surface.u, surface.v[surface.source] - surface.v
-    u, v = surface.u + _INWARD * (np.mod(du + 180.0, 360.0) - 180.0), surface.v + _INWARD * dv
-    # At the grid's poles, where the map is singular, `filled` takes the values of the next row.
-    inner = np.flatnonzero(np.isfinite(surface.x) & (np.abs(surface.v) < POLE))
-    lon, lat = surface.frame.geographic(u[inner], v[inner])
-    return inner, normalised(lon), lat
+def _off_poles(surface: Surface) -> IntArray:
+    """Numbers of the drawn vertices off the grid's poles, where maps may be singular."""
+    return np.flatnonzero(np.isfinite(surface.x) & (np.abs(surface.v) < POLE))
 
 
 def measured(projection: Projection, measure: Measure, lon: FloatArray, lat: FloatArray) -> FloatArray:
@@ -142,20 +122,6 @@ def measured(projection: Projection, measure: Measure, lon: FloatArray, lat: Flo
     if not measure.needs_hessian:
         return measure(J)
     return measure(J, hessian(projection, lon, lat))
-
-
-def _steps(values: FloatArray) -> FloatArray:
-    """Largest difference to a neighbour in the grid, 0 without neighbours."""
-    across, along = np.abs(np.diff(values, axis=1)), np.abs(np.diff(values, axis=0))
-    steps = np.zeros(values.shape)
-    for part, difference in (
-        (steps[:, 1:], across),
-        (steps[:, :-1], across),
-        (steps[1:], along),
-        (steps[:-1], along),
-    ):
-        np.fmax(part, difference, out=part)
-    return steps
 
 
 def filled(values: FloatArray) -> FloatArray:

@@ -44,7 +44,25 @@ class PreparedArea:
         turned = np.concatenate([edges + np.array([turn, 0.0]) for turn in _TURNS])
         near = turned[np.abs(turned[..., 0]).min(axis=1) < _REACH]
         shapely.prepare(polygons)
-        return cls(polygons, near, shapely.STRtree(shapely.linestrings(near)), _tiles(polygons), end)
+        tiles: list[shapely.Geometry] = []
+        if not polygons.is_empty:
+            west, south, east, north = shapely.bounds(polygons)
+            lons, lats = np.linspace(west, east, _TILES + 1), np.linspace(south, north, _TILES + 1)
+            for k in range(_TILES):
+                strip = shapely.clip_by_rect(polygons, lons[k], south, lons[k + 1], north)
+                if not strip.is_empty:
+                    tiles += [
+                        shapely.clip_by_rect(strip, lons[k], lats[j], lons[k + 1], lats[j + 1]) for j in range(_TILES)
+                    ]
+        # A coast that a tile's side cuts many times may cross itself there.
+        tiles = [tile if tile.is_valid else shapely.make_valid(tile) for tile in tiles if not tile.is_empty]
+        beside = [
+            shapely.transform(tile, lambda xy, turn=turn: xy + np.array([turn, 0.0]))
+            for turn in _TURNS
+            for tile in tiles
+            if abs(tile.centroid.x + turn) < _REACH
+        ]
+        return cls(polygons, near, shapely.STRtree(shapely.linestrings(near)), shapely.STRtree(beside), end)
 
     def contains(self, lon: FloatArray, lat: FloatArray) -> BoolArray:
         """True for points inside; longitudes -180 to 180."""
@@ -76,30 +94,6 @@ class PreparedArea:
         return np.flatnonzero(total[east, north] - total[west, north] - total[east, south] + total[west, south])
 
 
-def _tiles(polygons: shapely.MultiPolygon) -> shapely.STRtree:
-    """The polygons cut into tiles, also shifted by 360 degrees either way."""
-    if polygons.is_empty:
-        return shapely.STRtree([])
-    west, south, east, north = shapely.bounds(polygons)
-    lons, lats = np.linspace(west, east, _TILES + 1), np.linspace(south, north, _TILES + 1)
-    strips = [shapely.clip_by_rect(polygons, lons[k], south, lons[k + 1], north) for k in range(_TILES)]
-    found = [
-        shapely.clip_by_rect(strips[k], lons[k], lats[j], lons[k + 1], lats[j + 1])
-        for k in range(_TILES)
-        for j in range(_TILES)
-        if not strips[k].is_empty
-    ]
-    # A coast that a tile's side cuts many times may cross itself there.
-    kept = [tile if tile.is_valid else shapely.make_valid(tile) for tile in found if not tile.is_empty]
-    turned = [
-        shapely.transform(tile, lambda xy, turn=turn: xy + np.array([turn, 0.0]))
-        for turn in _TURNS
-        for tile in kept
-        if abs(tile.centroid.x + turn) < _REACH
-    ]
-    return shapely.STRtree(turned)
-
-
 @dataclass(frozen=True)
 class CellsIn:
     """The parts of a surface's cells in an area: the cells wholly `inside`, and `pieces` (x, y) of others.
@@ -115,7 +109,6 @@ class CellsIn:
 def cells_in(surface: Surface, area: PreparedArea) -> CellsIn:
     """The parts of a surface's cells in an area."""
     lon, lat = surface.lonlat()
-    xy = np.column_stack([surface.x, surface.y])
     inside = area.contains(normalised(lon), lat)
     sizes = np.array([len(cell) for cell in surface.cut], dtype=int)
     first = len(surface.whole)
@@ -127,7 +120,7 @@ def cells_in(surface: Surface, area: PreparedArea) -> CellsIn:
     pieces: list[FloatArray] = []
     for number, cells, torn in groups:
         if len(cells):
-            wholly[number], owner, found = _in_cells(surface, area, cells, lon, lat, xy, inside, torn=torn)
+            wholly[number], owner, found = _in_cells(surface, area, cells, inside, torn=torn)
             touched[number[owner]] = True
             pieces += found
     return CellsIn(wholly, wholly | touched, pieces)
@@ -135,17 +128,11 @@ def cells_in(surface: Surface, area: PreparedArea) -> CellsIn:
 
 @GEOS_ARITHMETIC
 def _in_cells(
-    surface: Surface,
-    area: PreparedArea,
-    cells: IntArray,
-    lon: FloatArray,
-    lat: FloatArray,
-    xy: FloatArray,
-    inside: BoolArray,
-    *,
-    torn: bool,
+    surface: Surface, area: PreparedArea, cells: IntArray, inside: BoolArray, *, torn: bool
 ) -> tuple[BoolArray, IntArray, list[FloatArray]]:
     """Which cells with n corners, (m, n), are inside the area, and pieces of the others with their cells' numbers."""
+    lon, lat = surface.lonlat()
+    xy = np.column_stack([surface.x, surface.y])
     lons, lats = lon[cells.T], lat[cells.T]
     first = normalised(lons[0])
     lons = first + (np.mod(lons - lons[0] + 180.0, 360.0) - 180.0)
@@ -174,7 +161,10 @@ def _in_cells(
     for number in np.unique(ring[np.isnan(image[:, 0])]):
         # A point on a seam has two images; the linear map of the cell's corners chooses the right one.
         k = owner[number]
-        polygons[number] = _linear_image(corners[k], xy[cells[border[k]]], places[number])
+        offsets, there = corners[k] - corners[k][0], places[number] - corners[k][0]
+        sides = np.hstack([offsets, np.ones((len(offsets), 1))])
+        matrix = np.linalg.lstsq(sides, xy[cells[border[k]]], rcond=None)[0]
+        polygons[number] = np.asarray(np.hstack([there, np.ones((len(there), 1))]) @ matrix)
     return inside[cells.T].all(axis=0) & ~on_border, border[owner], polygons
 
 
@@ -186,13 +176,6 @@ def _parts_of(tiles: NDArray[np.object_], cells: NDArray[np.object_]) -> NDArray
     found = np.empty(len(cells), dtype=object)
     found[:] = [shapely.clip_by_rect(tile, *box) for tile, box in zip(tiles, bounds.tolist(), strict=True)]
     return found
-
-
-def _linear_image(corners: FloatArray, images: FloatArray, points: FloatArray) -> FloatArray:
-    """Points mapped by the least-squares affine map from corners to their images."""
-    ones = np.ones((len(corners), 1))
-    matrix = np.linalg.lstsq(np.hstack([corners - corners[0], ones]), images, rcond=None)[0]
-    return np.asarray(np.hstack([points - corners[0], np.ones((len(points), 1))]) @ matrix)
 
 
 # ---- land ----------------------------------------------------------------------------------------
@@ -218,11 +201,26 @@ def coast_resolution(surface: Surface) -> str:
 def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
     """The land of a surface: triangles of vertices, (m, 3), and polygons of (x, y) along the coast."""
     if _is_wide(surface) and resolution != _FINEST:
-        return _polygons(surface, _all_land(resolution))
-    # All land at the finest resolution takes seconds to prepare, and half a second at others.
-    bounds = surface.domain.box.bounds
-    found = land_within(_window(bounds), resolution)
-    return _polygons(surface, PreparedArea.of(found, _segments(coast(bounds, resolution, np.inf)), end=_POLAR))
+        area = _all_land(resolution)
+    else:
+        # All land at the finest resolution takes seconds to prepare, and half a second at others.
+        bounds = surface.domain.box.bounds
+        border = segments_of(coast(bounds, resolution, np.inf))
+        area = PreparedArea.of(land_within(_window(bounds), resolution), border, end=_POLAR)
+    found = cells_in(surface, area)
+    return surface.covering(found.inside), found.pieces
+
+
+def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
+    """The lakes of a surface, in the form of `land_polygons`; for 1 : 10 million those at 1 : 50 million."""
+    resolution, bounds = _lake_resolution(resolution), surface.domain.box.bounds
+    if _is_wide(surface):
+        area = _all_lakes(resolution)
+    else:
+        border = segments_of(lake_shores(bounds, resolution, np.inf))
+        area = PreparedArea.of(lakes_within(_window(bounds), resolution), border)
+    found = cells_in(surface, area)
+    return surface.covering(found.inside), found.pieces
 
 
 def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArray] | None:
@@ -246,22 +244,6 @@ def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArra
     return images if are_whole else None
 
 
-def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The lakes of a surface, in the form of `land_polygons`; for 1 : 10 million those at 1 : 50 million."""
-    scale = _lake_resolution(resolution)
-    if _is_wide(surface):
-        return _polygons(surface, _all_lakes(scale))
-    bounds = surface.domain.box.bounds
-    found = lakes_within(_window(bounds), scale)
-    return _polygons(surface, PreparedArea.of(found, _segments(lake_shores(bounds, scale, np.inf))))
-
-
-def _polygons(surface: Surface, area: PreparedArea) -> tuple[IntArray, list[FloatArray]]:
-    """Triangles over the cells wholly in an area, and the pieces of other cells."""
-    found = cells_in(surface, area)
-    return surface.covering(found.inside), found.pieces
-
-
 def _is_wide(surface: Surface) -> bool:
     """True for a surface all around the globe."""
     return longitude_width(surface.domain.box.bounds) == 360.0
@@ -270,16 +252,16 @@ def _is_wide(surface: Surface) -> bool:
 @functools.cache
 def _all_land(resolution: str) -> PreparedArea:
     """All land, with its coast but without the cuts of the data as border."""
-    return PreparedArea.of(land(resolution), _segments(coastlines(resolution)), end=_POLAR)
+    return PreparedArea.of(land(resolution), segments_of(coastlines(resolution)), end=_POLAR)
 
 
 @functools.cache
 def _all_lakes(resolution: str) -> PreparedArea:
     """All lakes."""
-    return PreparedArea.of(lakes(resolution), _segments(shores(resolution)))
+    return PreparedArea.of(lakes(resolution), segments_of(shores(resolution)))
 
 
-def _segments(lines: Sequence[FloatArray]) -> FloatArray:
+def segments_of(lines: Sequence[FloatArray]) -> FloatArray:
     """The segments of lines, (n, 2, 2)."""
     return np.concatenate([np.empty((0, 2, 2)), *(np.stack([line[:-1], line[1:]], axis=1) for line in lines)])
 
@@ -297,23 +279,28 @@ def _window(bounds: Bounds, margin: float = _MARGIN) -> Bounds:
     return west - beside, south - above, west + width + beside, north + above
 
 
-def coast(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
-    """Coastlines within bounds and a little beyond: lines of (lon, lat) with steps of at most `step` degrees."""
+def coast(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
+    """Coastlines within bounds and a little beyond: lines of (lon, lat) with steps of at most `step` degrees.
+
+    The default is a sixtieth of the size of the part of the world, at most a degree.
+    """
     return _within(_all_lines("coast", resolution), bounds, step)
 
 
-def lake_shores(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
+def lake_shores(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
     """Shores of lakes, in the form of `coast`."""
     return _within(_all_lines("shores", _lake_resolution(resolution)), bounds, step)
 
 
-def country_borders(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
+def country_borders(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
     """Land borders of countries, in the form of `coast`."""
     return _within(_all_lines("borders", resolution), bounds, step)
 
 
-def _within(lines: NDArray[np.object_], bounds: Bounds, step: float) -> list[FloatArray]:
+def _within(lines: NDArray[np.object_], bounds: Bounds, step: float | None) -> list[FloatArray]:
     """The parts of lines within bounds and a little beyond."""
+    if step is None:
+        step = min(1.0, max(ground_size(bounds)) / _ALONG)
     west, south, east, north = _window(bounds)
     if longitude_width(bounds) == 360.0:
         west, east, turns = -1000.0, 1000.0, np.zeros(1)  # all lines, also beyond 180 degrees

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
+import shapely
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.projections import Projection, ProjectionLike
@@ -20,8 +21,8 @@ from projdist.surfaces.domain import (
     nothing_of,
     project_lines,
 )
-from projdist.surfaces.land import CellsIn, PreparedArea, cells_in
-from projdist.surfaces.surface import Surface, build_surface, extent_of, frame_of_part, node_weights
+from projdist.surfaces.land import CellsIn, PreparedArea, cells_in, segments_of
+from projdist.surfaces.surface import Surface, build_surface, extent_of, frame_of_part, node_weights, triangles_of
 
 _FULLER = 4.0  # far parts are left out if the main part fills its bounding box this many times better
 _GROUND_NODES, _GLOBE_GROUND_STEP = 80, 1.0
@@ -64,19 +65,18 @@ def _fullness(region: Polygons) -> float:
 def _regional(surface: Surface, region: Region) -> Surface:
     """The surface of a region: that of the box around it, without the cells outside the region."""
     lines = _border_lines(region)
-    area = PreparedArea.of(
-        polygons_of(region), np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
-    )
+    area = PreparedArea.of(polygons_of(region), segments_of(lines))
     found = cells_in(surface, area)
     pieces = _pieces(surface, found)
     if not pieces:
         raise nothing_of(surface.domain)
     extent = extent_of(np.concatenate(pieces))
-    triangles = surface.triangles_of(found.touched)
+    whole, cut = surface.cells(found.touched)
+    triangles = triangles_of(whole, cut)
     part = replace(
         surface,
-        whole=surface.whole[found.touched[: len(surface.whole)]],
-        cut=tuple(surface.cut[k] for k in np.flatnonzero(found.touched[len(surface.whole) :])),
+        whole=whole,
+        cut=tuple(cut),
         triangles=triangles,
         weights=node_weights(surface.x, surface.y, surface.v, triangles, surface.source, surface.nodes),
         extent=extent,
@@ -84,7 +84,12 @@ def _regional(surface: Surface, region: Region) -> Surface:
         pieces=pieces,
     )
     if _lies_apart(part):
-        _tell_of_cut(part)
+        bounds, name = part.domain.region.bounds, part.domain.projection.name
+        middle = float(normalised(np.array(0.5 * (bounds[0] + bounds[2]))))
+        tell(
+            f"{name} is cut within {part.domain.region.name}, so that its parts lie apart. "
+            f"A map with its middle there, +lon_0={middle:.0f}, may show it whole."
+        )
         ground = build_surface(domain_of(part.domain.projection, GLOBE), _GLOBE_GROUND_STEP)
         part = replace(part, extent=ground.extent, view=ground.view)
     else:
@@ -104,20 +109,8 @@ def _lies_apart(part: Surface) -> bool:
     return east - west + north - south > _APART * longest * sum(part.shape)
 
 
-def _tell_of_cut(part: Surface) -> None:
-    """Warn of a region that is cut, and name the central meridian that may keep it whole."""
-    bounds = part.domain.region.bounds
-    middle = float(normalised(np.array(0.5 * (bounds[0] + bounds[2]))))
-    tell(
-        f"{part.domain.projection.name} is cut within {part.domain.region.name}, so that its parts lie apart. "
-        f"A map with its middle there, +lon_0={middle:.0f}, may show it whole."
-    )
-
-
 def _border_lines(region: Region) -> list[FloatArray]:
-    """The border of a region as lines of (lon, lat), without sides along the antimeridian and the poles."""
-    import shapely  # slow to load
-
+    """The border of a region as lines of (lon, lat) in small steps, without sides along antimeridian and poles."""
     lines = []
     spacing = max(ground_size(region.bounds)) / _ALONG_BORDER
     for ring in shapely.get_rings(shapely.get_parts(polygons_of(region))):
@@ -125,33 +118,28 @@ def _border_lines(region: Region) -> list[FloatArray]:
         on_cut = np.abs(points) == [180.0, 90.0]
         real = ~(on_cut[1:] & on_cut[:-1] & (points[1:] == points[:-1])).any(axis=1)
         runs = np.split(np.arange(real.size), np.flatnonzero(np.diff(real)) + 1)
-        lines += [_in_steps(points[run[0] : run[-1] + 2], spacing) for run in runs if real[run[0]]]
+        for line in (points[run[0] : run[-1] + 2] for run in runs if real[run[0]]):
+            steps = np.diff(line, axis=0)
+            across = np.cos(np.radians(0.5 * (line[1:, 1] + line[:-1, 1])))
+            parts = np.maximum(np.ceil(np.hypot(steps[:, 0] * across, steps[:, 1]) / spacing).astype(int), 1)
+            ends = np.concatenate([[0], np.cumsum(parts)])
+            lines.append(np.column_stack([np.interp(np.arange(ends[-1] + 1), ends, column) for column in line.T]))
     return lines
-
-
-def _in_steps(line: FloatArray, spacing: float) -> FloatArray:
-    """A line of (lon, lat) with points added so that its steps on the ground are at most `spacing` degrees."""
-    steps = np.diff(line, axis=0)
-    across = np.cos(np.radians(0.5 * (line[1:, 1] + line[:-1, 1])))
-    parts = np.maximum(np.ceil(np.hypot(steps[:, 0] * across, steps[:, 1]) / spacing).astype(int), 1)
-    ends = np.concatenate([[0], np.cumsum(parts)])
-    return np.column_stack([np.interp(np.arange(ends[-1] + 1), ends, column) for column in line.T])
 
 
 def _pieces(surface: Surface, found: CellsIn) -> tuple[FloatArray, ...]:
     """The polygons of a region, all anticlockwise, as no gap shows between polygons of one orientation."""
+
+    def anticlockwise(polygons: FloatArray) -> FloatArray:
+        """Polygons (m, n, 2) with clockwise ones reversed."""
+        x, y = np.moveaxis(polygons - polygons[:, :1], -1, 0)
+        turned = (x[:, :-1] * y[:, 1:]).sum(axis=1) < (y[:, :-1] * x[:, 1:]).sum(axis=1)
+        return np.where(turned[:, None, None], polygons[:, ::-1], polygons)
+
     xy = np.column_stack([surface.x, surface.y])
-    count = len(surface.whole)
-    wholly = xy[surface.whole[found.inside[:count]]]
-    parts = [*(xy[surface.cut[k]] for k in np.flatnonzero(found.inside[count:])), *found.pieces]
-    return (*_anticlockwise(wholly), *(_anticlockwise(part[None])[0] for part in parts))
-
-
-def _anticlockwise(polygons: FloatArray) -> FloatArray:
-    """Polygons (m, n, 2) with clockwise ones reversed."""
-    x, y = np.moveaxis(polygons - polygons[:, :1], -1, 0)
-    turned = (x[:, :-1] * y[:, 1:]).sum(axis=1) < (y[:, :-1] * x[:, 1:]).sum(axis=1)
-    return np.where(turned[:, None, None], polygons[:, ::-1], polygons)
+    whole, cut = surface.cells(found.inside)
+    parts = [*(xy[cell] for cell in cut), *found.pieces]
+    return (*anticlockwise(xy[whole]), *(anticlockwise(part[None])[0] for part in parts))
 
 
 def _surroundings(part: Surface) -> Surface:
@@ -161,7 +149,7 @@ def _surroundings(part: Surface) -> Surface:
     x, y = projection(*np.meshgrid(normalised(lons), lats))
     left, right, bottom, top = part.view
     seen = np.asarray((x >= left) & (x <= right) & (y >= bottom) & (y <= top), dtype=bool)
-    near = _one_sheet(part.domain.region.bounds, part.view, lons, lats, x, y, seen)
+    near = _one_sheet(part, lons, lats, x, y, seen)
     west, east = _reach(lons, np.asarray(near.any(axis=0)))
     low, high = _reach(lats, np.asarray(near.any(axis=1)))
     south, north = max(low, -90.0), min(high, 90.0)
@@ -175,18 +163,18 @@ def _surroundings(part: Surface) -> Surface:
     if (near == seen).all():
         return build_surface(domain, step)
     shown = _widened(near, ~seen | near)
-    ground = build_surface(replace(domain, within=_NearNodes(lons, lats, shown)), step)
-    return replace(ground, outline=np.empty((0, 2, 2)))
+
+    def within(lon: FloatArray, lat: FloatArray) -> BoolArray:
+        """True for points whose nearest node is shown."""
+        columns = np.rint(np.mod(lon - lons[0], 360.0) / (lons[1] - lons[0])).astype(int)
+        rows = np.rint((lat - lats[0]) / (lats[1] - lats[0])).astype(int)
+        return np.asarray(shown[np.clip(rows, 0, len(lats) - 1), np.clip(columns, 0, len(lons) - 1)])
+
+    return replace(build_surface(replace(domain, within=within), step), outline=np.empty((0, 2, 2)))
 
 
 def _one_sheet(
-    bounds: Bounds,
-    view: tuple[float, float, float, float],
-    lons: FloatArray,
-    lats: FloatArray,
-    x: FloatArray,
-    y: FloatArray,
-    seen: BoolArray,
+    part: Surface, lons: FloatArray, lats: FloatArray, x: FloatArray, y: FloatArray, seen: BoolArray
 ) -> BoolArray:
     """Nodes in the view that are connected with the region without a fold, (rows, columns).
 
@@ -195,6 +183,7 @@ def _one_sheet(
     (x_lat, x_lon), (y_lat, y_lon) = np.gradient(x), np.gradient(y)
     cells = np.asarray(x_lon * y_lat - x_lat * y_lon)
     areas = cells / np.cos(np.radians(lats)).clip(1e-6)[:, None]
+    bounds = part.domain.region.bounds
     west, south, _, north = bounds
     east = west + longitude_width(bounds)
     inside = ((lons >= west) & (lons <= east))[None, :] & ((lats >= south) & (lats <= north))[:, None] & seen
@@ -202,7 +191,7 @@ def _one_sheet(
     way = float(np.sign(np.nansum(np.sign(areas[inside]))))
     upright = seen & (np.sign(areas) != -way)  # at a pole it is 0
     found = _hanging_together(inside, upright)
-    left, right, bottom, top = view
+    left, right, bottom, top = part.view
     if (found == seen).all() and np.nansum(np.abs(cells[seen])) < _ONCE * (right - left) * (top - bottom):
         return found
     # Where a map covers the view a second time, it is much larger or smaller.
@@ -229,22 +218,6 @@ def _widened(chosen: BoolArray, allowed: BoolArray, steps: int = 4) -> BoolArray
         wider |= np.roll(chosen, 1, axis=1) | np.roll(chosen, -1, axis=1)
         chosen = wider & (allowed | chosen)
     return chosen
-
-
-@dataclass(frozen=True)
-class _NearNodes:
-    """A test of whether points are nearest to chosen nodes of a grid."""
-
-    lons: FloatArray
-    lats: FloatArray
-    chosen: BoolArray
-
-    def __call__(self, lon: FloatArray, lat: FloatArray) -> BoolArray:
-        """True for points whose nearest node is chosen."""
-        columns = np.rint(np.mod(lon - self.lons[0], 360.0) / (self.lons[1] - self.lons[0])).astype(int)
-        rows = np.rint((lat - self.lats[0]) / (self.lats[1] - self.lats[0])).astype(int)
-        last = len(self.lats) - 1, len(self.lons) - 1
-        return np.asarray(self.chosen[np.clip(rows, 0, last[0]), np.clip(columns, 0, last[1])])
 
 
 def _sought(bounds: Bounds) -> tuple[FloatArray, FloatArray]:

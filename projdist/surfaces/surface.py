@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
@@ -80,6 +80,7 @@ _REGION_NODES = 200
 _LONGEST = 0.25  # of the map's size: a longer cell spans a seam that was missed
 _HEMISPHERE = 180.0
 _BLOCK = 8  # cells on a side
+_INWARD = 0.01  # of the way from the image of a seam to its node: there the side is certain
 _OFFSET = 0.4937  # of a step: keeps nodes off the round longitudes and latitudes where seams are
 
 
@@ -139,16 +140,23 @@ class Surface:
         """Longitudes and latitudes of the vertices; longitudes may exceed 180."""
         return self.frame.geographic(self.u, self.v)
 
+    def lonlat_off_seams(self, chosen: IntArray | slice = slice(None)) -> tuple[FloatArray, FloatArray]:
+        """Longitudes and latitudes of the chosen vertices; images of seams are moved a little to their own side."""
+        du, dv = self.u[self.source] - self.u, self.v[self.source] - self.v
+        u, v = self.u + _INWARD * (np.mod(du + 180.0, 360.0) - 180.0), self.v + _INWARD * dv
+        lon, lat = self.frame.geographic(u[chosen], v[chosen])
+        return normalised(lon), lat
+
     def triangles_of(self, chosen: BoolArray) -> IntArray:
         """Triangles of the chosen cells; `chosen` is for those in `whole`, then those in `cut`."""
-        return triangles_of(*self._cells(chosen))
+        return triangles_of(*self.cells(chosen))
 
     def covering(self, chosen: BoolArray | None = None) -> IntArray:
         """About a quarter as many triangles that cover the chosen cells, or all, for filling with one colour.
 
         Blocks of whole cells become fans about their middles, except where a fan would fold.
         """
-        whole, cut = (self.whole, self.cut) if chosen is None else self._cells(chosen)
+        whole, cut = (self.whole, self.cut) if chosen is None else self.cells(chosen)
         blocks = np.array(self.shape) // _BLOCK
         row, column = np.divmod(whole[:, 0], self.shape[1])
         block = row // _BLOCK * blocks[1] + column // _BLOCK
@@ -174,7 +182,7 @@ class Surface:
         fans = np.stack([np.broadcast_to(middle[:, None], ring.shape), ring, np.roll(ring, -1, axis=1)], axis=-1)
         return fans[even].reshape(-1, 3), numbers[even]
 
-    def _cells(self, chosen: BoolArray) -> tuple[IntArray, list[IntArray]]:
+    def cells(self, chosen: BoolArray) -> tuple[IntArray, list[IntArray]]:
         """The chosen ones of the whole cells and of the cut cells."""
         return self.whole[chosen[: len(self.whole)]], [self.cut[k] for k in np.flatnonzero(chosen[len(self.whole) :])]
 
@@ -183,6 +191,14 @@ def triangles_of(whole: IntArray, cut: Sequence[IntArray]) -> IntArray:
     """Triangles of cells with four corners and of convex polygons, (m, 3) vertex indices."""
     fans = [np.column_stack([np.full(len(p) - 2, p[0]), p[1:-1], p[2:]]) for p in cut if len(p) > 2]
     return np.concatenate([whole[:, [0, 1, 2]], whole[:, [0, 2, 3]], *fans])
+
+
+def rim_edges(triangles: IntArray) -> IntArray:
+    """Edges (n, 2) of only one triangle, ascending: the map's edge, as triangles share vertices except across seams."""
+    edges = np.sort(np.concatenate([triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)
+    count = int(edges.max(initial=0)) + 1
+    numbers, uses = np.unique(edges[:, 0] * count + edges[:, 1], return_counts=True)
+    return np.column_stack(np.divmod(numbers[uses == 1], count))
 
 
 _AROUND_MAP, _AROUND_PART = 0.01, 0.05  # of the larger side of a map
@@ -252,61 +268,62 @@ def _grid(domain: Domain, frame: TurnedFrame, step: float | None) -> tuple[Float
 # ---- cells ----------------------------------------------------------------------------------
 
 
+@dataclass
 class _Builder:
-    """Builds a surface: vertices, polygons and outline segments, collected while walking the torn cells."""
+    """Builds a surface: vertices, polygons and outline segments, collected while walking the torn cells.
 
-    def __init__(
-        self,
-        domain: Domain,
-        frame: TurnedFrame,
-        function: Map,
-        points: FloatArray,
-        across: Links,
-        along: Links,
-        wraps: bool,
-    ) -> None:
-        self.domain, self.frame, self.function, self.wraps = domain, frame, function, wraps
-        self.rows, self.columns = points.shape[:2]
-        self.points = points
-        self.across, self.along = across, along
-        self.width = self.columns if wraps else self.columns - 1  # links in a row
-        self.extra: list[FloatArray] = []
-        self.source: list[int] = []
-        self.images: dict[tuple[int, int, int], int] = {}
+    `across` and `along` are the links of nodes along rows and columns, `width` of them in a row.
+    """
+
+    domain: Domain
+    frame: TurnedFrame
+    function: Map
+    points: FloatArray
+    across: Links
+    along: Links
+    wraps: bool
+    extra: list[FloatArray] = field(default_factory=list)
+    source: list[int] = field(default_factory=list)
+    images: dict[tuple[int, int, int], int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        rows, columns = self.rows, self.columns = self.points.shape[:2]
+        width = self.width = columns if self.wraps else columns - 1
+        self.node = np.arange(rows * columns).reshape(rows, columns)
+        # Numbers of links.
+        self.in_rows = np.arange(rows * width).reshape(rows, width)
+        self.in_columns = np.arange((rows - 1) * columns).reshape(rows - 1, columns)
+
+    def vertices(self) -> FloatArray:
+        """Nodes and images of seams found so far, (n, 4)."""
+        return np.concatenate([self.points.reshape(-1, 4), np.array(self.extra).reshape(-1, 4)])
 
     def surface(self) -> Surface:
         """The finished surface; ValueError where nothing is drawn."""
-        rows, columns, width = self.rows, self.columns, self.width
-        node = np.arange(rows * columns).reshape(rows, columns)
-        right = np.roll(node, -1, axis=1)[:, :width]
-        node = node[:, :width]
+        width, nodes = self.width, self.node.size
+        right = np.roll(self.node, -1, axis=1)[:, :width]
+        node, across, along = self.node[:, :width], self.in_rows, self.in_columns
         corners = np.stack([node[:-1], right[:-1], right[1:], node[1:]], axis=-1)
         # The links of a cell, in the order of its corners: below, right, above, left.
-        across = np.arange(rows * width).reshape(rows, width)
-        along = np.arange((rows - 1) * columns).reshape(rows - 1, columns)
         links = np.stack([across[:-1], np.roll(along, -1, axis=1)[:, :width], across[1:], along[:, :width]], axis=-1)
-        torn = np.stack(
-            [
-                self.across.torn[links[..., 0]],
-                self.along.torn[links[..., 1]],
-                self.across.torn[links[..., 2]],
-                self.along.torn[links[..., 3]],
-            ],
-            axis=-1,
-        )
+        tables = (self.across, self.along, self.across, self.along)
+        torn = np.stack([table.torn[links[..., k]] for k, table in enumerate(tables)], axis=-1)
         whole = corners[~torn.any(axis=-1)]
         longest = _LONGEST * self._size
         whole = whole[_longest_sides(self.points.reshape(-1, 4)[whole.T, 2:]) < longest]
         cells = np.argwhere(torn.any(axis=-1) & drawn(self.points.reshape(-1, 4)[corners]).any(axis=-1))
         walked = [(p, j, i) for j, i in cells for p in self._walk(corners[j, i], links[j, i], torn[j, i])]
-        xy = np.concatenate([self.points.reshape(-1, 4), np.array(self.extra).reshape(-1, 4)])[:, 2:]
+        xy = self.vertices()[:, 2:]
         short = [one for one in walked if _longest_sides(xy[one[0]]) < longest]
         polygons, places = [polygon for polygon, _, _ in short], [(j, i) for _, j, i in short]
         self._reach_out(polygons, places)
         cut = [np.array(polygon) for polygon in polygons]
-        segments = [pair for polygon in polygons for pair in self._seam_sides(polygon)]
-        self._edges(segments)
-        vertices = np.concatenate([self.points.reshape(-1, 4), np.array(self.extra).reshape(-1, 4)])
+        # The sides of polygons that lie along a seam.
+        sides = [side for polygon in polygons for side in zip(polygon, [*polygon[1:], polygon[0]], strict=True)]
+        segments = [(one, other) for one, other in sides if min(one, other) >= nodes]
+        self._add_edges(segments)
+        vertices = self.vertices()
+        lines = vertices[:, 2:][np.array(segments, dtype=int).reshape(-1, 2)]
         triangles = triangles_of(whole, cut)
         if not len(triangles):
             raise nothing_of(self.domain)
@@ -314,12 +331,11 @@ class _Builder:
         used = np.zeros(len(vertices), dtype=bool)
         used[triangles] = True
         extent = extent_of(vertices[used, 2:])
-        nodes = rows * columns
         sources = np.concatenate([np.arange(nodes), np.array(self.source, dtype=int)])
         return Surface(
             domain=self.domain,
             frame=self.frame,
-            shape=(rows, columns),
+            shape=(self.rows, self.columns),
             u=u,
             v=v,
             x=x,
@@ -331,7 +347,7 @@ class _Builder:
             whole=whole,
             cut=tuple(cut),
             triangles=triangles,
-            outline=self._outline(vertices, segments),
+            outline=lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 1e-6 * self._size],
             central_meridian=self._central_meridian(),
         )
 
@@ -369,20 +385,28 @@ class _Builder:
         """The number of a new vertex on the side of the node `source`."""
         self.extra.append(point)
         self.source.append(source)
-        return int(self.rows * self.columns) + len(self.source) - 1
+        return self.node.size + len(self.source) - 1
 
-    def _edges(self, segments: list[tuple[int, int]]) -> None:
-        """Add the outer rows to the outline, and the outer columns of a grid that does not wrap."""
-        node = np.arange(self.rows * self.columns).reshape(self.rows, self.columns)
-        across = np.arange(self.rows * self.width).reshape(self.rows, self.width)
-        along = np.arange((self.rows - 1) * self.columns).reshape(self.rows - 1, self.columns)
-        for j in (0, self.rows - 1):
-            if self._is_point(self.points[j]):
-                continue
-            self._edge(segments, self.across, across[j], node[j], np.roll(node[j], -1), 0)
+    def _add_edges(self, segments: list[tuple[int, int]]) -> None:
+        """Add to the outline the outer rows, and the outer columns of a grid that does not wrap, up to their tears."""
+        node = self.node
+        edges = [
+            (0, self.across, self.in_rows[j], node[j], np.roll(node[j], -1))
+            for j in (0, self.rows - 1)
+            if not self._is_point(self.points[j])
+        ]
         if not self.wraps:
-            for i in (0, self.columns - 1):
-                self._edge(segments, self.along, along[:, i], node[:-1, i], node[1:, i], 1)
+            last = self.columns - 1
+            edges += [(1, self.along, self.in_columns[:, i], node[:-1, i], node[1:, i]) for i in (0, last)]
+        for group, table, links, start, stop in edges:
+            for link, one, other in zip(links.tolist(), start.tolist(), stop.tolist(), strict=False):
+                if not table.torn[link]:
+                    segments.append((one, other))
+                    continue
+                for corner, side in ((one, 0), (other, 1)):
+                    image = self.images.get((group, link, side))
+                    if image is not None:
+                        segments.append((corner, image))
 
     def _is_point(self, row: FloatArray) -> bool:
         """True if a row is a pole whose image is a point, or a point in each lobe."""
@@ -403,7 +427,7 @@ class _Builder:
         u = np.append(u, u[:1] + 360.0) if self.wraps else u
         j, i = np.array(cells).T
         low, high = np.column_stack([u[i], v[j]]), np.column_stack([u[i + 1], v[j + 1]])
-        vertices = np.concatenate([self.points.reshape(-1, 4), np.array(self.extra)])
+        vertices = self.vertices()
         if self.wraps:
             # In the column where the grid closes, nodes are one turn away from their neighbours.
             turns = [
@@ -425,39 +449,7 @@ class _Builder:
         joined = ~find_tears(self.function, corner, centre, self.domain.radius).torn
         seam = find_tears(self.function, centre, far, self.domain.radius)
         for k in np.flatnonzero(joined & seam.torn & drawn(seam.start)):
-            polygons[k].append(self._add(seam.start[k], self.source[polygons[k][-1] - self.rows * self.columns]))
-
-    def _seam_sides(self, polygon: list[int]) -> list[tuple[int, int]]:
-        """The sides of a polygon that lie along a seam."""
-        nodes = self.rows * self.columns
-        sides = zip(polygon, [*polygon[1:], polygon[0]], strict=True)
-        return [(one, other) for one, other in sides if min(one, other) >= nodes]
-
-    def _edge(
-        self,
-        segments: list[tuple[int, int]],
-        table: Links,
-        links: IntArray,
-        start: IntArray,
-        stop: IntArray,
-        group: int,
-    ) -> None:
-        """Add a row or column of the grid to the outline, up to its tears."""
-        for link, one, other in zip(links.tolist(), start.tolist(), stop.tolist(), strict=False):
-            if not table.torn[link]:
-                segments.append((one, other))
-                continue
-            for corner, side in ((one, 0), (other, 1)):
-                image = self.images.get((group, link, side))
-                if image is not None:
-                    segments.append((corner, image))
-
-    def _outline(self, vertices: FloatArray, segments: list[tuple[int, int]]) -> FloatArray:
-        """The segments longer than rounding, (m, 2, 2)."""
-        if not segments:
-            return np.empty((0, 2, 2))
-        lines = vertices[:, 2:][np.array(segments)]
-        return np.asarray(lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 1e-6 * self._size])
+            polygons[k].append(self._add(seam.start[k], self.source[polygons[k][-1] - self.node.size]))
 
     def _central_meridian(self) -> float | None:
         """The meridian opposite the only tear of the equator; None where there is not exactly one."""
@@ -506,15 +498,8 @@ _POINT = 1e-6  # of the map's area: smaller pieces are images of poles
 
 @GEOS_ARITHMETIC
 def boundary_polygon(surface: Surface) -> shapely.Polygon:
-    """A polygon slightly larger than a map, without holes; ValueError for maps in several pieces.
-
-    Sides of only one triangle are the map's edge, as triangles share vertices except across seams.
-    """
-    count = surface.x.size
-    edges = np.sort(np.concatenate([surface.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)
-    numbers, uses = np.unique(edges[:, 0] * count + edges[:, 1], return_counts=True)
-    ends = np.column_stack(np.divmod(numbers[uses == 1], count))
-    segments = np.column_stack([surface.x, surface.y])[ends]
+    """A polygon slightly larger than a map, without holes; ValueError for maps in several pieces."""
+    segments = np.column_stack([surface.x, surface.y])[rim_edges(surface.triangles)]
     segments = segments[(segments[:, 0] != segments[:, 1]).any(axis=1)]
     faces = shapely.get_parts(shapely.polygonize(shapely.linestrings(segments)))
     if not len(faces):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
+import shapely
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import destination, unit_vectors
@@ -36,38 +36,30 @@ _FLAT = 0.02  # of the semi-minor axis: a circle whose image is this close to it
 _TRIALS = 15
 _SEEN, _LEAST_SEEN = 1.6, 1e-9
 _ROUND = 1e-9  # relative difference of the axes: a circle has no longest axis
-_NEIGHBOURS = 8
 _FEW = 9
-_COMPARED = 600  # points compared pairwise: 3 MB and 10 ms, a tenth of the time to load scipy
 _MOST = 200_000  # ellipses half a degree apart on a globe; smaller ones are less than a pixel
 _AT_ONCE = 500_000  # points on the ground; 100 MB
 
 
-class Shapes(Protocol):
-    """Points on a map and the Jacobians there."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ellipses:
+    """Centres xy (n, 2) on a map and the Jacobians J (n, 2, 2) there."""
 
-    @property
-    def xy(self) -> FloatArray:
-        """Points (n, 2)."""
-
-    @property
-    def J(self) -> FloatArray:
-        """Jacobians (n, 2, 2)."""
+    xy: FloatArray
+    J: FloatArray
 
 
-@dataclass(frozen=True)
-class Indicatrices:
-    """Points, their images in metres, and the Jacobians there."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Indicatrices(Ellipses):
+    """Ellipses of a map, and the points in degrees whose images are their centres, in metres."""
 
     domain: Domain
     lon: FloatArray
     lat: FloatArray
-    xy: FloatArray
-    J: FloatArray
 
     def take(self, keep: BoolArray | IntArray) -> Indicatrices:
         """The chosen indicatrices."""
-        return Indicatrices(self.domain, self.lon[keep], self.lat[keep], self.xy[keep], self.J[keep])
+        return replace(self, lon=self.lon[keep], lat=self.lat[keep], xy=self.xy[keep], J=self.J[keep])
 
 
 def even_grid(bounds: Bounds, step: float, central_meridian: float | None = None) -> tuple[FloatArray, FloatArray]:
@@ -110,7 +102,8 @@ def indicatrices(domain: Domain, region: Place, lon: FloatArray, lat: FloatArray
     J = jacobian(domain.projection, lon, lat)
     with np.errstate(invalid="ignore"):
         keep = np.isfinite(xy[:, 0]) & np.isfinite(J).all(axis=(1, 2)) & (np.abs(np.linalg.det(J)) > 1e-12)
-    return Indicatrices(domain, lon, lat, xy, J).take(keep & _on(region, lon, lat))
+    found = Indicatrices(xy=xy, J=J, domain=domain, lon=lon, lat=lat)
+    return found.take(keep & _on(region, lon, lat))
 
 
 def _on(region: Place, lon: FloatArray, lat: FloatArray) -> BoolArray:
@@ -126,22 +119,26 @@ def _on(region: Place, lon: FloatArray, lat: FloatArray) -> BoolArray:
     return inside
 
 
-def close_pairs(indicatrices: Shapes) -> tuple[IntArray, FloatArray, float]:
+def close_pairs(indicatrices: Ellipses) -> tuple[IntArray, FloatArray, float]:
     """Pairs (m, 2) of close indicatrices, the radii in metres at which they touch, and the usual such radius.
 
     The usual radius is the median over the points of the radius at which they touch their closest neighbour; the pairs
     are all that touch at no larger radius. There must be two or more indicatrices.
     """
-    count = len(indicatrices.xy)
-    each = np.arange(count)
+    xy, count = indicatrices.xy, len(indicatrices.xy)
+    places = shapely.points(xy)
+    tree = shapely.STRtree(places)
     # The nearest points are not always the first to touch: they give an upper bound of the radius.
-    near = _nearest(indicatrices.xy, min(_NEIGHBOURS, count - 1) + 1)
-    limits = touching_radius(indicatrices, np.column_stack([np.repeat(each, near.shape[1]), near.ravel()]))
-    bounds = np.where(near == each[:, None], np.inf, limits.reshape(near.shape)).min(axis=1)
+    near = tree.query_nearest(places, exclusive=True, all_matches=False)
+    bounds = np.full(count, np.inf)
+    bounds[near[0]] = touching_radius(indicatrices, near.T)
     bound = np.partition(bounds, count // 2)[count // 2]
     # Ellipses that touch at radius r are within r (a + a') of each other; the directions tried find a little less.
     reach = bound * principal_scales(indicatrices.J)[:, 0] / np.cos(np.pi / _DIRECTIONS)
-    pairs = _pairs_within(indicatrices.xy, reach)
+    # From the point with the larger reach, the other is at most twice that reach away.
+    one, other = tree.query(places, predicate="dwithin", distance=2.0 * reach)
+    within = (one != other) & (np.hypot(*(xy[one] - xy[other]).T) <= reach[one] + reach[other])
+    pairs = np.unique(np.sort(np.column_stack([one, other])[within], axis=1), axis=0)
     radii = touching_radius(indicatrices, pairs)
     closest = np.full(count, np.inf)
     np.minimum.at(closest, pairs, radii[:, None])
@@ -149,37 +146,7 @@ def close_pairs(indicatrices: Shapes) -> tuple[IntArray, FloatArray, float]:
     return pairs[radii <= usual], radii[radii <= usual], usual
 
 
-def _nearest(xy: FloatArray, count: int) -> IntArray:
-    """Numbers (n, count) of the points nearest to each of points (n, 2), itself included."""
-    if len(xy) <= _COMPARED:
-        return np.argpartition(_distances(xy), count - 1, axis=1)[:, :count]
-    from scipy.spatial import cKDTree
-
-    return np.asarray(cKDTree(xy).query(xy, count)[1])
-
-
-def _pairs_within(xy: FloatArray, reach: FloatArray) -> IntArray:
-    """Pairs (m, 2) of points no farther apart than the sum of their reaches, (n,)."""
-    count = len(xy)
-    if count <= _COMPARED:
-        return np.argwhere(np.triu(_distances(xy) <= reach[:, None] + reach, k=1))
-    from scipy.spatial import cKDTree
-
-    # From the point with the larger reach, the other is at most twice that reach away.
-    found = cKDTree(xy).query_ball_point(xy, 2.0 * reach, return_sorted=False)
-    one, other = np.repeat(np.arange(count), [len(some) for some in found]), np.concatenate(found).astype(int)
-    distance = np.linalg.norm(xy[one] - xy[other], axis=1)
-    pair = np.flatnonzero((one != other) & (distance <= reach[one] + reach[other]))
-    first, second = np.minimum(one, other)[pair], np.maximum(one, other)[pair]
-    return np.column_stack(np.divmod(np.unique(first * count + second), count))
-
-
-def _distances(xy: FloatArray) -> FloatArray:
-    """Distances (n, n) between points (n, 2)."""
-    return np.asarray(np.hypot(*(xy[:, None] - xy).transpose(2, 0, 1)))
-
-
-def touching_radius(indicatrices: Shapes, pairs: IntArray) -> FloatArray:
+def touching_radius(indicatrices: Ellipses, pairs: IntArray) -> FloatArray:
     """Largest radius in metres at which the ellipses of pairs (m, 2) do not overlap.
 
     Two convex shapes are apart if their projections on some direction d are. The half width of an ellipse in that
@@ -203,12 +170,23 @@ def fit(
     differ much from the circle's image, and, unless `crowded`, those far closer than usual. An `exaggeration`
     multiplies the logarithms of the principal scales.
     """
-    spaced = list(panels) if crowded or radius is not None else [without_crowding(panel) for panel in panels]
-    size, kept = _true_to_scale(spaced, radius)
-    if exaggeration == 1.0:
-        return size, kept
-    larger = [replace(panel, J=exaggerated(panel.J, exaggeration)) for panel in kept]
-    return (even_radius(larger) if radius is None else radius), larger
+    if radius is not None:
+        if not 0.0 < check_number("radius", radius) < np.inf:
+            raise ValueError(f"Invalid radius '{radius}'. It must be a positive number of metres.")
+        size, kept = radius, [panel.take(_fits(panel, radius)) for panel in panels]
+    else:
+        spaced = panels if crowded else [without_crowding(panel) for panel in panels]
+        size = even_radius(spaced)
+        for _ in range(_TRIALS):
+            kept = [panel.take(_fits(panel, size)) for panel in spaced]
+            # Circles that leave out most of a panel are too large for it: a narrow region, small lobes.
+            if all(2 * few.lon.size >= many.lon.size for few, many in zip(kept, spaced, strict=True)):
+                break
+            size *= 0.8
+    if exaggeration != 1.0:
+        kept = [replace(panel, J=exaggerated(panel.J, exaggeration)) for panel in kept]
+        size = even_radius(kept) if radius is None else radius
+    return size, kept
 
 
 def exaggerated(J: FloatArray, factor: float) -> FloatArray:
@@ -227,29 +205,13 @@ def usual_exaggeration(panels: Sequence[Indicatrices]) -> float:
     return float(max((m * power for m in (1.0, 2.0, 5.0) if m * power <= wanted), default=1.0))
 
 
-def principal_axes(indicatrices: Shapes, radius: float) -> FloatArray:
+def principal_axes(indicatrices: Ellipses, radius: float) -> FloatArray:
     """The axes of ellipses of a radius in metres as segments, (m, 2, 2), without those of circles."""
     left, scales, _ = np.linalg.svd(indicatrices.J)
     bent = scales[:, 0] > (1.0 + _ROUND) * scales[:, 1]
     arms = radius * np.swapaxes(left * scales[:, None, :], 1, 2)[bent]
     centres = indicatrices.xy[bent][:, None]
     return np.stack([centres - arms, centres + arms], axis=2).reshape(-1, 2, 2)
-
-
-def _true_to_scale(panels: Sequence[Indicatrices], radius: float | None) -> tuple[float, list[Indicatrices]]:
-    """One radius for all panels, and the indicatrices that fit with it."""
-    if radius is not None:
-        if not 0.0 < check_number("radius", radius) < np.inf:
-            raise ValueError(f"Invalid radius '{radius}'. It must be a positive number of metres.")
-        return radius, [panel.take(_fits(panel, radius)) for panel in panels]
-    size = even_radius(panels)
-    for _ in range(_TRIALS):
-        kept = [panel.take(_fits(panel, size)) for panel in panels]
-        # Circles that leave out most of a panel are too large for it: a narrow region, small lobes.
-        if all(2 * few.lon.size >= many.lon.size for few, many in zip(kept, panels, strict=True)):
-            break
-        size *= 0.8
-    return size, kept
 
 
 def even_radius(panels: Sequence[Indicatrices]) -> float:
@@ -317,7 +279,7 @@ def _off_ellipse(panel: Indicatrices, radius: float, rim: FloatArray) -> FloatAr
     return np.asarray(offset / (radius * principal_scales(panel.J)[:, 1]))
 
 
-def ellipses(indicatrices: Shapes, radius: float, vertices: int) -> FloatArray:
+def ellipses(indicatrices: Ellipses, radius: float, vertices: int) -> FloatArray:
     """Polygons f(p) + r J (cos t, sin t), shape (n, vertices, 2)."""
     t = np.linspace(0.0, 2.0 * np.pi, vertices, endpoint=False)
     circle = np.stack([np.cos(t), np.sin(t)])

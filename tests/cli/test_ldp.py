@@ -20,7 +20,7 @@ from projdist.cli.app import app
 from projdist.decisions import LDP, distortion_ppm, ldp
 from projdist.decisions.ground import statistics_of
 from projdist.decisions.low_distortion import goal_of
-from projdist.plots.ground_distortion import prepare_ground
+from projdist.plots.ground_distortion import GroundMap
 
 SEA = "box:-40,30,-39.5,30.4"  # no land takes no time
 QUICK = ["--families", "tmerc"]
@@ -235,7 +235,7 @@ def test_a_raster_of_heights_is_a_field(level: LDP) -> None:
     statistics = replace(level.statistics, within={5.0: 0.5})
     even = {"lon": lon, "lat": lat, "height": height, "ppm": ppm, "weight": np.full(400, 1 / 400)}
     found = replace(level, **even, goal=goal, statistics=statistics)
-    prepared = prepare_ground(found)
+    prepared = GroundMap.of(found)
     assert prepared.is_field
     places = prepared.surface.lonlat()
     heights = 250.0 + 100.0 * (places[0] - west) / (east - west)
@@ -254,4 +254,4 @@ def test_uneven_points_are_dots(level: LDP) -> None:
     west, south, east, north = level.region.bounds
     lon, lat = west + t * (east - west), south + t * (north - south)
     road = {"lon": lon, "lat": lat, "height": 100.0 * t, "ppm": 10.0 * t, "weight": np.full(300, 1 / 300)}
-    assert not prepare_ground(replace(level, **road)).is_field
+    assert not GroundMap.of(replace(level, **road)).is_field

@@ -10,7 +10,7 @@ from tables import each
 
 from projdist import plots
 from projdist.matrices import get_measure
-from projdist.plots.colours import colour_scale
+from projdist.plots.colours import ColourScale
 from projdist.plots.pictures import draw_colourbar, label_isolines
 from projdist.support import Notice
 
@@ -30,7 +30,7 @@ JOINT = 40.0 + 44.0 / 60.0 + 11.98 / 3600.0  # degrees: where Goode joins two ma
 @each("inches", [1.0, 2.0, 5.0])
 def test_ticks_do_not_collide(levels: list[float], shown: set[float], inches: float) -> None:
     """As many labels as have room stand below a bar, whatever the levels; their boxes are apart."""
-    scale = colour_scale(get_measure("omega"), [np.linspace(0.0, 90.0, 99)], [np.ones(99)], levels=levels)
+    scale = ColourScale.of(get_measure("omega"), [np.linspace(0.0, 90.0, 99)], [np.ones(99)], levels=levels)
     figure = Figure(figsize=(inches + 1.0, 2.0), dpi=150)
     bar = draw_colourbar(figure, scale, cax=figure.add_axes((0.5 / (inches + 1.0), 0.5, inches / (inches + 1.0), 0.1)))
     figure.canvas.draw()
@@ -49,8 +49,8 @@ def test_levels_beyond_the_values() -> None:
         (list(range(100, 120)), r"^The levels 100, 101, 102, 103, 104 and 15 more have no isolines"),
     ):
         with pytest.warns(Notice, match=said):
-            colour_scale(get_measure("omega"), [np.linspace(0.0, 90.0, 9)], [np.ones(9)], levels=levels)
-    colour_scale(get_measure("omega"), [np.linspace(0.0, 90.0, 9)], [np.ones(9)], levels=20)
+            ColourScale.of(get_measure("omega"), [np.linspace(0.0, 90.0, 9)], [np.ones(9)], levels=levels)
+    ColourScale.of(get_measure("omega"), [np.linspace(0.0, 90.0, 9)], [np.ones(9)], levels=20)
 
 
 @pytest.mark.parametrize("upwards", [True, False])

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from projdist import plots, sample
-from projdist.plots.distributions import _front, _outside, _overlap
+from projdist.plots.graphs import areas, overlaps, pareto_front
 
 
 def curve(figure: object, k: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -47,17 +47,19 @@ def test_areas_and_angles_make_the_error(name: str) -> None:
 def test_the_front() -> None:
     """What none is below in both, from the left; ties are one."""
     points = np.array([[0.0, 3.0], [1.0, 2.0], [1.5, 2.5], [2.0, 1.0], [2.2, 1.0 - 1e-6], [2.5, 0.5]])
-    assert _front(points, 1e-3) == [0, 1, 3, 5]
-    assert _front(points, 1e-9) == [0, 1, 3, 4, 5]
+    assert pareto_front(points, 1e-3) == [0, 1, 3, 5]
+    assert pareto_front(points, 1e-9) == [0, 1, 3, 4, 5]
 
 
 def test_what_labels_hide() -> None:
     """What boxes have in common, and outside of a frame, is as large as shapely has it; corners touch in none."""
     boxes = [(0.0, 0.0, 2.0, 1.0), (1.0, -3.0, 5.0, 0.25), (2.0, 1.0, 3.0, 3.0), (-1.0, -1.0, 4.0, 4.0)]
-    for one in boxes:
-        for other in boxes:
-            assert _overlap(one, other) == shapely.box(*one).intersection(shapely.box(*other)).area
-            assert _outside(one, other) == shapely.box(*one).difference(shapely.box(*other)).area
+    common = overlaps(np.array(boxes), np.array(boxes))
+    outside = areas(np.array(boxes))[:, None] - common
+    for k, one in enumerate(boxes):
+        for n, other in enumerate(boxes):
+            assert common[k, n] == shapely.box(*one).intersection(shapely.box(*other)).area
+            assert outside[k, n] == shapely.box(*one).difference(shapely.box(*other)).area
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from matplotlib.tri import Triangulation
 
 from projdist import plots
 from projdist.plots import pictures
-from projdist.plots.basemap import _closed
+from projdist.plots.basemap import closed_path
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 EUROPE = "box:-10,35,40,70"
@@ -273,6 +273,6 @@ def test_a_grid_keeps_all_its_ellipses() -> None:
 def test_polygons_are_one_path() -> None:
     """matplotlib has the rings of it, each closed and by itself, as they were given."""
     rings = [np.array([[0.0, 0.0], [2.0, 0.0], [1.0, 2.0]]), np.array([[5.0, 5.0], [7.0, 5.0], [7.0, 6.0], [5.0, 6.0]])]
-    found = _closed(rings).to_polygons(closed_only=True)
+    found = closed_path(rings).to_polygons(closed_only=True)
     for ring, closed in zip(rings, found, strict=True):
         np.testing.assert_array_equal(closed, [*ring, ring[0]])

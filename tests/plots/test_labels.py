@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from projdist import plots
-from projdist.plots.basemap import _crossings
+from projdist.plots.basemap import crossings
 from projdist.plots.pictures import label_isolines
 
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
@@ -89,9 +89,9 @@ def test_lines_cross_the_frame(edge: str) -> None:
     crossed = [line.intersection(side) for line in map(shapely.LineString, lines)]
     truth = [(point.x, point.y) for point in crossed if not point.is_empty]
     assert truth
-    np.testing.assert_allclose(_crossings(lines, edge, width, height), truth, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(crossings(lines, edge, width, height), truth, rtol=0, atol=1e-12)
     along = np.add(side.coords, [[-1.0, -1.0], [1.0, 1.0]])
-    assert _crossings([along], edge, width, height) == []
+    assert crossings([along], edge, width, height) == []
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from projdist import local_corrections, plots
-from projdist.plots.ground_distortion import LocalField, _segments
+from projdist.plots.ground_distortion import LocalField
 
 EUROPE = "box:-10,35,40,70"
 
@@ -51,7 +51,7 @@ def test_lines_of_closed_forms():
     for projection, ahead in (("plate-carree", [0.0, 2.0]), (lambda lon, lat: (lat, -lon), [2.0, 0.0])):
         found = local_corrections(projection, [0.0, 0.0], [60.0, 60.0], 1.0)
         field = LocalField(surface=None, corrections=found, xy=xy, discs=None, radius=1.0, scale=None)
-        segments, longest, cut = _segments(field)
+        segments, longest, cut = field.segments()
         np.testing.assert_allclose(np.abs(np.diff(segments, axis=1)[:, 0]), [ahead, ahead], atol=1e-6)
         np.testing.assert_allclose(segments.mean(axis=1), xy, atol=1e-12)
         assert longest == pytest.approx(2.0, rel=1e-6)  # a kilometre's square: 1e-8, and a rim of 1 km

@@ -9,7 +9,7 @@ from PIL import Image
 from projdist import plots
 from projdist.applications.oldmaps import ControlPoints, old_map
 from projdist.matrices.measures import principal_scales
-from projdist.plots.oldmaps import read_scan
+from projdist.plots.images import read_scan
 
 PANELS = list(plots.OLD_MAP_PANELS)
 

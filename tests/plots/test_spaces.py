@@ -8,7 +8,7 @@ from matplotlib.patches import Circle, Ellipse
 from projdist import plots
 from projdist.matrices.measures import angular_distortion
 from projdist.matrices.spd import factor_distance
-from projdist.plots.shape_space import _draw_glyphs, _geodesic, disc_points
+from projdist.plots.shape_space import disc_points, draw_glyphs, geodesic
 
 SMALL = "box:0,20,40,60"
 
@@ -38,7 +38,7 @@ def test_disc_points():
 def test_geodesics():
     """They are as long as the distance of their ends, which no other curve is."""
     start, end = 0.3 + 0.2j, -0.1 + 0.8j
-    x, y = _geodesic(start, end).T
+    x, y = geodesic(start, end).T
     line = x + 1j * y
     assert (line[0], line[-1]) == (pytest.approx(start), pytest.approx(end))
     assert hyperbolic(line[:-1], line[1:]).sum() == pytest.approx(hyperbolic(start, end), rel=1e-12)
@@ -47,7 +47,7 @@ def test_geodesics():
 def test_ellipses_about_the_rim():
     """Each stands where the disc has the matrices that make it of a circle."""
     ax = Figure().add_subplot()
-    _draw_glyphs(ax, 0.5)
+    draw_glyphs(ax, 0.5)
     found = [patch for patch in ax.patches if isinstance(patch, Ellipse)]
     assert len(found) == 8
     for one in found:
