@@ -181,7 +181,6 @@ def draw_triangles(
 
 # ---- graticules ----------------------------------------------------------------------------------
 
-
 _SIZE = 6.5  # points
 _WIDTH, _HEIGHT = 0.62, 1.3  # of a letter and of a line, in the size
 _AIR = 2.5  # points between a label and the frame

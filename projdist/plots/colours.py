@@ -87,8 +87,12 @@ class ColourScale:
                 f"Invalid colour limits '{low:g}, {high:g}'. They must ascend, and be positive for a ratio."
             )
         chosen = _round_levels(measure, low, high, wanted) if isinstance(wanted, int) else wanted
-        if not isinstance(wanted, int):
-            _tell_of_beyond(wanted, data)
+        missed = chosen[(chosen < data.min()) | (chosen > data.max())]
+        if missed.size and not isinstance(wanted, int):
+            few = [f"{level:g}" for level in missed[:_FEW_LEVELS]]
+            few += [f"{missed.size - len(few)} more"] if missed.size > len(few) else []
+            has = "level {} has no isoline: it is" if missed.size == 1 else "levels {} have no isolines: they are"
+            tell(f"The {has.format(listed(few, 'and'))} beyond the values, {data.min():.6g} to {data.max():.6g}.")
         if cmap is None and measure.kind == "magnitude":
             cmap = colours.rising
         elif cmap is None:  # diverging if the neutral value is on the scale, else light at the limit nearer to it
@@ -122,7 +126,9 @@ class ColourScale:
     def colours(self) -> Colormap:
         """Colour map from limit to limit; of a diverging one, the part around the neutral value that is used."""
         whole = self.cmap if isinstance(self.cmap, Colormap) else matplotlib.colormaps[self.cmap]
-        if self.measure.kind == "magnitude" or not _is_diverging(whole):
+        # Diverging is what has a middle that is lighter, or darker, than both ends.
+        start, middle, stop = whole([0.0, 0.5, 1.0])[:, :3] @ [0.30, 0.59, 0.11]
+        if self.measure.kind == "magnitude" or not (middle - start) * (middle - stop) > 0:
             return whole
         ends = _from_neutral(self.measure, np.array(self.limits))
         low, high = 0.5 + 0.5 * ends / np.abs(ends).max()
@@ -138,25 +144,9 @@ class ColourScale:
         return f"{name}{symbol}" + (f" ({unit})" if unit else "")
 
 
-def _is_diverging(colours: Colormap) -> bool:
-    """True if the middle is lighter, or darker, than both ends."""
-    start, middle, stop = colours([0.0, 0.5, 1.0])[:, :3] @ [0.30, 0.59, 0.11]
-    return bool((middle - start) * (middle - stop) > 0)
-
-
 def _from_neutral(measure: Measure, values: FloatArray) -> FloatArray:
     """Distance from the neutral value: 0, or of a ratio 1, in the logarithm."""
     return np.log(np.maximum(values, _LEAST_RATIO)) if measure.kind == "ratio" else values
-
-
-def _tell_of_beyond(levels: FloatArray, data: FloatArray) -> None:
-    """Warn of levels that no value reaches."""
-    beyond = levels[(levels < data.min()) | (levels > data.max())]
-    if beyond.size:
-        few = [f"{level:g}" for level in beyond[:_FEW_LEVELS]]
-        few += [f"{beyond.size - len(few)} more"] if beyond.size > len(few) else []
-        has = "level {} has no isoline: it is" if beyond.size == 1 else "levels {} have no isolines: they are"
-        tell(f"The {has.format(listed(few, 'and'))} beyond the values, {data.min():.6g} to {data.max():.6g}.")
 
 
 def _check_levels(levels: Levels) -> int | FloatArray:

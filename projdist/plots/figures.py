@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 _TURN = 360.0
-_DIRECTIONS = ("meridian_convergence",)  # which go round
+_ANGLES = ("meridian_convergence",)  # in degrees, -180 to 180
 
 
 def field_against(surface: Surface, measure: Measure, other: Projection | None) -> FloatArray:
@@ -65,11 +65,10 @@ def _against(values: FloatArray, others: FloatArray, measure: Measure) -> FloatA
             found = values / others
         return np.where(np.isfinite(found), found, np.nan)
     found = values - others
-    return np.mod(found + _TURN / 2, _TURN) - _TURN / 2 if measure.name in _DIRECTIONS else found
+    return np.mod(found + _TURN / 2, _TURN) - _TURN / 2 if measure.name in _ANGLES else found
 
 
 # ---- figures -------------------------------------------------------------------------------------
-
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _UNDATED = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # the same picture is the same file
@@ -104,9 +103,9 @@ def tissot_figure(
     """Tissot's indicatrices of one or more projections, all panels in one scale and with equal circles.
 
     They are `step` degrees apart on the ground, or at the crossings of a `grid` of degrees of latitude and longitude.
-    With an `exaggeration` the logarithms of the principal scales are so many times as large, and with "auto" as
-    many as make them seen. `axes` draws the principal directions. `context` is what a picture of a region shows of the
-    Earth, one of `CONTEXTS`.
+    An `exaggeration` multiplies the logarithms of the principal scales; "auto" takes a factor that makes them visible.
+    `axes` draws the principal directions. `context` is what a picture of a region shows of the Earth, one of
+    `CONTEXTS`.
     """
     check_context(context)
     exaggeration = check_exaggeration(exaggeration)
@@ -146,8 +145,8 @@ def heatmap_figure(
 ) -> Figure:
     """A measure of one or more projections as heat maps, all panels with one colour bar.
 
-    With `against`, another map, it is the measure less that of the other map at the same place, or, of scales, over it.
-    `context` is what a picture of a region shows of the Earth, one of `CONTEXTS`.
+    `against` is another map, whose measure at the same place is subtracted; scales are divided by it. `context` is what
+    a picture of a region shows of the Earth, one of `CONTEXTS`.
     """
     check_context(context)
     chosen = get_measure(measure)
@@ -196,8 +195,8 @@ def modes_figure(
     scores: list[Measure] = []
     for one in maps:
         found = sample(one.surface.domain.projection, one.region, tolerance=_TOLERANCE).modes
-        told = np.flatnonzero(found.shares >= _LEAST_SHARE)
-        for k in told if told.size else [0]:
+        shown = np.flatnonzero(found.shares >= _LEAST_SHARE)
+        for k in shown if shown.size else [0]:
             below = f"{100.0 * found.shares[k]:.0f} % {found.words[k]}"
             panels.append(replace(one, below=below, place=""))
             scores.append(Measure(_MODE, functools.partial(_score, found, int(k)), kind="signed"))

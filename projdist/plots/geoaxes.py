@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import functools
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -73,8 +71,8 @@ def to_cartopy(projection: ProjectionLike, *, region: RegionLike | None = None) 
     projection : ProjectionLike
         Any projection that PROJ has as a CRS.
     region : RegionLike, optional
-        Around what its edge is: the box around a region. Without one the area of use of a CRS, else the globe, cut
-        along seams and lobes.
+        The map's edge surrounds the box around this region; by default the area of use of a CRS, else the globe,
+        cut along seams and lobes.
 
     Returns
     -------
@@ -86,7 +84,7 @@ def to_cartopy(projection: ProjectionLike, *, region: RegionLike | None = None) 
     ProjectionError
         For functions, pipelines, and other maps that have no CRS.
     ValueError
-        For maps in several pieces, of which cartopy knows none.
+        For maps in several pieces, which cartopy cannot have.
     ImportError
         Without cartopy.
 
@@ -104,8 +102,7 @@ def to_cartopy(projection: ProjectionLike, *, region: RegionLike | None = None) 
     >>> round(float(crs.x_limits[1] / x), 3)
     1.0
     """
-    with _needed_for("projection for cartopy"):
-        import cartopy.crs  # noqa: F401 whether it is there
+    _need_cartopy("projection for cartopy")
     projection = Projection.from_user_input(projection)
     plane = _plane_of(projection)
     bounds = region_for(region, [projection]).bounds
@@ -132,7 +129,7 @@ def add_tissot(
     Raises
     ------
     ValueError
-        For other axes, and options that are none.
+        For other axes and invalid options.
     ImportError
         Without cartopy.
 
@@ -184,7 +181,7 @@ def add_heatmap(
     Raises
     ------
     ValueError
-        For other axes, and options that are none.
+        For other axes and invalid options.
     ImportError
         Without cartopy.
 
@@ -209,21 +206,20 @@ def add_heatmap(
     return scale
 
 
-@contextlib.contextmanager
-def _needed_for(thing: str) -> Iterator[None]:
-    """Imports of cartopy; raises ImportError in one line that says what to install."""
+def _need_cartopy(thing: str) -> None:
+    """Raise ImportError in one line that says what to install where there is no cartopy."""
     try:
-        yield
+        import cartopy.mpl.geoaxes  # noqa: F401 whether it is there
     except ImportError as error:
-        raise ImportError(
-            f"Invalid {thing}. It needs cartopy: pip install 'projdist[cartopy]'.", name="cartopy"
-        ) from error
+        text = f"Invalid {thing}. It needs cartopy: pip install 'projdist[cartopy]'."
+        raise ImportError(text, name="cartopy") from error
 
 
 def _of_axes(ax: Any) -> tuple[Projection, FloatArray]:
     """Projection of axes, and the matrix from metres to their coordinates."""
-    with _needed_for("axes of cartopy"):
-        from cartopy.mpl.geoaxes import GeoAxes
+    _need_cartopy("axes of cartopy")
+    from cartopy.mpl.geoaxes import GeoAxes
+
     check_instance("axes", ax, GeoAxes, "GeoAxes of cartopy")
     crs = ax.projection
     source = getattr(crs, "source", None)

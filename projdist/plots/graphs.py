@@ -41,7 +41,6 @@ def _dress(ax: Axes, points: float, *, grid: bool = True) -> None:
 
 # ---- distributions -------------------------------------------------------------------------------
 
-
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")
 
 _SIZES = {"histogram": (7.5, 4.4), "cumulative": (7.5, 4.4), "pareto": (7.0, 6.4)}
@@ -85,11 +84,11 @@ def distribution_figure(
     projections : ProjectionLike or iterable of them
         Maps, all over one region.
     kind : {"histogram", "cumulative", "pareto"}
-        The share of the area by values of the measure, in bins or up to a value; or, a point a map, the RMS of ln(ab)
-        about its mean and that of ln(a/b), both over sqrt(2), so that a map's distance from the origin is its
-        Airy-Kavrayskiy error after the best scale. Maps that no other betters in both are joined.
+        The first two show the share of the area by values of the measure, in bins or up to a value. The third has a
+        point for each map: the RMS of ln(a/b), and that of ln(ab) about its mean, both over sqrt(2), so that a map's
+        distance from the origin is its Airy-Kavrayskiy error after the best scale. The Pareto front is joined.
     measure : str, Measure or callable, default "fisher"
-        Of the first two kinds.
+        What the first two kinds show.
     region : RegionLike, optional
         The default is that of `compare`.
     size : (float, float), optional
@@ -99,7 +98,7 @@ def distribution_figure(
     titles : sequence of str or None, optional
         Names of the maps, None for their own.
     look : Look or str, optional
-        How it looks, or the name of a theme; its title is a heading.
+        The style, or the name of a theme; its title is a heading.
 
     Returns
     -------
@@ -109,9 +108,9 @@ def distribution_figure(
     Raises
     ------
     ProjectionError
-        For what is no projection.
+        For an invalid projection.
     ValueError
-        For an unknown kind, measure or region, no maps, and more than have lines to be told apart.
+        For an unknown kind, measure or region, for no maps and for more than 24 curves.
 
     References
     ----------
@@ -254,7 +253,6 @@ def pareto_front(points: FloatArray, same: float) -> list[int]:
 
 # ---- labels of points -----------------------------------------------------------------------
 
-
 _NEAR, _FAR, _TURNS = 7.0, 90.0, 24  # points from the point that is labelled, and directions tried
 _TIED = 9.0  # points: labels farther away have a line to their point
 _PAD = 1.5
@@ -330,7 +328,6 @@ def _gaps(places: FloatArray, boxes: FloatArray) -> FloatArray:
 
 # ---- profiles ------------------------------------------------------------------------------------
 
-
 _WIDTH, _PANEL, _GAP = 8.0, 1.45, 0.16  # inches
 _LEFT, _RIGHT, _TOP, _FOOT = 0.95, 0.75, 0.62, 0.5
 _LEGEND = 0.32  # above the panels where there is no title
@@ -390,7 +387,7 @@ def profile_figure(
     title : str, optional
         In place of the name of the map.
     look : Look or str, optional
-        How it looks, or the name of a theme; a title there is in place of all others.
+        The style, or the name of a theme; its title replaces all others.
 
     Returns
     -------
@@ -400,7 +397,7 @@ def profile_figure(
     Raises
     ------
     ValueError
-        For what is no profile, size, number of dots or title, and sizes without room.
+        For an invalid profile, size, number of dots or title, and for a size without room.
 
     Examples
     --------

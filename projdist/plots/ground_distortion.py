@@ -140,7 +140,6 @@ def _turned(lon: FloatArray) -> FloatArray:
 
 # ---- local fields --------------------------------------------------------------------------------
 
-
 _VERTICES = 36
 _DENSER = 2 / 3  # than Tissot's indicatrices stand
 _DISC, _LINE = 0.6, 1.0  # of the radius at which discs would be close

@@ -21,16 +21,7 @@ from projdist.plots.basemap import draw_triangles
 from projdist.plots.colours import ColourScale, level_labels, shown_levels
 from projdist.plots.layouts import arranged, check_dpi, check_size, draw_title, fit_titles
 from projdist.plots.pictures import draw_colourbar, draw_isolines
-from projdist.plots.style import (
-    FigureStyle,
-    Look,
-    StyledFigure,
-    add_lines,
-    add_polygons,
-    look_for,
-    scale_for,
-    style_of,
-)
+from projdist.plots.style import FigureStyle, Look, StyledFigure, add_lines, add_polygons, look_for, scale_for, style_of
 from projdist.support import check_instance, check_path, check_text, listed_values
 from projdist.surfaces import Ellipses, close_pairs, ellipses
 
@@ -69,7 +60,6 @@ def read_scan(path: str | os.PathLike[str], found: OldMap) -> Scan:
 
 
 # ---- oldmaps -------------------------------------------------------------------------------------
-
 
 OLD_MAP_MEASURES = ("fisher", "areal_scale")  # of the heat map
 
@@ -123,8 +113,8 @@ def old_map_figure(
     "scale" and "grid".
 
     `image` is the scan, in whose pixels the points are: their y downwards from its top, or, of points that are not
-    mirrored, upwards from its bottom, or negative downwards. A `look`, or the name of a theme, says how it looks; its
-    title is a heading. Raises ValueError.
+    mirrored, upwards from its bottom, or negative downwards. `look` is the style, or the name of a theme; its title is
+    a heading. Raises ValueError.
     """
     check_instance("old map", found, OldMap, "an OldMap")
     draw = [check_text("panel", panel) for panel in listed_values(draw)]
@@ -436,7 +426,6 @@ def _layout(
 
 # ---- mosaics -------------------------------------------------------------------------------------
 
-
 _MOSAIC_FOOT = 0.2  # inches
 _MOSAIC_PIXELS = 8e5  # of a panel
 _FLAT = (12.0, 1.0)  # the shape of an empty one
@@ -457,9 +446,9 @@ def mosaic_figure(
 ) -> Figure:
     """A mosaic in several frames, each with its distortion, as large as possible.
 
-    With `pictures` it is drawn, with the images' rims; without them only these are. A frame in which an image reaches
-    infinity has only a title. A `look`, or the name of a theme, says how it looks; its title is a heading. Raises
-    ValueError, and ImportError where pictures are to be drawn without OpenCV.
+    The images are drawn with their rims, or without `pictures` the rims alone. A frame in which an image reaches
+    infinity has only a title. `look` is the style, or the name of a theme; its title is a heading. Raises ValueError,
+    and ImportError for pictures without OpenCV.
     """
     check_instance("mosaic", found, mosaics.Mosaic, "a Mosaic")
     if not frames or any(name not in found.frames for name in frames):

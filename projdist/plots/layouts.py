@@ -64,7 +64,6 @@ def _shrink(texts: Sequence[Text], points: float, room: float) -> float:
 
 # ---- panels --------------------------------------------------------------------------------------
 
-
 FOOT, BAR = 0.3, 0.75  # inches below the maps, for a line of text, and for a colour bar
 _GAP, _TITLE, _EMPTY = 0.15, 0.5, 0.06
 _HEADING = 0.36  # for a heading above several maps

@@ -196,7 +196,6 @@ def _tracks(surface: Surface, lines: Sequence[FloatArray], first: Projection, se
 
 # ---- morphs --------------------------------------------------------------------------------------
 
-
 FILM_SUFFIXES = (".gif", ".mp4")
 
 _SIZE, _DPI = (7.0, 4.6), 100.0
@@ -227,9 +226,9 @@ def morph(
 ) -> Path:
     """Write a film of a map that turns into another and back, in the colours of a measure.
 
-    A point moves straight from its place on the one map to that on the other, which is turned for the way so that both
-    lie on each other; so the Jacobian is (1 - t) J_1 + t J_2, and the colours are of that. The film is cut where either
-    map is.
+    A point moves straight from its place on the one map to that on the other, which is turned on the way so that they
+    match best. So the Jacobian is (1 - t) J_1 + t J_2, and the colours are those of this Jacobian. The film is cut
+    where either map is.
 
     Parameters
     ----------
@@ -244,7 +243,7 @@ def morph(
     frames : int, default 24
         Pictures on the way; the way back has the same.
     seconds : float, default 4
-        Of the way there and back, without the rests at both ends.
+        Duration of the way there and back, without the rests at both ends.
     size : (float, float), default (7, 4.6)
         Width and height in inches.
     dpi : float, default 100
@@ -254,7 +253,7 @@ def morph(
     progress : callable, optional
         Called with how many frames are drawn, and of how many.
     look : Look or str, optional
-        How it looks, or the name of a theme; its title is a heading, "" for no names of maps either. Films are opaque.
+        The style, or the name of a theme. Its title is a heading; with "" the maps have no names. Films are opaque.
 
     Returns
     -------
@@ -264,11 +263,11 @@ def morph(
     Raises
     ------
     ProjectionError
-        For what is no projection.
+        For an invalid projection.
     ValueError
-        For a measure, region, size or number that is none, a suffix that is no film's, and an .mp4 without ffmpeg.
+        For an invalid measure, region, size, number or suffix, and for an .mp4 without ffmpeg.
     FileExistsError
-        For a file that is there and is not to be replaced.
+        For an existing file that may not be replaced.
 
     References
     ----------

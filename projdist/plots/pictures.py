@@ -69,7 +69,6 @@ def label_isolines(ax: Axes, lines: ContourSet, labels: Mapping[float, str], out
 
 # ---- pictures ------------------------------------------------------------------------------------
 
-
 _VERTICES, _FEW_VERTICES, _MANY = 72, 24, 2000
 _TICK, _AIR = 8.0, 0.6  # points, and of them between labels
 _AXIS = 0.5  # points
@@ -119,10 +118,9 @@ def tissot(
 ) -> float:
     """Draw Tissot's indicatrices on `ax`; returns the radius in metres of their circles on the ground.
 
-    The ellipses stand `step` degrees apart and are as large as they can be without overlap, unless
-    `radius` states their size. With an `exaggeration` the logarithms of the principal scales are so many times as
-    large, or, with "auto", as many as make them seen; `context`, one of `CONTEXTS`, is what of the Earth is shown about
-    a region.
+    The ellipses stand `step` degrees apart and are as large as they can be without overlap, unless `radius` states
+    their size. An `exaggeration` multiplies the logarithms of the principal scales; "auto" takes a factor that makes
+    them visible. `context`, one of `CONTEXTS`, is what a picture of a region shows of the Earth.
     """
     check_axes(ax)
     exaggeration = check_exaggeration(exaggeration)
@@ -190,9 +188,9 @@ def heatmap(
 ) -> ColourScale:
     """Draw a measure as a field of colours with isolines on `ax`; returns the colour scale.
 
-    `levels` are the isolines in any order, or about how many; `limits` the ends of the colours;
-    `step` the degrees between the lines of the graticule; `context`, one of `CONTEXTS`, what of the Earth is shown
-    around a region. Raises ValueError for invalid options.
+    `levels` are the isolines in any order, or about how many; `limits` the ends of the colours; `step` the degrees
+    between the lines of the graticule; `context`, one of `CONTEXTS`, what a picture of a region shows of the Earth.
+    Raises ValueError for invalid options.
     """
     check_axes(ax)
     chosen = get_measure(measure)

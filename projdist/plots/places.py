@@ -16,7 +16,8 @@ from projdist.matrices import principal_scales
 from projdist.plots.basemap import draw_globe
 from projdist.plots.style import style_of
 from projdist.projections import Projection
-from projdist.surfaces import Surface, ground_size, normalised, surface_of_globe
+from projdist.regions import GLOBE
+from projdist.surfaces import Surface, ground_size, normalised, surface_of
 
 _TEXT = 6.5  # points
 _LETTER, _LINE = 0.6, 1.25  # of a letter and a line, in the size
@@ -148,7 +149,7 @@ def _draw_locator(ax: Axes, surface: Surface, texts: _Texts) -> None:
     west, south, east, north = surface.domain.region.bounds
     lon, lat = float(normalised(np.array(0.5 * (west + east)))), 0.5 * (south + north)
     tilted = Projection.from_user_input(f"+proj=ortho +lon_0={lon:.6f} +lat_0={0.8 * lat:.6f} +R=6371008.7714")
-    draw_globe(globe, surface_of_globe(tilted, _LOCATOR_STEP))
+    draw_globe(globe, surface_of(tilted, GLOBE, _LOCATOR_STEP))
     spot = [float(one) for one in tilted(lon, lat)]
     globe.plot(*spot, "o", color=_MARK, markersize=4.0, markeredgecolor="white", markeredgewidth=0.8)
     globe.set_label("locator")

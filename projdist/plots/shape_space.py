@@ -88,7 +88,7 @@ def space_figure(
     titles : sequence of str or None, optional
         Names of the maps, None for their own.
     look : Look or str, optional
-        How it looks, or the name of a theme.
+        The style, or the name of a theme.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def space_figure(
     Raises
     ------
     ProjectionError
-        For what is no projection.
+        For an invalid projection.
     ValueError
         For no maps or too many, and an unknown region.
 

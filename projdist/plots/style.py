@@ -99,7 +99,6 @@ THEMES = {
 
 # ---- titles --------------------------------------------------------------------------------------
 
-
 _CODE = re.compile(r"\w+:[\w.]+")
 
 
@@ -132,7 +131,6 @@ def with_minus(text: str) -> str:
 
 
 # ---- style ---------------------------------------------------------------------------------------
-
 
 _FONT = 9.0  # points: the usual size of a colour bar's label, to which all others are in proportion
 _SIZES = (1.0, 72.0)

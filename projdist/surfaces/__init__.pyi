@@ -13,7 +13,7 @@ from .domain import (
 )
 from .fields import ValuesAt, crosses, field, filled, jacobians, jumping, measured
 from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons, land_rings
-from .regional import shown_part, surface_of, surface_of_globe
+from .regional import shown_part, surface_of
 from .surface import Surface, boundary_polygon, rim_edges
 from .tissot_ellipses import (
     Ellipses,
@@ -67,7 +67,6 @@ __all__ = [
     "runs",
     "shown_part",
     "surface_of",
-    "surface_of_globe",
     "tissot_points",
     "usual_exaggeration",
     "usual_step",

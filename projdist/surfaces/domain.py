@@ -242,7 +242,6 @@ def climb(
 
 # ---- lines ----------------------------------------------------------------------------------------
 
-
 _SMOOTH = 5e-4  # of the map's size; a chord farther than this from its arc is halved
 _ROUNDS = 8
 _LONGEST = 0.1  # of the map's size: near a point where many seams meet, some may be missed
@@ -270,7 +269,10 @@ def project_lines(domain: Domain, lines: Sequence[FloatArray], size: float) -> l
         line = np.insert(line, where, line[where], axis=0)
         added = where + np.arange(where.size)
         joined = np.column_stack([added - 1, added]).ravel()  # the halves: the others are smooth
-    return _pieces(cut_at_tears(domain, points, line)[:, 2:], _LONGEST * size)
+    xy = cut_at_tears(domain, points, line)[:, 2:]
+    jumps = np.flatnonzero(np.hypot(*np.diff(xy, axis=0).T) > _LONGEST * size)
+    xy = np.insert(xy, jumps + 1, np.nan, axis=0)
+    return [xy[run] for run in runs(np.isfinite(xy[:, 0]))]
 
 
 def cut_at_tears(domain: Domain, points: FloatArray, line: IntArray) -> FloatArray:
@@ -284,13 +286,6 @@ def cut_at_tears(domain: Domain, points: FloatArray, line: IntArray) -> FloatArr
     where = np.concatenate([np.repeat(torn + 1, 3), last])
     filling = np.concatenate([ends.reshape(-1, 4), np.full((last.size, 4), np.nan)])
     return np.insert(points, where, filling, axis=0)
-
-
-def _pieces(xy: FloatArray, longest: float) -> list[FloatArray]:
-    """Runs of two or more finite points without a step longer than `longest`."""
-    jumps = np.flatnonzero(np.hypot(*np.diff(xy, axis=0).T) > longest)
-    xy = np.insert(xy, jumps + 1, np.nan, axis=0)
-    return [xy[run] for run in runs(np.isfinite(xy[:, 0]))]
 
 
 def runs(there: BoolArray) -> list[slice]:

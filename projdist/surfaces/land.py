@@ -180,7 +180,6 @@ def _parts_of(tiles: NDArray[np.object_], cells: NDArray[np.object_]) -> NDArray
 
 # ---- land ----------------------------------------------------------------------------------------
 
-
 _FINEST = "10m"
 _POLAR = 86.0  # degrees; no coast lies beyond
 _WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0  # degrees

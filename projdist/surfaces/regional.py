@@ -40,13 +40,7 @@ def surface_of(projection: ProjectionLike, region: RegionLike | None, step: floa
     """
     domain = domain_of(Projection.from_user_input(projection), region)
     surface = build_surface(domain, step)
-    place = domain.region
-    return _regional(surface, place) if is_part(place) else surface
-
-
-def surface_of_globe(projection: Projection, step: float) -> Surface:
-    """The surface of a whole map with cells of `step` degrees."""
-    return build_surface(domain_of(projection, GLOBE), step)
+    return _regional(surface, domain.region) if is_part(domain.region) else surface
 
 
 def shown_part(region: Place) -> Place:
@@ -90,7 +84,7 @@ def _regional(surface: Surface, region: Region) -> Surface:
             f"{name} is cut within {part.domain.region.name}, so that its parts lie apart. "
             f"A map with its middle there, +lon_0={middle:.0f}, may show it whole."
         )
-        ground = build_surface(domain_of(part.domain.projection, GLOBE), _GLOBE_GROUND_STEP)
+        ground = surface_of(part.domain.projection, GLOBE, _GLOBE_GROUND_STEP)
         part = replace(part, extent=ground.extent, view=ground.view)
     else:
         ground = _surroundings(part)

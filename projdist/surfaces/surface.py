@@ -71,7 +71,6 @@ def frame_of(domain: Domain) -> TurnedFrame:
 
 # ---- surface -------------------------------------------------------------------------------------
 
-
 Extent = tuple[float, float, float, float]
 
 _TURNED_POLE = 90.0 - 0.02  # beyond the error of the singular point's position, and still less than a pixel
@@ -390,11 +389,12 @@ class _Builder:
     def _add_edges(self, segments: list[tuple[int, int]]) -> None:
         """Add to the outline the outer rows, and the outer columns of a grid that does not wrap, up to their tears."""
         node = self.node
-        edges = [
-            (0, self.across, self.in_rows[j], node[j], np.roll(node[j], -1))
-            for j in (0, self.rows - 1)
-            if not self._is_point(self.points[j])
-        ]
+        edges = []
+        for j in (0, self.rows - 1):
+            # A row may be a pole whose image is a point, or a point in each lobe.
+            steps = np.hypot(*np.diff(self.points[j, :, 2:], axis=0).T)
+            if not (np.isfinite(steps).any() and np.nanmedian(steps) < 1e-5 * self._size):
+                edges.append((0, self.across, self.in_rows[j], node[j], np.roll(node[j], -1)))
         if not self.wraps:
             last = self.columns - 1
             edges += [(1, self.along, self.in_columns[:, i], node[:-1, i], node[1:, i]) for i in (0, last)]
@@ -407,11 +407,6 @@ class _Builder:
                     image = self.images.get((group, link, side))
                     if image is not None:
                         segments.append((corner, image))
-
-    def _is_point(self, row: FloatArray) -> bool:
-        """True if a row is a pole whose image is a point, or a point in each lobe."""
-        steps = np.hypot(*np.diff(row[:, 2:], axis=0).T)
-        return bool(np.isfinite(steps).any() and np.nanmedian(steps) < 1e-5 * self._size)
 
     @functools.cached_property
     def _size(self) -> float:
@@ -489,7 +484,6 @@ def extent_of(xy: FloatArray) -> Extent:
 
 
 # ---- boundaries ----------------------------------------------------------------------------------
-
 
 # Of the map's size. The surface has chords for arcs, which cut off 1e-6 to 1e-5 of it; a margin makes up for that.
 _SIMPLE, _AROUND = 5e-6, 2.5e-5

@@ -97,26 +97,19 @@ def graticule_grid(bounds: Bounds, lat_step: float, lon_step: float) -> tuple[Fl
 
 
 def indicatrices(domain: Domain, region: Place, lon: FloatArray, lat: FloatArray) -> Indicatrices:
-    """The indicatrices at the points that are in a region; circles must stay within `domain`."""
+    """Indicatrices at the points that are in a region; circles must stay within `domain`."""
     xy = np.column_stack(domain(lon, lat))
     J = jacobian(domain.projection, lon, lat)
     with np.errstate(invalid="ignore"):
         keep = np.isfinite(xy[:, 0]) & np.isfinite(J).all(axis=(1, 2)) & (np.abs(np.linalg.det(J)) > 1e-12)
-    found = Indicatrices(xy=xy, J=J, domain=domain, lon=lon, lat=lat)
-    return found.take(keep & _on(region, lon, lat))
-
-
-def _on(region: Place, lon: FloatArray, lat: FloatArray) -> BoolArray:
-    """True for points in a region; for a region so scattered that few are, also those nearest to its border."""
     inside = region.contains(lon, lat)
-    if not len(region.edges) or inside.sum() >= _FEW:
-        return inside
-    from scipy.spatial import cKDTree  # slow to load, and hardly any region is so scattered
+    if len(region.edges) and inside.sum() < _FEW:
+        # Of a region so scattered that few points are in it, also those nearest to its border.
+        from scipy.spatial import cKDTree  # slow to load, and hardly any region is so scattered
 
-    tree = cKDTree(unit_vectors(lon, lat).T)
-    _, nearest = tree.query(unit_vectors(region.edges[:, 0], region.edges[:, 1]).T)
-    inside[nearest] = True
-    return inside
+        tree = cKDTree(unit_vectors(lon, lat).T)
+        inside[tree.query(unit_vectors(region.edges[:, 0], region.edges[:, 1]).T)[1]] = True
+    return Indicatrices(xy=xy, J=J, domain=domain, lon=lon, lat=lat).take(keep & inside)
 
 
 def close_pairs(indicatrices: Ellipses) -> tuple[IntArray, FloatArray, float]:
