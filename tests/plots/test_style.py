@@ -1,4 +1,4 @@
-"""Looks: themes, letters, titles and bars; no text of a picture is cut or lies on another."""
+"""Style: themes, letters, titles and bars; no text of a picture is cut or lies on another."""
 
 import itertools
 import re
@@ -122,7 +122,7 @@ def test_print_is_grey() -> None:
         ({"style": "nosuch"}, r"Invalid style 'nosuch'\. It must be a file of a matplotlib style, or one of .*ggplot"),
     ],
 )
-def test_looks_that_are_none(options: dict[str, Any], said: str) -> None:
+def test_invalid_looks(options: dict[str, Any], said: str) -> None:
     """One line says what is allowed."""
     with pytest.raises(ValueError, match=said):
         plots.Look(**options)
@@ -195,7 +195,7 @@ def other_figures(look: plots.Look) -> dict[str, Figure]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("theme", THEMES)
-def test_looks_of_other_figures(theme: str) -> None:
+def test_themes_of_other_figures(theme: str) -> None:
     """Graphs, old maps and mosaics have a theme's ground and letters, a heading, and all of it inside."""
     colours = THEMES[theme]
     for name, figure in other_figures(plots.Look(theme=theme, title="A heading", font_size=10)).items():
@@ -241,7 +241,7 @@ def test_cities_and_scale_bars_follow_the_letters() -> None:
         (("morph", "robin", "moll", "--theme", "pink"), "Invalid theme 'pink'"),
     ],
 )
-def test_looks_that_a_command_has_not(words: tuple[str, ...], said: str) -> None:
+def test_options_of_style_that_a_command_has_not(words: tuple[str, ...], said: str) -> None:
     """One line says so."""
     result = run(*words)
     assert result.exit_code == 2
