@@ -55,7 +55,7 @@ HOMES = {
         *("numerics.minima", "matrices.measures", "regions.parts"),
         *("applications.oldmaps.field", "applications.oldmaps.field", "applications.oldmaps.rectifying"),
         *("applications.pointclouds.correspondences", "applications.pointclouds.affine"),
-        *("applications.mosaics.homographies", "applications.mosaics.features"),
+        *("applications.mosaics.homographies", "applications.mosaics.correspondences"),
         *(
             "surfaces.tissot_ellipses",
             "plots.images",

@@ -8,7 +8,8 @@ from mosaic_pictures import HEIGHT, WIDTH, aerial, blobs, cut, grey_cut, maps, p
 from mosaic_sets import moved, write_csv
 from PIL import Image
 
-from projdist.applications.mosaics import Correspondences, correspondences_of, features, match, mosaic, open_pictures
+from projdist.applications.mosaics import Correspondences, correspondences_of, match, mosaic, open_pictures
+from projdist.applications.mosaics import correspondences as features
 from projdist.applications.mosaics.images import Picture
 
 # Pixels. Features of SIFT lie within a tenth to a few tenths of a pixel (median 0.1); maps by two hundred of them

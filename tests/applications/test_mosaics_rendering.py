@@ -21,7 +21,8 @@ from projdist.applications.mosaics import (
     rendering,
     save_mosaic,
 )
-from projdist.applications.mosaics.rendering import blender_of, covered_box
+from projdist.applications.mosaics.images import Piece, Pixels
+from projdist.applications.mosaics.rendering import BLENDERS, covered_box
 
 pytest.importorskip("cv2")
 
@@ -168,10 +169,10 @@ def test_largest_box():
 
 def test_feathers_fall_to_the_rims_of_pieces():
     """Two pieces side by side with ten columns in common: there each counts as its distance to its own end."""
-    blender = blender_of("feather", (0, 0, 70, 101))
+    blender = BLENDERS["feather"]((0, 0, 70, 101))
     for left, width, grey in ((0, 50, 0), (40, 30, 200)):
         piece, whole = np.full((101, width, 3), grey, np.int16), np.full((101, width), 255, np.uint8)
-        blender.feed(piece, whole, (left, 0))
+        blender.feed(Piece((left, 0), Pixels(piece, whole)))
     colours, mask = blender.blend()
     column = np.arange(40, 50)
     one, other = 50.0 - column, column - 39.0

@@ -9,7 +9,7 @@ from cloud_sets import CASES, EXACT, made, maps, moved
 from hypothesis import settings
 
 from projdist.applications.pointclouds import FRAMES, affine_fit, register
-from projdist.applications.pointclouds.groupwise import consensus
+from projdist.applications.pointclouds.affine import consensus
 
 
 def dist_square(A):

@@ -5,7 +5,7 @@ import pytest
 from cloud_sets import EXACT, made, moved
 
 from projdist.applications.pointclouds import affine_fit, register
-from projdist.applications.pointclouds.groupwise import consensus
+from projdist.applications.pointclouds.affine import consensus
 
 
 @pytest.mark.slow

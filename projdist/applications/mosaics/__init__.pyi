@@ -1,4 +1,3 @@
-from .answers import FRAMES, Mosaic, check_frame, mosaic, mosaics_of_groups
 from .bundle_adjustment import ModelFit
 from .canvases import (
     Canvas,
@@ -10,12 +9,23 @@ from .canvases import (
     world_file,
     write_world_file,
 )
-from .correspondences import Correspondences, correspondences_of, parse_sizes, read_correspondences
-from .features import match
+from .correspondences import Correspondences, correspondences_of, match, parse_sizes, read_correspondences
 from .homographies import CHOICES, MODELS, corners, places
 from .images import Picture, check_pixels, open_image, open_pictures
 from .panoramas import FOCALS, MappedPanorama, Panorama, map_of_sphere, panorama, panoramas_of_groups
-from .registration import Cameras, Frame, ImageRegistration, Match, register, register_groups
+from .registration import (
+    FRAMES,
+    Cameras,
+    Frame,
+    ImageRegistration,
+    Match,
+    Mosaic,
+    check_frame,
+    mosaic,
+    mosaics_of_groups,
+    register,
+    register_groups,
+)
 from .rendering import (
     BLENDS,
     DEEP_SUFFIXES,

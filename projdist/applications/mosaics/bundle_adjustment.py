@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,54 +44,33 @@ def _distances(S: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(np.where((z[..., 2] > 0) & np.isfinite(gap), gap, np.inf))
 
 
-class Chart(Protocol):
-    """A parametrisation of changes of maps, and the normal equations for its parameters.
+@dataclass(frozen=True)
+class Chart:
+    """Free changes of all maps of a model but the first, which stays fixed; charts of fewer parameters derive from it.
 
-    `model`: names the entries of E_i, in M_i (I + E_i), for which the normal equations are set up first.
+    A change takes M_i to M_i (I + E_i); the entries of E_i that are not 0 are those of the model.
     """
-
-    @property
-    def model(self) -> str:
-        """A key of `ENTRIES`."""
-
-    def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """J^T J and J^T r for the parameters, from those for the entries of all E_i, (N, k, N, k) and (N, k)."""
-
-    def moved(self, M: FloatArray, step: FloatArray) -> FloatArray:
-        """The maps after a step of the parameters."""
-
-
-class Planes(NamedTuple):
-    """Free changes of all maps of a model but the first, which stays fixed."""
 
     model: str
 
     def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """J^T J and J^T r without those of the first image."""
+        """J^T J and J^T r for the parameters, from those for the entries of all E_i, (N, k, N, k) and (N, k)."""
         size = gradient[1:].size
         return normal[1:, :, 1:].reshape(size, size), gradient[1:].reshape(size)
 
     def moved(self, M: FloatArray, step: FloatArray) -> FloatArray:
-        """The maps M_i (I + E_i)."""
+        """The maps after a step of the parameters."""
         E = np.tile(np.eye(3), (len(M), 1, 1))
         for number, (a, b) in enumerate(ENTRIES[self.model]):
             E[1:, a, b] += step.reshape(len(M) - 1, -1)[:, number]
         return M @ E
 
 
-def adjust(M: FloatArray, links: Sequence[Link], model: str) -> tuple[FloatArray, float]:
-    """The maps (N, 3, 3) with the least symmetric transfer error near the start M, and its RMS over the points.
+def adjust(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[FloatArray, float, FloatArray]:
+    """The maps (N, 3, 3) with the least symmetric transfer error near the start M, its RMS over the points, and J^T J.
 
-    The first image's map stays fixed. Raises as `adjust_in`.
-    """
-    return adjust_in(Planes(model), M, links)[:2]
-
-
-def adjust_in(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[FloatArray, float, FloatArray]:
-    """`adjust` among the maps of a chart; returns J^T J, too.
-
-    By the Levenberg-Marquardt method. M_i is changed to M_i (I + E_i), from the right: the errors depend on M_j^-1 M_i
-    only, so neither they nor the steps depend on the plane. The normal equations have 6 or 8 unknowns per image,
+    By the Levenberg-Marquardt method. M_i is changed from the right: the errors depend on M_j^-1 M_i only, so neither
+    they nor the steps depend on the plane. The normal equations have 6 or 8 unknowns per image,
     whatever the number of points. Convergence is to rounding; sparse trust-region steps by conjugate gradients take ten
     times as long to 1e-9. Raises ValueError if the points do not determine the maps.
     """
@@ -237,9 +217,12 @@ def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float, *, ar
     few = len(xi) <= least + 1 and agree.all()
     if not few and not alarms < math.log10(_FALSE_ALARMS):
         return Pair(none, None, f"{agree.sum()} of {len(xi)} points agree, no more than by chance", alarms)
-    if S is None or not _is_determined(S, xi[agree], xj[agree]):
-        return Pair(none, None, _LINE, alarms)
-    return Pair(agree, S, "", alarms)
+    if S is not None:
+        # The scale across the line that fits the points best must be known: its error is noise over spread.
+        noise = np.sqrt(np.mean(transfer_errors(S, xi[agree], xj[agree]) ** 2))
+        if _spread(xi[agree], xj[agree]) > max(noise / _VAGUE, _POINT):
+            return Pair(agree, S, "", alarms)
+    return Pair(none, None, _LINE, alarms)
 
 
 def _false_alarms(S: FloatArray, xi: FloatArray, xj: FloatArray, tolerance: float, area: float, least: int) -> float:
@@ -248,7 +231,11 @@ def _false_alarms(S: FloatArray, xi: FloatArray, xj: FloatArray, tolerance: floa
     With k of n points within e it is (n - p) C(n, k) C(k, p) (pi e^2 / area)^(k - p), where p is the size of a sample
     and pi e^2 / area the probability that a random point is within e.
     """
-    errors = _distinct(xi, xj, transfer_errors(S, xi, xj), _DISTINCT * math.sqrt(area))
+    # The least error in each cell of pairs of places, so that features at one place count once.
+    cells = np.floor(np.hstack([xi, xj]) / (_DISTINCT * math.sqrt(area)))
+    numbers = np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1)
+    errors = np.full(numbers.max() + 1, np.inf)
+    np.minimum.at(errors, numbers, transfer_errors(S, xi, xj))
     n, near = len(errors), np.sort(errors[errors <= tolerance])
     k = np.arange(least + 1, len(near) + 1)
     if not k.size:
@@ -267,15 +254,6 @@ def _log_choices(n: IntArray | int, k: IntArray | int) -> FloatArray:
     )
 
 
-def _distinct(xi: FloatArray, xj: FloatArray, errors: FloatArray, apart: float) -> FloatArray:
-    """The least error in each cell of pairs of places, so that features at one place count once."""
-    cells = np.floor(np.hstack([xi, xj]) / apart)
-    numbers = np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1)
-    least = np.full(numbers.max() + 1, np.inf)
-    np.minimum.at(least, numbers, errors)
-    return least
-
-
 def _is_map(S: FloatArray) -> bool:
     """True for a finite, invertible matrix."""
     return bool(np.isfinite(S).all() and np.linalg.det(S) != 0)
@@ -287,7 +265,7 @@ def _refined(S: FloatArray, xi: FloatArray, xj: FloatArray, agree: BoolArray, mo
         return None
     try:
         # The plane is that of image j, the first.
-        maps, _ = adjust(np.stack([np.eye(3), S]), [Link(0, 1, xj[agree], xi[agree])], model)
+        maps = adjust(Chart(model), np.stack([np.eye(3), S]), [Link(0, 1, xj[agree], xi[agree])])[0]
     except ValueError:
         return None
     return maps[1]
@@ -316,12 +294,6 @@ def _sampled(xi: FloatArray, xj: FloatArray, model: str, tolerance: float) -> tu
     return best, agreeing
 
 
-def _is_determined(S: FloatArray, xi: FloatArray, xj: FloatArray) -> bool:
-    """True if the scale across the line that fits the points best is known: its error is noise over spread."""
-    noise = np.sqrt(np.mean(transfer_errors(S, xi, xj) ** 2))
-    return bool(_spread(xi, xj) > max(noise / _VAGUE, _POINT))
-
-
 def _spread(xi: FloatArray, xj: FloatArray) -> float:
     """Spread of the points about the line that fits them best, in the image where it is smaller."""
     return min(float(np.linalg.svd(x - x.mean(axis=0), compute_uv=False)[-1]) for x in (xi, xj))
@@ -346,18 +318,11 @@ class ModelFit(NamedTuple):
     gric: float
 
 
-class Shared(NamedTuple):
-    """The points of two images, those that agree on a map of either model, and the size of an examined pixel."""
-
-    link: Link
-    agree: BoolArray
-    pixel: float
-
-
-def compare_models(pairs: Iterable[Shared], unit: float) -> dict[str, ModelFit]:
+def compare_models(pairs: Iterable[tuple[Link, BoolArray, float]], unit: float) -> dict[str, ModelFit]:
     """The fit of each model to the points of pairs, each pair with its own map. `unit`: in pixels.
 
-    The noise is estimated by the homographies, which include the affine maps.
+    `pairs`: the points of two images, flags of those that agree on a map of either model, and the size of a pixel of
+    the examined images. The noise is estimated by the homographies, which include the affine maps.
     """
     squares, points, gric = dict.fromkeys(MODELS, 0.0), 0, dict.fromkeys(MODELS, 0.0)
     for link, agree, pixel in pairs:

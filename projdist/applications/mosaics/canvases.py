@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.applications.mosaics.homographies import corners, places
-from projdist.applications.mosaics.images import Box, Piece, Pixels, opencv, reduced, shift, warped
+from projdist.applications.mosaics.homographies import corners, jacobians, places
+from projdist.applications.mosaics.images import Box, Piece, Pixels, opencv, reduced, shift
 from projdist.projections import ProjectedCrs
 from projdist.support import replacing
 
@@ -27,22 +27,13 @@ _STEP, _LARGEST_STEP = 0.01, 16
 _UNBENT = 1e-3  # by which an interpolated unit vector may be shorter than 1; across a cut it is much shorter
 
 
-class CanvasSize(NamedTuple):
-    """Width and height of a canvas, its scale, at most 1, and a note if that is less."""
-
-    width: int
-    height: int
-    scale: float
-    note: str
-
-
-def canvas_size(extent: FloatArray, most_pixels: float) -> CanvasSize:
-    """The size of a canvas of a width and height, reduced to at most so many pixels."""
+def canvas_size(extent: FloatArray, most_pixels: float) -> tuple[int, int, float, str]:
+    """Width and height of a canvas, reduced to at most so many pixels, its scale, and a note if that is below 1."""
     scale = min(1.0, float(np.sqrt(most_pixels / np.prod(extent))))
     width, height = (max(1, int(np.ceil(round(scale * side, 6)))) for side in extent)
     full = f"{extent[0]:.0f} x {extent[1]:.0f}"
     note = f"The canvas would have {full} pixels: it is drawn at {100 * scale:.3g} %." if scale < 1.0 else ""
-    return CanvasSize(width, height, scale, note)
+    return width, height, scale, note
 
 
 class Canvas(NamedTuple):
@@ -66,7 +57,19 @@ class Canvas(NamedTuple):
 
     def warped(self, pixels: Pixels, number: int, box: Box) -> Piece:
         """An image drawn in a box of the canvas."""
-        return warped(pixels, self.matrices[number], box)
+        cv2 = opencv()
+        H, (height, width) = self.matrices[number], pixels.mask.shape
+        J = jacobians(H[None], corners(np.array([[float(width), float(height)]])))[1]
+        pixels, factor = reduced(pixels, float(np.linalg.svd(J, compute_uv=False).max()))
+        H = H @ np.diag([*(1.0 / factor), 1.0])
+        # OpenCV counts from the middle of the first pixel.
+        to_box = shift(-box[0] - 0.5, -box[1] - 0.5) @ H @ shift(0.5, 0.5)
+        shape = box[2] - box[0], box[3] - box[1]
+        colours = cv2.warpPerspective(
+            pixels.colours, to_box, shape, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT_101
+        )
+        mask = cv2.warpPerspective(pixels.mask, to_box, shape, flags=cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
+        return Piece(box[:2], Pixels(colours, mask))
 
     def cropped(self, box: Box) -> Canvas:
         """The canvas of a box."""
@@ -214,7 +217,15 @@ def sphere_canvas(cameras: Sequence[Camera], plane: ProjectedCrs, radius: float,
     if not shown.any():
         raise ValueError("Invalid projection for these images. It shows nothing of what they do.")
     low, high = _extent(u[shown], v[shown], cameras, plane, radius)
-    pixel = radius * _scale_of(plane, cameras, radius) / float(np.median([camera.focal for camera in cameras]))
+    # The median scale in the directions of the cameras: the square root of the areal scale.
+    h, ratios = 1e-4, []
+    for middle in (camera.rotation[:, 2] for camera in cameras):
+        axes = np.linalg.svd(middle[None])[2][1:]
+        x, y = plane.operation.native(*angles_of(np.array([middle, middle + h * axes[0], middle + h * axes[1]])))
+        ratios.append(abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0])) / (h * radius) ** 2)
+    usual = float(np.sqrt(np.nanmedian(np.where(np.isfinite(ratios), ratios, np.nan))))
+    usual = usual if np.isfinite(usual) and usual > 0 else 1.0
+    pixel = radius * usual / float(np.median([camera.focal for camera in cameras]))
     width, height, scale, note = canvas_size(np.maximum((high - low) / pixel, 1.0), most_pixels)
     return SphereCanvas(width, height, tuple(cameras), plane, radius, (low[0], high[1]), pixel / scale, scale, note)
 
@@ -248,20 +259,6 @@ def _extent(
             np.array([x[columns[-1]], y[rows[-1]]]) + cell,
         )
     return low, high
-
-
-def _scale_of(plane: ProjectedCrs, cameras: Sequence[Camera], radius: float) -> float:
-    """Median scale of a map in the directions of cameras: the square root of the areal scale."""
-    h = 1e-4
-    middles = [camera.rotation[:, 2] for camera in cameras]
-    ratios = []
-    for middle in middles:
-        axes = np.linalg.svd(middle[None])[2][1:]
-        corners_of = [middle, middle + h * axes[0], middle + h * axes[1]]
-        u, v = plane.operation.native(*angles_of(np.array(corners_of)))
-        ratios.append(abs((u[1] - u[0]) * (v[2] - v[0]) - (v[1] - v[0]) * (u[2] - u[0])) / (h * radius) ** 2)
-    usual = float(np.sqrt(np.nanmedian(np.where(np.isfinite(ratios), ratios, np.nan))))
-    return usual if np.isfinite(usual) and usual > 0 else 1.0
 
 
 # ---- georeference --------------------------------------------------------------------------------

@@ -1,18 +1,21 @@
-"""Corresponding points of images, and the tables that they are read from."""
+"""Corresponding points of images: read from tables, and found in pictures as SIFT features."""
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from projdist._typing import AnyArray, FloatArray, IntArray
-from projdist.applications.mosaics.homographies import check_model
-from projdist.applications.mosaics.images import Picture
+from projdist.applications.mosaics.bundle_adjustment import estimate
+from projdist.applications.mosaics.homographies import check_model, places
+from projdist.applications.mosaics.images import Picture, opencv
 from projdist.support import comma_hint, number_of, read_text, rows_of_text
 
 _COLUMNS = ("model", "i", "j", "xi", "yi", "xj", "yj")
@@ -207,3 +210,241 @@ def parse_sizes(text: str) -> list[tuple[float, float]]:
             f"Invalid sizes '{text}'. They must be WIDTHxHEIGHT in pixels, as 800x600, one or one an image."
         )
     return pairs
+
+
+# ---- features ------------------------------------------------------------------------------------
+
+
+# Pixels of an image in which features are searched, and the number of the clearest that are kept. The clearest features
+# of a large photo are leaves and grass, which no other photo shows; common features are found on small images first,
+# then on larger ones only near the expected places.
+_COARSE, _FINE = 6e5, 2.4e6
+_COARSE_FEATURES, _FINE_FEATURES = 3000, 8000
+_TOLERANCE = 4.0  # pixels of the small images
+_AROUND = 6.0  # pixels of the small images: search radius about the expected place on the larger ones
+_CONTRAST = 0.02  # least contrast of a feature: half of Lowe's, for small and pale images
+# The nearest feature must be nearer than the second by this (D. Lowe 2004, "Distinctive image features from
+# scale-invariant keypoints", section 7.1).
+_RATIO = 0.8
+_FEWEST = 6  # common points: fewer are no evidence
+_ALL_PAIRS = 11  # images
+# Of more images, each is matched with those that most of its clearest features resemble (M. Brown & D. G. Lowe 2007,
+# "Automatic panoramic image stitching using invariant features", section 3.1), and with the previous and the next one.
+_CLEAREST, _NEAREST, _RESEMBLING = 200, 4, 8
+_Result = TypeVar("_Result")
+_NOTHING = "Invalid images. No two of them have anything in common."
+
+
+class _Features(NamedTuple):
+    """Places (n, 2) in pixels of the full image, and descriptors (n, 128), the clearest features first.
+
+    `reduction`: factor by which the image was reduced to find them.
+    """
+
+    places: FloatArray
+    descriptors: AnyArray
+    reduction: float
+
+
+class _Common(NamedTuple):
+    """The common points xi and xj (n, 2) of images i and j, and the reduction at which they were found."""
+
+    i: int
+    j: int
+    xi: FloatArray
+    xj: FloatArray
+    reduction: float
+
+
+def match(pictures: Sequence[Picture], *, progress: Callable[[int, int], object] | None = None) -> Correspondences:
+    """Common points of pictures, some of them wrong, for `mosaic` or `panorama`.
+
+    SIFT features of images reduced to 0.6 million pixels correspond if each is clearly the nearest of the other. Larger
+    images that match are matched again at 2.4 million pixels, each feature with those near its expected place.
+    `progress` is called with the numbers of images and pairs done and of all. Raises ValueError if no two images match
+    or an image is broken, and ImportError without OpenCV.
+    """
+    if len(pictures) < 2:
+        raise ValueError(f"Invalid images. There must be two or more, not {len(pictures)}.")
+    steps = _Steps(progress, len(pictures))
+    features = [steps.done(_features(picture, _COARSE, _COARSE_FEATURES)) for picture in pictures]
+    pairs = _candidates(features)
+    steps.more(len(pairs))
+    found = [common for i, j in pairs if (common := steps.done(_common(i, j, features[i], features[j]))) is not None]
+    if not found:
+        raise ValueError(_NOTHING)
+    return _listed(_refined(pictures, found, steps), pictures)
+
+
+class _Steps:
+    """A counter of steps that reports to a callback."""
+
+    def __init__(self, progress: Callable[[int, int], object] | None, total: int) -> None:
+        self._progress, self._total, self._done = progress, total, 0
+
+    def more(self, count: int) -> None:
+        """Add steps to the total."""
+        self._total += count
+
+    def done(self, result: _Result) -> _Result:
+        """Count a step, and return its result."""
+        self._done += 1
+        if self._progress is not None:
+            self._progress(self._done, self._total)
+        return result
+
+
+def _listed(found: Sequence[_Common], pictures: Sequence[Picture]) -> Correspondences:
+    """The common points of all pairs as one table."""
+    counts = [len(one.xi) for one in found]
+    return Correspondences(
+        i=np.repeat([one.i for one in found], counts),
+        j=np.repeat([one.j for one in found], counts),
+        xi=np.concatenate([one.xi for one in found]),
+        xj=np.concatenate([one.xj for one in found]),
+        sizes=np.array([picture.size for picture in pictures], dtype=float),
+        names=tuple(picture.name for picture in pictures),
+        reductions=np.repeat([one.reduction for one in found], counts),
+    )
+
+
+def _features(picture: Picture, most_pixels: float, most_features: int) -> _Features:
+    """The clearest features of a picture, reduced to so many pixels at most."""
+    cv2 = opencv()
+    colours, mask = picture.read()
+    grey = cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY)
+    height, width = grey.shape
+    share = min(1.0, float(np.sqrt(most_pixels / (width * height))))
+    if share < 1.0:
+        small = max(1, round(width * share)), max(1, round(height * share))
+        grey = cv2.resize(grey, small, interpolation=cv2.INTER_AREA)
+        mask = cv2.resize(mask, small, interpolation=cv2.INTER_NEAREST)
+    # Without the precise upscale places are off by a quarter of a pixel.
+    sift = cv2.SIFT_create(nfeatures=most_features, contrastThreshold=_CONTRAST, enable_precise_upscale=True)
+    points, descriptors = sift.detectAndCompute(grey, mask)
+    if descriptors is None:
+        return _Features(np.zeros((0, 2)), np.zeros((0, 128), np.float32), 1.0 / share)
+    order = np.argsort([-point.response for point in points], kind="stable")
+    # OpenCV counts from the middle of the first pixel.
+    there = (np.array([point.pt for point in points]) + 0.5) * [width / grey.shape[1], height / grey.shape[0]]
+    return _Features(there[order], descriptors[order], 1.0 / share)
+
+
+# ---- on small images ------------------------------------------------------------------------
+
+
+def _common(i: int, j: int, a: _Features, b: _Features) -> _Common | None:
+    """The common features of two images; None if there are too few."""
+    return _unique(i, j, a, b, *_matched(a.descriptors, b.descriptors))
+
+
+def _unique(i: int, j: int, a: _Features, b: _Features, first: IntArray, second: IntArray) -> _Common | None:
+    """The distinct places of corresponding features, by their numbers; None if there are too few."""
+    both = np.unique(np.hstack([a.places[first], b.places[second]]), axis=0)  # one with two directions is there twice
+    if len(both) < _FEWEST:
+        return None
+    return _Common(i, j, both[:, :2], both[:, 2:], max(a.reduction, b.reduction))
+
+
+def _nearest(a: AnyArray, b: AnyArray, count: int) -> tuple[FloatArray, IntArray]:
+    """Distances of each a from its nearest b, and the numbers of these, both (n, count)."""
+    squares = (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2.0 * (a @ b.T)
+    rows = np.arange(len(a))
+    distances, numbers = np.zeros((len(a), count)), np.zeros((len(a), count), int)
+    for column in range(count):
+        numbers[:, column] = squares.argmin(axis=1)
+        distances[:, column] = np.sqrt(np.maximum(squares[rows, numbers[:, column]], 0.0))
+        squares[rows, numbers[:, column]] = np.inf
+    return distances, numbers
+
+
+def _matched(a: AnyArray, b: AnyArray) -> tuple[IntArray, IntArray]:
+    """The numbers of corresponding features of two images."""
+    if min(len(a), len(b)) < _FEWEST:
+        return np.zeros(0, int), np.zeros(0, int)
+    distances, numbers = _nearest(a, b, 2)
+    clear = np.flatnonzero(distances[:, 0] < _RATIO * distances[:, 1])
+    if not clear.size:
+        return clear, clear
+    there = numbers[clear, 0]
+    back = _nearest(b[there], a, 1)[1][:, 0]
+    return clear[back == clear], there[back == clear]
+
+
+def _candidates(features: Sequence[_Features]) -> list[tuple[int, int]]:
+    """The pairs of images to match: all pairs of a few images, similar and neighbouring ones of many."""
+    count = len(features)
+    if count <= _ALL_PAIRS:
+        return list(itertools.combinations(range(count), 2))
+    clearest = [one.descriptors[:_CLEAREST] for one in features]
+    everything = np.concatenate(clearest)
+    owner = np.repeat(np.arange(count), [len(one) for one in clearest])
+    pairs = {(k, k + 1) for k in range(count - 1)}
+    for k, own in enumerate(clearest):
+        others = owner != k
+        if len(own) and others.sum() >= _NEAREST:
+            found = owner[others][_nearest(own, everything[others], _NEAREST)[1]]
+            votes = np.bincount(found.reshape(-1), minlength=count)
+            alike = np.argsort(-votes, kind="stable")[:_RESEMBLING].tolist()
+            pairs |= {(min(k, other), max(k, other)) for other in alike if other != k}
+    return sorted(pairs)
+
+
+# ---- on larger ones -------------------------------------------------------------------------
+
+
+def _refined(pictures: Sequence[Picture], found: Sequence[_Common], steps: _Steps) -> list[_Common]:
+    """The common points, those of matching pairs found anew on larger images."""
+    maps = [_map_of(one, pictures) if one.reduction > 1.0 else None for one in found]
+    larger = {image for one, S in zip(found, maps, strict=True) if S is not None for image in (one.i, one.j)}
+    steps.more(len(larger))
+    fine = {image: steps.done(_features(pictures[image], _FINE, _FINE_FEATURES)) for image in sorted(larger)}
+    again = (
+        None if S is None else _guided(one, S, fine[one.i], fine[one.j]) for one, S in zip(found, maps, strict=True)
+    )
+    return [one if new is None else new for one, new in zip(found, again, strict=True)]
+
+
+def _map_of(one: _Common, pictures: Sequence[Picture]) -> FloatArray | None:
+    """The homography from image i to image j in pixels; None if the points agree on none."""
+    sizes = np.array([pictures[one.i].size, pictures[one.j].size], dtype=float)
+    unit = float(sizes.max()) / 2.0
+    into = [np.array([[1.0 / unit, 0, -w / unit / 2], [0, 1.0 / unit, -h / unit / 2], [0, 0, 1.0]]) for w, h in sizes]
+    xi, xj = (places(M[None], x[None])[0] for M, x in zip(into, (one.xi, one.xj), strict=True))
+    area = float(sizes.prod(axis=1).min()) / unit**2
+    pair = estimate(xi, xj, "homography", _TOLERANCE * one.reduction / unit, area=area, tests=1)
+    return None if pair.S is None else np.asarray(np.linalg.solve(into[1], pair.S @ into[0]))
+
+
+def _guided(one: _Common, S: FloatArray, a: _Features, b: _Features) -> _Common | None:
+    """Corresponding features of larger images, within a few pixels of the places that the map S predicts.
+
+    Among those near its place, a feature's nearest must be clearly nearer than the second, and each must be the
+    other's nearest; None if there are fewer than on the small images.
+    """
+    from scipy.spatial import KDTree  # scipy is slow to load, and few need it
+
+    predicted = places(S[None], a.places[None])[0]
+    near = np.isfinite(predicted).all(axis=1) & (np.abs(predicted) < 1e6).all(axis=1)
+    numbers = np.flatnonzero(near)
+    around = KDTree(b.places).query_ball_point(predicted[numbers], _AROUND * one.reduction)
+    first = np.repeat(numbers, [len(those) for those in around])
+    second = np.array([other for those in around for other in those], dtype=int)
+    gaps = np.linalg.norm(a.descriptors[first] - b.descriptors[second], axis=1)
+    kept = _clear(first, gaps, len(a.places)) & (gaps == _least(second, gaps, len(b.places))[second])
+    common = _unique(one.i, one.j, a, b, first[kept], second[kept])
+    return None if common is None or len(common.xi) < len(one.xi) else common
+
+
+def _least(owner: IntArray, gaps: FloatArray, count: int) -> FloatArray:
+    """The least gap of each of `count` owners, infinite for those without gaps."""
+    least = np.full(count, np.inf)
+    np.minimum.at(least, owner, gaps)
+    return least
+
+
+def _clear(owner: IntArray, gaps: FloatArray, count: int) -> AnyArray:
+    """True for gaps that are clearly the least of their owner's."""
+    best = gaps == _least(owner, gaps, count)[owner]
+    second = _least(owner, np.where(best, np.inf, gaps), count)
+    return best & (gaps < _RATIO * second[owner])

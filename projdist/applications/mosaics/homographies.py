@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
@@ -78,7 +76,7 @@ def jacobians(H: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     return image, np.asarray(slopes / y[..., 2:, None])
 
 
-# ---- homographies --------------------------------------------------------------------------------
+# ---- the plane with the least distortion -----------------------------------------------------------
 
 
 _NODES = 12  # Gauss nodes along a side: errors of 1e-15, and of 3e-8 if outer images are enlarged ten times
@@ -87,35 +85,23 @@ _MOST_STEPS, _HALVINGS = 60, 40
 _DIFFERENCE, _CONVERGED = 1e-4, 1e-9
 
 
-class HomographyField(NamedTuple):
-    """Jacobians (N, n, 2, 2) of maps of images at nodes, the nodes' places (N, n, 2), and their weights (n,), sum 1."""
-
-    J: FloatArray
-    places: FloatArray
-    weights: FloatArray
-
-
 def corners(sizes: FloatArray) -> FloatArray:
     """Corners (N, 4, 2) of images of widths and heights (N, 2), in order around each."""
     return sizes[:, None] * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
-def field_of(H: FloatArray, sizes: FloatArray) -> HomographyField:
-    """Jacobians of maps (N, 3, 3) over images at Gauss-Legendre nodes."""
+def field_of(H: FloatArray, sizes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Jacobians (N, n, 2, 2) of maps of images, places (N, n, 2) and weights (n,), sum 1, of Gauss-Legendre nodes."""
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     along = 0.5 * (nodes + 1.0)
     grid = np.stack(np.meshgrid(along, along), axis=-1).reshape(-1, 2)
     places, J = jacobians(H, grid * sizes[:, None])
-    return HomographyField(J, places, np.outer(weights, weights).reshape(-1) / 4.0)
+    return J, places, np.outer(weights, weights).reshape(-1) / 4.0
 
 
 def behind(H: FloatArray, sizes: FloatArray) -> BoolArray:
     """Which images (N,) reach the horizon or lie behind it: a corner has no positive third coordinate."""
-    return np.asarray((_thirds(H, sizes) <= 0).any(axis=1))
-
-
-def _thirds(H: FloatArray, sizes: FloatArray) -> FloatArray:
-    return np.einsum("kj,knj->kn", H[:, 2], homogeneous(corners(sizes)))
+    return np.asarray((np.einsum("kj,knj->kn", H[:, 2], homogeneous(corners(sizes))) <= 0).any(axis=1))
 
 
 def least_distorting(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> FloatArray | None:

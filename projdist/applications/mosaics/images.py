@@ -6,7 +6,7 @@ import functools
 import os
 import warnings
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
-from projdist.applications.mosaics.homographies import corners, jacobians
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -44,42 +43,19 @@ _TIFF_DEPTH, _TIFF_NODATA = 258, 42113  # tags: BitsPerSample, and GDAL's for th
 _KINDS = "uif"
 
 
-class Levels(NamedTuple):
-    """The values of black and white."""
-
-    low: float
-    high: float
-
-
 class Deep(NamedTuple):
     """Values (height, width, 1 or 3) of a file, and a mask (height, width) of pixels with data."""
 
     values: FloatArray
     seen: BoolArray
 
-    def scaled(self, levels: Levels, top: int) -> AnyArray:
+    def scaled(self, levels: tuple[float, float], top: int) -> AnyArray:
         """Red, green and blue (height, width, 3), whole numbers from 0 to `top`, black without data."""
-        share = (self.values - levels.low) / ((levels.high - levels.low) or 1.0)
+        low, high = levels
+        share = (self.values - low) / ((high - low) or 1.0)
         share = np.where(self.seen[..., None], np.clip(share, 0.0, 1.0), 0.0)
         colours = np.round(top * share).astype(np.uint8 if top < 256 else np.uint16)
         return np.repeat(colours, 3, axis=2) if colours.shape[2] == 1 else colours
-
-
-def common_levels(images: Sequence[Callable[[], Deep]], are_whole: bool) -> Levels:
-    """One range for all images: 0 to the largest value of the bits that whole numbers use, else their actual range.
-
-    So data of 12 bits in files of 16 bits have the full range of greys.
-    """
-    ends = []
-    for image in images:
-        deep = image()
-        if deep.seen.any():
-            seen = deep.values[deep.seen]
-            ends.append((float(seen.min()), float(seen.max())))
-    low, high = (min(low for low, _ in ends), max(high for _, high in ends)) if ends else (0.0, 1.0)
-    if are_whole and low >= 0.0:
-        return Levels(0.0, float(2 ** max(8, int(high).bit_length()) - 1))
-    return Levels(low, high)
 
 
 def is_deep(image: Image.Image, path: Path | None) -> bool:
@@ -199,7 +175,7 @@ class Picture:
         self.name = name or ("image" if self.path is None else self.path.name)
         self._source, self._orientation = source, 1
         self._nodata: float | None = None
-        self._together: Sequence[Picture] = (self,)
+        self.together: Sequence[Picture] = (self,)
         if isinstance(source, np.ndarray) and source.dtype != np.uint8:
             deep = self._deep()
             self.is_deep, self.is_whole, self.is_grey = True, source.dtype.kind != "f", deep.values.shape[2] == 1
@@ -240,16 +216,24 @@ class Picture:
         return f"Invalid image '{self.name if self.path is None else self.path}'."
 
     @functools.cached_property
-    def levels(self) -> Levels:
-        """The values of black and white, common to all deep images that were opened together."""
-        if self._together[0] is not self:
-            return self._together[0].levels
-        whole = all(picture.is_whole for picture in self._together)
-        return common_levels([picture._deep for picture in self._together], whole)
+    def levels(self) -> tuple[float, float]:
+        """The values of black and white, common to all deep images that were opened together.
 
-    def together(self, pictures: Sequence[Picture]) -> None:
-        """Share black and white with other images."""
-        self._together = pictures
+        They are 0 and the largest value of the bits that whole numbers use, so that data of 12 bits in files of 16 bits
+        have the full range of greys, else the actual range of all images.
+        """
+        if self.together[0] is not self:
+            return self.together[0].levels
+        ends = []
+        for picture in self.together:
+            deep = picture._deep()
+            if deep.seen.any():
+                seen = deep.values[deep.seen]
+                ends.append((float(seen.min()), float(seen.max())))
+        low, high = (min(low for low, _ in ends), max(high for _, high in ends)) if ends else (0.0, 1.0)
+        if low >= 0.0 and all(picture.is_whole for picture in self.together):
+            return 0.0, float(2 ** max(8, int(high).bit_length()) - 1)
+        return low, high
 
     def _deep(self) -> Deep:
         """The values of an image of more than 8 bits."""
@@ -266,20 +250,17 @@ class Picture:
             found = self._deep()
             colours = found.scaled(self.levels, DEEPEST if deep else 255)
             return Pixels(colours, np.where(found.seen, 255, 0).astype(np.uint8))
-        pixels = self._read()
-        return Pixels(pixels.colours.astype(np.uint16) * (DEEPEST // 255), pixels.mask) if deep else pixels
-
-    def _read(self) -> Pixels:
-        """The pixels of an image of 8 bits."""
         from PIL import ImageOps  # as above
 
         with open_image(self._source, self._invalid) as image:
             upright = ImageOps.exif_transpose(image)
             if "A" in upright.getbands() or "transparency" in upright.info:
                 pixels = np.asarray(upright.convert("RGBA"))
-                return Pixels(pixels[..., :3].copy(), np.where(pixels[..., 3] > 127, 255, 0).astype(np.uint8))
-            pixels = np.array(upright.convert("RGB"))
-            return Pixels(pixels, np.full(pixels.shape[:2], 255, np.uint8))
+                colours, mask = pixels[..., :3].copy(), np.where(pixels[..., 3] > 127, 255, 0).astype(np.uint8)
+            else:
+                colours = np.array(upright.convert("RGB"))
+                mask = np.full(colours.shape[:2], 255, np.uint8)
+        return Pixels(colours.astype(np.uint16) * (DEEPEST // 255) if deep else colours, mask)
 
 
 def open_pictures(sources: Sequence[str | os.PathLike[str] | AnyArray]) -> list[Picture]:
@@ -297,7 +278,7 @@ def open_pictures(sources: Sequence[str | os.PathLike[str] | AnyArray]) -> list[
     pictures = [Picture(source, name) for source, name in zip(sources, names, strict=True)]
     deep = [picture for picture in pictures if picture.is_deep]
     for picture in deep:
-        picture.together(deep)
+        picture.together = deep
     return pictures
 
 
@@ -332,53 +313,27 @@ class Store:
         self._kept: OrderedDict[int, Pixels] = OrderedDict()
 
     def read(self, number: int) -> Pixels:
-        """The pixels of an image."""
+        """The pixels of an image, transparent ones in the colours of the nearest others, against dark blends."""
         if number not in self._kept:
-            self._kept[number] = _filled(self.pictures[number].read(deep=self._deep))
+            pixels = self.pictures[number].read(deep=self._deep)
+            seen = pixels.mask > 0
+            if seen.any() and not seen.all():
+                cv2 = opencv()
+                kind = cv2.DIST_LABEL_PIXEL
+                nearest = cv2.distanceTransformWithLabels(255 - pixels.mask, cv2.DIST_L2, 5, labelType=kind)[1]
+                numbers = np.zeros(nearest.max() + 1, int)
+                numbers[nearest[seen]] = np.flatnonzero(seen)
+                pixels = pixels._replace(colours=pixels.colours.reshape(-1, 3)[numbers[nearest]])
+            self._kept[number] = pixels
             while len(self._kept) > 1 and sum(one.colours.nbytes for one in self._kept.values()) > _KEPT:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(number)
         return self._kept[number]
 
 
-def _filled(pixels: Pixels) -> Pixels:
-    """Pixels with transparent ones in the colour of the nearest others, so that blending does not darken these."""
-    seen = pixels.mask > 0
-    if seen.all() or not seen.any():
-        return pixels
-    cv2 = opencv()
-    nearest = cv2.distanceTransformWithLabels(255 - pixels.mask, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)[1]
-    numbers = np.zeros(nearest.max() + 1, int)
-    numbers[nearest[seen]] = np.flatnonzero(seen)
-    return Pixels(pixels.colours.reshape(-1, 3)[numbers[nearest]], pixels.mask)
-
-
-def common_box(a: Box, b: Box) -> Box | None:
-    """The intersection of two boxes, None if it is empty."""
-    box = max(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), min(a[3], b[3])
-    return box if box[0] < box[2] and box[1] < box[3] else None
-
-
 def shift(x: float, y: float) -> FloatArray:
     """The matrix of a shift."""
     return np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
-
-
-def warped(pixels: Pixels, H: FloatArray, box: Box) -> Piece:
-    """An image drawn by its map in a box of the canvas."""
-    cv2 = opencv()
-    height, width = pixels.mask.shape
-    J = jacobians(H[None], corners(np.array([[float(width), float(height)]])))[1]
-    pixels, factor = reduced(pixels, float(np.linalg.svd(J, compute_uv=False).max()))
-    H = H @ np.diag([*(1.0 / factor), 1.0])
-    # OpenCV counts from the middle of the first pixel.
-    to_box = shift(-box[0] - 0.5, -box[1] - 0.5) @ H @ shift(0.5, 0.5)
-    shape = box[2] - box[0], box[3] - box[1]
-    colours = cv2.warpPerspective(
-        pixels.colours, to_box, shape, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT_101
-    )
-    mask = cv2.warpPerspective(pixels.mask, to_box, shape, flags=cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
-    return Piece(box[:2], Pixels(colours, mask))
 
 
 def reduced(pixels: Pixels, scale: float) -> tuple[Pixels, FloatArray]:

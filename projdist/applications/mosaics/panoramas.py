@@ -7,22 +7,20 @@ rotations R_i and one focal length, or one each, minimise the symmetric transfer
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from projdist._typing import BoolArray, FloatArray
-from projdist.applications.mosaics.bundle_adjustment import Link, Pair, adjust_in, transfer_errors, transfers
+from projdist._typing import FloatArray
+from projdist.applications.mosaics.bundle_adjustment import Chart, Link, Pair, adjust, transfer_errors, transfers
 from projdist.applications.mosaics.canvases import Camera, SphereCanvas, angles_of, sphere_canvas
 from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.homographies import homogeneous
 from projdist.applications.mosaics.registration import (
     Cameras,
     ImageAnswer,
-    Match,
-    MatchedPairs,
+    MatchedImages,
     chained,
     check_tolerance,
     components_of,
@@ -180,10 +178,16 @@ def panoramas_of_groups(
     points: Correspondences, *, focal: str = "common", tolerance: float = 4.0, most: int | None = None
 ) -> list[Panorama]:
     """A panorama of each group of connected images, the largest first, at most `most`."""
-    return [
-        Panorama(points=points, cameras=found, rotations=_level(found.rotations) @ found.rotations)
-        for found in turned_cameras(points, focal=focal, tolerance=tolerance, most=most)
-    ]
+    if focal not in FOCALS:
+        raise ValueError(f"Invalid focal '{focal}'. It must be {' or '.join(FOCALS)}.")
+    check_tolerance(tolerance)
+    unit = float(points.sizes.max()) / 2.0
+    links = list(links_of(points, unit))
+    pairs = [estimated(link, reduction * tolerance / unit, points, unit, "homography") for link, reduction in links]
+    groups = connected(points, [link for link, _ in links], pairs)[:most]
+    cut = max(reduction for _, reduction in links) * tolerance / unit
+    cameras = [_cameras(points, group, focal == "common", cut) for group in groups]
+    return [Panorama(points=points, cameras=one, rotations=_level(one.rotations) @ one.rotations) for one in cameras]
 
 
 def _level(R: FloatArray) -> FloatArray:
@@ -229,11 +233,11 @@ _WITHIN = (
 _ROUNDS = 10
 
 
-class _Turns(NamedTuple):
+@dataclass(frozen=True)
+class _Turns(Chart):
     """Changes of maps M_i = R_i K_i^-1: R_i exp([w_i]) for all images but the first, and f_i exp(t)."""
 
     is_common: bool
-    model: str = "homography"
 
     def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
         """J^T J and J^T r for w (n - 1, 3), then for t, common or of each image."""
@@ -268,55 +272,30 @@ class _Turns(NamedTuple):
         return into
 
 
-def turned_cameras(
-    points: Correspondences, *, focal: str = "common", tolerance: float = 4.0, most: int | None = None
-) -> list[Cameras]:
-    """The cameras of each group of connected images, by their common points; at most `most` groups.
-
-    `focal`: one focal length for all images ("common"), or one each ("free"). `tolerance`: as in `register`. Raises
-    ValueError as `register`, and if the camera did not only turn.
-    """
-    if focal not in FOCALS:
-        raise ValueError(f"Invalid focal '{focal}'. It must be {' or '.join(FOCALS)}.")
-    check_tolerance(tolerance)
+def _cameras(points: Correspondences, group: MatchedImages, is_common: bool, tolerance: float) -> Cameras:
+    """The cameras of a group of images. `is_common`: one focal length for all images, or else one each."""
     unit = float(points.sizes.max()) / 2.0
-    links = list(links_of(points, unit))
-    pairs = [estimated(link, reduction * tolerance / unit, points, unit, "homography") for link, reduction in links]
-    good, components, matches = connected(points, [link for link, _ in links], pairs)
-    cut = max(reduction for _, reduction in links) * tolerance / unit
-    return [_group(points, good, images, components, matches, focal, cut) for images in components[:most]]
-
-
-def _group(
-    points: Correspondences,
-    good: MatchedPairs,
-    images: list[int],
-    components: list[list[int]],
-    matches: list[Match],
-    focal: str,
-    tolerance: float,
-) -> Cameras:
-    """The cameras of a group of images."""
-    unit = float(points.sizes.max()) / 2.0
-    number = {image: place for place, image in enumerate(images)}
-    own = {key: both for key, both in good.items() if key[0] in number}
-    refuse_mirrors(points, images, chained(images, {key: pair for key, (_, pair) in own.items()}))
-    f, turned = _start(list(own.values()), tolerance)
-    M = _scalings(np.array([1.0 / f]))[0] @ chained(images, dict(zip(own, turned, strict=True)))
-    links = [Link(number[link.i], number[link.j], link.xi, link.xj) for link, _ in own.values()]
-    agree = [pair.agree for _, pair in own.values()]
-    M, rms, normal, count = _adjusted(_Turns(focal == "common"), M, links, agree, tolerance)
+    refuse_mirrors(points, group)
+    f, turned = _start(group, tolerance)
+    M = _scalings(np.array([1.0 / f]))[0] @ chained(group.links, turned)
+    M, rms, normal, count = _adjusted(_Turns("homography", is_common), M, group, tolerance)
     focals = _focals_of(M)
+    # With a homography for each pair.
+    squares = [
+        np.square(transfers(pair.S, link.xi[pair.agree], link.xj[pair.agree]))
+        for link, pair in zip(group.links, group.pairs, strict=True)
+        if pair.S is not None
+    ]
     return Cameras(
-        images,
+        group.images,
         M @ _scalings(focals),
         focals * unit,
-        focals * unit * _deviations(normal, rms, count, len(images)),
+        focals * unit * _deviations(normal, rms, count, len(group.images)),
         rms * unit,
-        _homographies_rms(own.values()) * unit,
-        components,
-        sorted(set(range(len(points.sizes))) - set(images)),
-        matches,
+        float(np.sqrt(np.concatenate(squares, axis=1).mean())) * unit,
+        group.components,
+        group.left_out,
+        group.matches,
     )
 
 
@@ -332,34 +311,24 @@ def _scalings(f: FloatArray) -> FloatArray:
     return K
 
 
-def _homographies_rms(pairs: Iterable[tuple[Link, Pair]]) -> float:
-    """RMS of the symmetric transfer errors of pairs, each with its own homography."""
-    squares = [
-        np.square(transfers(pair.S, link.xi[pair.agree], link.xj[pair.agree]))
-        for link, pair in pairs
-        if pair.S is not None
-    ]
-    return float(np.sqrt(np.concatenate(squares, axis=1).mean()))
-
-
 # ---- the start ------------------------------------------------------------------------------
 
 
-def _start(pairs: Sequence[tuple[Link, Pair]], tolerance: float) -> tuple[float, list[Pair]]:
+def _start(group: MatchedImages, tolerance: float) -> tuple[float, list[Pair]]:
     """The focal length, in halves of the longest side, with which rotations fit all pairs best, and the pairs by these.
 
     The rotation of a pair solves Wahba's problem for the directions of its points.
     """
     f = np.geomspace(_WIDEST, _NARROWEST, _STEPS)
     cost, maps = np.zeros(_STEPS), []
-    for link, pair in pairs:
+    for link, pair in zip(group.links, group.pairs, strict=True):
         xi, xj = link.xi[pair.agree], link.xj[pair.agree]
         S = _scalings(f) @ _rotation(_directions(xi, f), _directions(xj, f)) @ _scalings(1.0 / f)
         there, back = transfers(S, xi, xj)
         cost += np.minimum(there**2 + back**2, (_CAP * tolerance) ** 2).sum(axis=-1)
         maps.append(S)
     best = int(cost.argmin())
-    turned = [pair._replace(S=S[best]) for (_, pair), S in zip(pairs, maps, strict=True)]
+    turned = [pair._replace(S=S[best]) for pair, S in zip(group.pairs, maps, strict=True)]
     return float(f[best]), turned
 
 
@@ -380,14 +349,16 @@ def _rotation(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _adjusted(
-    chart: _Turns, M: FloatArray, links: Sequence[Link], agree: Sequence[BoolArray], tolerance: float
+    chart: _Turns, M: FloatArray, group: MatchedImages, tolerance: float
 ) -> tuple[FloatArray, float, FloatArray, int]:
     """The adjusted maps, the RMS error, the normal equations and the number of points.
 
     First without links that the chains miss by far, as may happen all around the horizon, then with all, until the
     points that agree stay the same.
     """
+    links = group.links
     gaps = [transfer_errors(_between(M, link), link.xi, link.xj) for link in links]
+    agree = [pair.agree for pair in group.pairs]
     chosen = [some & (np.median(gap[some]) < _FAR) & (gap < np.inf) for gap, some in zip(gaps, agree, strict=True)]
     for _ in range(_ROUNDS):
         kept = [Link(link.i, link.j, link.xi[some], link.xj[some]) for link, some in zip(links, chosen, strict=True)]
@@ -398,7 +369,7 @@ def _adjusted(
                 "Invalid images for a camera that only turns. Rotations do not bring their points together: it also "
                 "moved, or they are no photographs."
             )
-        M, rms, normal = adjust_in(chart, M, kept)
+        M, rms, normal = adjust(chart, M, kept)
         gaps = [transfer_errors(_between(M, link), link.xi, link.xj) for link in links]
         usual = float(np.median(np.concatenate([gap[some] for gap, some in zip(gaps, chosen, strict=True)])))
         before, chosen = chosen, [gap <= max(tolerance, _WITHIN * usual) for gap in gaps]

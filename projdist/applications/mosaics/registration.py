@@ -1,4 +1,4 @@
-"""Maps of images into one plane from their common points, and the frames to choose from."""
+"""Mosaics: images in one plane by their common points, and the frames to choose from."""
 
 from __future__ import annotations
 
@@ -8,28 +8,15 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.applications.mosaics.bundle_adjustment import (
-    Link,
-    ModelFit,
-    Pair,
-    Shared,
-    adjust,
-    compare_models,
-    estimate,
-)
+from projdist.applications.mosaics import bundle_adjustment, homographies
+from projdist.applications.mosaics.bundle_adjustment import Chart, Link, ModelFit, Pair, adjust
+from projdist.applications.mosaics.canvases import Canvas, canvas_size
 from projdist.applications.mosaics.correspondences import Correspondences
-from projdist.applications.mosaics.homographies import (
-    MODELS,
-    behind,
-    check_model,
-    corners,
-    field_of,
-    least_distorting,
-    places,
-)
-from projdist.matrices import Rotation, axes_shift, mdt, mean_rotation
+from projdist.applications.mosaics.homographies import MODELS, behind, corners, field_of, places
+from projdist.matrices import ROTATIONS, Rotation, axes_shift, check_weights, mdt, mean_rotation
 from projdist.support import Answer, listed, plain
 
 _SHOWN = 10  # names in one message
@@ -164,7 +151,7 @@ def register_groups(
     points: Correspondences, *, model: str = "affine", tolerance: float = 4.0, most: int | None = None
 ) -> list[ImageRegistration]:
     """Register each group of connected images, the largest first, at most `most`. Raises as `register`."""
-    check_model(model)
+    homographies.check_model(model)
     check_tolerance(tolerance)
     # Coordinates from the middle of each image, in halves of the longest side.
     unit = float(points.sizes.max()) / 2.0
@@ -173,21 +160,34 @@ def register_groups(
         name: [estimated(link, reduction * tolerance / unit, points, unit, name) for link, reduction in links]
         for name in MODELS
     }
-    models = compare_models(_shared(links, found, unit), unit)
+    # The points that agree on a map by either model.
+    agree = [np.logical_or(*(pair.agree for pair in both)) for both in zip(*found.values(), strict=True)]
+    shared = ((link, some, reduction / unit) for (link, reduction), some in zip(links, agree, strict=True))
+    models = bundle_adjustment.compare_models(shared, unit)
     if model == "auto":
         model = min(models, key=lambda name: models[name].gric, default=MODELS[0])
-    good, components, matches = connected(points, [link for link, _ in links], found[model])
-    return [_registered(points, good, model, images, components, matches, models) for images in components[:most]]
+    groups = connected(points, [link for link, _ in links], found[model])
+    return [_registered(points, group, model, models) for group in groups[:most]]
 
 
-MatchedPairs = dict[tuple[int, int], tuple[Link, Pair]]
-"""The points and the map of pairs of images, by their numbers."""
+class MatchedImages(NamedTuple):
+    """A group of images connected by pairs that have a map, with `links` numbered within the group.
+
+    `chain`: maps (n, 3, 3) into the first image along the pairs. `components`, `left_out`, `matches`: as in
+    `ImageRegistration`.
+    """
+
+    images: list[int]
+    links: list[Link]
+    pairs: list[Pair]
+    chain: FloatArray
+    components: list[list[int]]
+    left_out: list[int]
+    matches: list[Match]
 
 
-def connected(
-    points: Correspondences, links: Sequence[Link], pairs: Sequence[Pair]
-) -> tuple[MatchedPairs, list[list[int]], list[Match]]:
-    """The pairs of images that have a map, the groups that they connect, and the matches of all pairs.
+def connected(points: Correspondences, links: Sequence[Link], pairs: Sequence[Pair]) -> list[MatchedImages]:
+    """The groups of images that pairs connect, the largest first.
 
     Raises ValueError if no pair has a map.
     """
@@ -196,13 +196,20 @@ def connected(
         Match(link.i, link.j, len(link.xi), int(pair.agree.sum()), pair.reason, pair.false_alarms)
         for link, pair in both
     ]
-    good = {(link.i, link.j): (link, pair) for link, pair in both if pair.S is not None}
-    components = components_of(good)
+    good = [(link, pair) for link, pair in both if pair.S is not None]
+    components = components_of((link.i, link.j) for link, _ in good)
     if not components:
         reasons = [f"{points.name(m.i)} and {points.name(m.j)}, {m.reason}" for m in matches[:3]]
         more = "; ..." if len(matches) > 3 else ""
         raise ValueError(f"Invalid correspondences. No two images match: {'; '.join(reasons)}{more}.")
-    return good, components, matches
+    groups = []
+    for images in components:
+        number = {image: place for place, image in enumerate(images)}
+        own = [link._replace(i=number[link.i], j=number[link.j]) for link, _ in good if link.i in number]
+        found = [pair for link, pair in good if link.i in number]
+        left_out = sorted(set(range(len(points.sizes))) - set(images))
+        groups.append(MatchedImages(images, own, found, chained(own, found), components, left_out, matches))
+    return groups
 
 
 def check_tolerance(tolerance: float) -> None:
@@ -211,52 +218,28 @@ def check_tolerance(tolerance: float) -> None:
         raise ValueError(f"Invalid tolerance {tolerance}. It must be a number of pixels above 0.")
 
 
-def _shared(links: Sequence[tuple[Link, float]], found: dict[str, list[Pair]], unit: float) -> Iterator[Shared]:
-    """The pairs of images that have a map by either model."""
-    for number, (link, reduction) in enumerate(links):
-        agree = np.logical_or(*(pairs[number].agree for pairs in found.values()))
-        if agree.any():
-            yield Shared(link, agree, reduction / unit)
-
-
 def _registered(
-    points: Correspondences,
-    good: MatchedPairs,
-    model: str,
-    images: list[int],
-    components: list[list[int]],
-    matches: list[Match],
-    models: dict[str, ModelFit],
+    points: Correspondences, group: MatchedImages, model: str, models: dict[str, ModelFit]
 ) -> ImageRegistration:
     """The registration of a group of images."""
-    unit = float(points.sizes.max()) / 2.0
-    number = {image: place for place, image in enumerate(images)}
-    own = {(i, j): both for (i, j), both in good.items() if i in number}
-    chain = chained(images, {key: pair for key, (_, pair) in own.items()})
-    refuse_mirrors(points, images, chain)
+    images, unit = group.images, float(points.sizes.max()) / 2.0
+    refuse_mirrors(points, group)
     links = [
-        Link(number[i], number[j], link.xi[pair.agree], link.xj[pair.agree]) for (i, j), (link, pair) in own.items()
+        link._replace(xi=link.xi[pair.agree], xj=link.xj[pair.agree])
+        for link, pair in zip(group.links, group.pairs, strict=True)
     ]
-    maps, rms = adjust(chain, links, model)
+    maps, rms, _ = adjust(Chart(model), group.chain, links)
     to_unit = np.tile(np.eye(3), (len(images), 1, 1))
     to_unit[:, :2] /= unit
     to_unit[:, :2, 2] = -0.5 * points.sizes[images] / unit
     to_pixels = np.diag([unit, unit, 1.0])
     to_pixels[:2, 2] = 0.5 * points.sizes[images[0]]
-    left_out = sorted(set(range(len(points.sizes))) - set(images))
     matrices = to_pixels @ maps @ to_unit
     if model == "homography":
         matrices /= np.cbrt(np.linalg.det(matrices))[:, None, None]
+    left_out, sizes = group.left_out, points.sizes[images]
     return ImageRegistration(
-        model,
-        images,
-        matrices,
-        points.sizes[images],
-        rms * unit,
-        components,
-        left_out,
-        matches,
-        models,
+        model, images, matrices, sizes, rms * unit, group.components, left_out, group.matches, models
     )
 
 
@@ -264,7 +247,7 @@ def estimated(link: Link, tolerance: float, points: Correspondences, unit: float
     """The map of two images, tested against chance in all possible pairs."""
     area = float(points.sizes[[link.i, link.j]].prod(axis=1).min()) / unit**2
     tests = len(points.sizes) * (len(points.sizes) - 1) // 2
-    return estimate(link.xi, link.xj, model, tolerance, area=area, tests=tests)
+    return bundle_adjustment.estimate(link.xi, link.xj, model, tolerance, area=area, tests=tests)
 
 
 def links_of(points: Correspondences, unit: float) -> Iterator[tuple[Link, float]]:
@@ -292,26 +275,27 @@ def components_of(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:
     )
 
 
-def chained(images: Sequence[int], pairs: dict[tuple[int, int], Pair]) -> FloatArray:
+def chained(links: Sequence[Link], pairs: Sequence[Pair]) -> FloatArray:
     """Maps (n, 3, 3) of images into the first one, along a spanning tree of the pairs with the most points."""
-    maps = {images[0]: np.eye(3)}
-    strongest = sorted(pairs, key=lambda key: -int(pairs[key].agree.sum()))
-    while len(maps) < len(images):
-        i, j = next(key for key in strongest if (key[0] in maps) != (key[1] in maps))
-        S: Any = pairs[i, j].S
-        if j in maps:
-            maps[i] = maps[j] @ S
+    maps = {0: np.eye(3)}
+    count = 1 + max(max(link.i, link.j) for link in links)
+    strongest = sorted(zip(links, pairs, strict=True), key=lambda both: -int(both[1].agree.sum()))
+    while len(maps) < count:
+        link, pair = next(both for both in strongest if (both[0].i in maps) != (both[0].j in maps))
+        S: Any = pair.S
+        if link.j in maps:
+            maps[link.i] = maps[link.j] @ S
         else:
-            maps[j] = maps[i] @ np.linalg.inv(S)
-    return np.stack([maps[image] for image in images])
+            maps[link.j] = maps[link.i] @ np.linalg.inv(S)
+    return np.stack([maps[image] for image in range(count)])
 
 
-def refuse_mirrors(points: Correspondences, images: Sequence[int], chain: FloatArray) -> None:
-    """Raise ValueError if images mirror the others, naming the smaller group."""
-    mirrors = np.linalg.det(chain) < 0
+def refuse_mirrors(points: Correspondences, group: MatchedImages) -> None:
+    """Raise ValueError if images of a group mirror the others, naming the smaller part."""
+    mirrors = np.linalg.det(group.chain) < 0
     if mirrors.any():
         few = mirrors if mirrors.mean() <= 0.5 else ~mirrors
-        names = [points.name(image) for image, odd in zip(images, few, strict=True) if odd]
+        names = [points.name(image) for image, odd in zip(group.images, few, strict=True) if odd]
         more = [f"{len(names) - _SHOWN} more"] if len(names) > _SHOWN else []
         raise ValueError(
             f"Invalid orientation of {listed(names[:_SHOWN] + more, 'and')}. They mirror the others; all must agree."
@@ -363,25 +347,22 @@ def common_frames(found: ImageRegistration, weights: FloatArray, rotation: str) 
     mean, turn = _mdt_frame(found, weights, rotation)
     of_image = {image: frame_of_image(found, image, weights) for image in found.images}
     possible = [frame for frame in of_image.values() if frame is not None]
+    middles = places(mean.matrices, 0.5 * found.sizes[:, None])[:, 0]
     frames = {
         "first": of_image[found.images[0]],
         "last": of_image[found.images[-1]],
-        "central": of_image[_central(found, mean)],
+        "central": of_image[found.images[int(np.hypot(*(middles - middles.mean(axis=0)).T).argmin())]],
         "best": min(possible, key=lambda frame: frame.figure, default=None),
         "mdt": mean,
     }
     return CommonFrames(frames, [image for image, frame in of_image.items() if frame is None], turn)
 
 
-def _central(found: ImageRegistration, mean: Frame) -> int:
-    """Number of the central image."""
-    middles = places(mean.matrices, 0.5 * found.sizes[:, None])[:, 0]
-    return found.images[int(np.hypot(*(middles - middles.mean(axis=0)).T).argmin())]
-
-
 def _mdt_frame(found: ImageRegistration, weights: FloatArray, rotation: str) -> tuple[Frame, Rotation]:
     """The frame of the MDT, rotated by the mean rotation and shifted to the axes."""
-    H = found.matrices if found.model == "affine" else least_distorting(found.matrices, found.sizes, weights)
+    H: FloatArray | None = found.matrices
+    if found.model == "homography":
+        H = homographies.least_distorting(found.matrices, found.sizes, weights)
     if H is None:
         raise ValueError("Invalid images for one plane. Every plane sends some of them through infinity.")
     J, w = _jacobians(found, H)
@@ -411,3 +392,192 @@ def _measured(found: ImageRegistration, reference: int | None, H: FloatArray, we
     # With equal weights the figure of affine maps is the plain sum.
     figure = float(weights @ squares) * (len(squares) if found.model == "affine" else 1.0)
     return Frame(reference, H, np.sqrt(squares), figure)
+
+
+# ---- answers -------------------------------------------------------------------------------------
+
+
+FRAMES = ("mdt", "first", "last", "central", "best")
+_SEVERAL = 2.0  # times better gives a note
+_MOST_PIXELS = 1e8  # of a canvas: 300 MB of colours
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Mosaic(ImageAnswer):
+    """Images in a common frame, with the figures of other frames.
+
+    `frame`: that of the mosaic, `frame_name` as requested. `common`: the frames to choose from. `most_pixels`: limit of
+    the canvas.
+    """
+
+    registration: ImageRegistration
+    common: CommonFrames
+    frame_name: str
+    frame: Frame
+    most_pixels: float = _MOST_PIXELS
+
+    @property
+    def frames(self) -> dict[str, Frame | None]:
+        """`first`, `last`, `central`, `best` and `mdt`; None if some image reaches infinity in that plane."""
+        return self.common.frames
+
+    @property
+    def _found(self) -> ImageRegistration:
+        return self.registration
+
+    @property
+    def matrices(self) -> FloatArray:
+        """From the pixels of `images` to the frame, (n, 3, 3)."""
+        return self.frame.matrices
+
+    def messages(self, *, others: bool = True) -> list[str]:
+        """The notes; without `others` none on other groups of images, which have mosaics of their own."""
+        said = [self._left_out_note(others=others)]
+        fits = self.registration.models
+        if self.registration.model == "affine" and fits and fits["affine"].gric > fits["homography"].gric:
+            affine, homography = (fits[model].rms_pixels for model in MODELS)
+            if affine >= _SEVERAL * homography:
+                said.append(
+                    f"Homographies fit the pairs to {homography:.3g} pixels RMS, affine maps to {affine:.3g}: the "
+                    "model should be homography."
+                )
+        return [note for note in (*said, self.common.rotation.note, self.canvas().note) if note]
+
+    def canvas(self, *, most_pixels: float | None = None) -> Canvas:
+        """The picture that holds all images, of at most `most_pixels`."""
+        rims = places(self.matrices, corners(self.registration.sizes)).reshape(-1, 2)
+        most = self.most_pixels if most_pixels is None else most_pixels
+        width, height, scale, note = canvas_size(np.ptp(rims, axis=0), most)
+        to_canvas = np.diag([scale, scale, 1.0])
+        to_canvas[:2, 2] = -scale * rims.min(axis=0)
+        return Canvas(width, height, to_canvas @ self.matrices, scale, note)
+
+    def _line(self) -> str:
+        return f"{len(self.images)} images in the frame {self.frame_name}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The report. Lists are for all images in their order, with None for those left out."""
+        found, canvas, name = self.registration, self.canvas(), self.points.name
+        references = {
+            key: frame.reference for key, frame in self.frames.items() if frame and frame.reference is not None
+        }
+        return {
+            "model": found.model,
+            "images": [name(image) for image in range(len(self.points.sizes))],
+            "sizes": self.points.sizes.tolist(),
+            "frame": self.frame_name,
+            "frames": {key: None if frame is None else plain(frame.figure) for key, frame in self.frames.items()},
+            "references": {key: name(image) for key, image in references.items()},
+            "impossible": [name(image) for image in self.common.impossible],
+            "distortions": {
+                key: None if frame is None else self._of_all(frame.distortions) for key, frame in self.frames.items()
+            },
+            "matrices": self._of_all(self.matrices),
+            "rms_pixels": found.rms_pixels,
+            "models": {key: fit._asdict() for key, fit in found.models.items()},
+            "resultant_length": float(self.common.rotation.mean_resultant_length),
+            "left_out": self.left_out,
+            "components": [[name(image) for image in group] for group in found.components],
+            "canvas": {"width": canvas.width, "height": canvas.height, "scale": canvas.scale},
+            "pairs": self._pairs(),
+            "notes": self.notes,
+        }
+
+    def _table(self) -> list[dict[str, Any]]:
+        """A row per image with its Dist_F in each frame."""
+        columns = {
+            key: [np.nan] * len(self.images) if frame is None else frame.distortions.tolist()
+            for key, frame in self.frames.items()
+        }
+        return [
+            {"image": self.points.name(image)} | {key: values[row] for key, values in columns.items()}
+            for row, image in enumerate(self.images)
+        ]
+
+
+def check_frame(frame: str | int, count: int) -> str | int:
+    """The name of a frame, or the number of one of `count` images; raises ValueError for others."""
+    if isinstance(frame, str) and frame.isdecimal():
+        frame = int(frame)
+    if not (frame in FRAMES or (isinstance(frame, int) and 0 <= frame < count)):
+        raise ValueError(
+            f"Invalid frame '{frame}'. It must be {', '.join(FRAMES)}, or the number of an image, 0 to {count - 1}."
+        )
+    return frame
+
+
+def mosaic(
+    points: Correspondences,
+    *,
+    model: str = "affine",
+    frame: str | int = "mdt",
+    weights: ArrayLike | None = None,
+    rotation: str = "chordal",
+    tolerance: float = 4.0,
+    most_pixels: float = _MOST_PIXELS,
+) -> Mosaic:
+    """Bring images into a common frame by their common points.
+
+    `model`: affine maps, homographies, or "auto" for the model that suits the points. `frame`: "mdt", in which the
+    images are distorted least, or the plane of an image: "first", "last", "central", "best" of all, or a number.
+    `weights`: of the images, by default equal. `rotation`: as `method` of `mean_rotation`. `tolerance`: pixels, as in
+    `register`. `most_pixels`: limit of the canvas. Raises ValueError for frames in which an image reaches infinity, and
+    as `register`.
+    """
+    (found,) = mosaics_of_groups(
+        points,
+        model=model,
+        frame=frame,
+        weights=weights,
+        rotation=rotation,
+        tolerance=tolerance,
+        most_pixels=most_pixels,
+        most=1,
+    )
+    return found
+
+
+def mosaics_of_groups(
+    points: Correspondences,
+    *,
+    model: str = "affine",
+    frame: str | int = "mdt",
+    weights: ArrayLike | None = None,
+    rotation: str = "chordal",
+    tolerance: float = 4.0,
+    most_pixels: float = _MOST_PIXELS,
+    most: int | None = None,
+) -> list[Mosaic]:
+    """A mosaic of each group of connected images, the largest first, at most `most`; see `mosaic`.
+
+    `frame`: of several groups a name, not a number, as an image is in one group only.
+    """
+    frame = check_frame(frame, len(points.sizes))
+    if most != 1 and not isinstance(frame, str):
+        raise ValueError(f"Invalid frame '{frame}'. An image is in one group only; it must be {', '.join(FRAMES)}.")
+    if rotation not in ROTATIONS:
+        raise ValueError(f"Invalid rotation '{rotation}'. It must be {' or '.join(ROTATIONS)}.")
+    all_weights = check_weights(weights, (len(points.sizes),))
+    mosaics = []
+    for found in register_groups(points, model=model, tolerance=tolerance, most=most):
+        each = check_weights(all_weights[found.images], (len(found.images),))
+        common = common_frames(found, each, rotation)
+        if isinstance(frame, str):
+            chosen = common.frames[frame]
+        elif frame in found.images:
+            chosen = frame_of_image(found, frame, each)
+        else:
+            raise ValueError(f"Invalid frame '{frame}'. Nothing connects image {points.name(frame)} with the others.")
+        if chosen is None:
+            raise ValueError(f"Invalid frame '{frame}'. Its plane sends other images through infinity; mdt does not.")
+        mosaics.append(
+            Mosaic(
+                points=points,
+                registration=found,
+                common=common,
+                frame_name=str(frame),
+                frame=chosen,
+                most_pixels=most_pixels,
+            )
+        )
+    return mosaics

@@ -5,44 +5,24 @@ from __future__ import annotations
 import io
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
-from projdist._typing import AnyArray, BoolArray, FloatArray, IntArray
+from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.applications.mosaics.canvases import AnyCanvas
-from projdist.applications.mosaics.correspondences import Correspondences
-from projdist.applications.mosaics.images import (
-    DEEPEST,
-    Box,
-    Picture,
-    Piece,
-    Pixels,
-    Store,
-    as_array,
-    common_box,
-    opencv,
-    shift,
-)
+from projdist.applications.mosaics.images import DEEPEST, Box, Picture, Piece, Pixels, Store, as_array, opencv, shift
+from projdist.applications.mosaics.panoramas import MappedPanorama
+from projdist.applications.mosaics.registration import Mosaic
 from projdist.support import replacing
-
-BLENDS = ("multiband", "feather", "none")
 
 _BANDS = 5
 _UNIT = 2**_BANDS  # pixels: pyramids begin at multiples of it, so that the pixels of all pieces coincide
 _REACH = 3 * _UNIT  # influence of a pixel through the bands
 _LITTLE = 1e-5  # a negligible weight
 _FEATHER = 0.02  # of the full weight, per pixel from an image's rim
-
-Place = tuple[slice, slice]
-
-
-def blender_of(name: str, box: Box) -> Blender:
-    """The blender of a name for a box of the canvas."""
-    kinds: dict[str, type[Blender]] = {"multiband": _MultiBand, "feather": _Feather, "none": _Overlay}
-    return kinds[name](box)
 
 
 class Blender(ABC):
@@ -54,13 +34,8 @@ class Blender(ABC):
         self._sum = np.zeros((*self._shape, 3), np.float32)
         self._weights = np.zeros(self._shape, np.float32)
 
-    def _place(self, mask: AnyArray, corner: tuple[int, int]) -> Place:
-        """The slices of a piece in the box."""
-        (height, width), x, y = mask.shape, corner[0] - self._left, corner[1] - self._top
-        return slice(y, y + height), slice(x, x + width)
-
     @abstractmethod
-    def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
+    def feed(self, piece: Piece) -> None:
         """Add a piece of an image, bounded by its mask."""
 
     def blend(self) -> tuple[AnyArray, BoolArray]:
@@ -72,9 +47,9 @@ class Blender(ABC):
 class _Overlay(Blender):
     """Later pieces cover earlier ones."""
 
-    def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
+    def feed(self, piece: Piece) -> None:
         """Put a piece on top."""
-        place = self._place(mask, corner)
+        place, (colours, mask) = piece.window(self._left, self._top), piece.pixels
         opencv().copyTo(colours.astype(np.float32), mask, self._sum[place])
         self._weights[place][mask > 0] = 1.0
 
@@ -82,13 +57,13 @@ class _Overlay(Blender):
 class _Feather(Blender):
     """Means with weights that decrease towards the images' rims."""
 
-    def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
+    def feed(self, piece: Piece) -> None:
         """Add a piece."""
         cv2 = opencv()
-        distance = cv2.distanceTransform(np.pad(mask, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
+        distance = cv2.distanceTransform(np.pad(piece.pixels.mask, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
         weight = np.minimum(distance * _FEATHER, 1.0)
-        place = self._place(mask, corner)
-        self._sum[place] += weight[..., None] * colours
+        place = piece.window(self._left, self._top)
+        self._sum[place] += weight[..., None] * piece.pixels.colours
         self._weights[place] += weight
 
 
@@ -107,18 +82,18 @@ class _MultiBand(Blender):
         self._sums = [np.zeros((*shape, 3), np.float32) for shape in shapes]
         self._bands = [np.zeros(shape, np.float32) for shape in shapes]
 
-    def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
+    def feed(self, piece: Piece) -> None:
         """Add a piece."""
         cv2 = opencv()
-        rows, columns = self._place(mask, corner)
+        rows, columns = piece.window(self._left, self._top)
         height, width = self._bands[0].shape
         top, left = (max(side.start - _REACH, 0) // _UNIT * _UNIT for side in (rows, columns))
         bottom, right = (
             min(-(-(side.stop + _REACH) // _UNIT) * _UNIT, most) for side, most in ((rows, height), (columns, width))
         )
         around = rows.start - top, bottom - rows.stop, columns.start - left, right - columns.stop
-        part = cv2.copyMakeBorder(colours.astype(np.float32), *around, cv2.BORDER_REFLECT)
-        weight = cv2.copyMakeBorder((mask > 0).astype(np.float32), *around, cv2.BORDER_CONSTANT)
+        part = cv2.copyMakeBorder(piece.pixels.colours.astype(np.float32), *around, cv2.BORDER_REFLECT)
+        weight = cv2.copyMakeBorder((piece.pixels.mask > 0).astype(np.float32), *around, cv2.BORDER_CONSTANT)
         for band in range(_BANDS + 1):
             place = slice(top >> band, bottom >> band), slice(left >> band, right >> band)
             detail = part
@@ -139,6 +114,10 @@ class _MultiBand(Blender):
             found = level if band == _BANDS else level + cv2.pyrUp(found, dstsize=level.shape[1::-1])
         seen = np.asarray(self._bands[0][:height, :width] > _LITTLE)
         return np.ascontiguousarray(found[:height, :width]), seen
+
+
+BLENDERS: dict[str, Callable[[Box], Blender]] = {"multiband": _MultiBand, "feather": _Feather, "none": _Overlay}
+BLENDS = tuple(BLENDERS)
 
 
 # ---- cropping ------------------------------------------------------------------------------------
@@ -177,23 +156,18 @@ def _largest(cells: BoolArray) -> Box:
     best, found = 0, (0, 0, 0, 0)
     for row, line in enumerate(cells):
         heights = np.where(line, heights + 1, 0)
-        area, left, right, height = _largest_in_bars(heights)
+        boxes = [(0, 0, 0, 0)]  # area, left, right and height
+        growing: list[tuple[int, int]] = []  # left and height
+        for place, height in enumerate([*heights.tolist(), 0]):
+            start = place
+            while growing and growing[-1][1] >= height:
+                start, tall = growing.pop()
+                boxes.append((tall * (place - start), start, place, tall))
+            growing.append((start, height))
+        area, left, right, high = max(boxes)
         if area > best:
-            best, found = area, (left, row + 1 - height, right, row + 1)
+            best, found = area, (left, row + 1 - high, right, row + 1)
     return found
-
-
-def _largest_in_bars(heights: IntArray) -> tuple[int, int, int, int]:
-    """Area, left, right and height of the largest box under bars, by a stack of boxes that still grow."""
-    best = (0, 0, 0, 0)
-    stack: list[tuple[int, int]] = []  # left side and height
-    for place, height in enumerate([*heights.tolist(), 0]):
-        start = place
-        while stack and stack[-1][1] >= height:
-            start, tall = stack.pop()
-            best = max(best, (tall * (place - start), start, place, tall))
-        stack.append((start, height))
-    return best
 
 
 # ---- rendering -----------------------------------------------------------------------------------
@@ -221,23 +195,8 @@ class Rendered(NamedTuple):
         return self.pixels[..., [0, 3]] if self.is_grey else self.pixels
 
 
-class Drawable(Protocol):
-    """An answer that can be drawn: a `Mosaic`, or a panorama in a map projection."""
-
-    @property
-    def points(self) -> Correspondences:
-        """The correspondences of all images."""
-
-    @property
-    def images(self) -> list[int]:
-        """The numbers of the images that are drawn."""
-
-    def canvas(self, *, most_pixels: float | None = None) -> AnyCanvas:
-        """The picture that holds them, of at most `most_pixels`."""
-
-
 def render(
-    found: Drawable,
+    found: Mosaic | MappedPanorama,
     pictures: Sequence[Picture],
     *,
     blend: str = "multiband",
@@ -276,8 +235,10 @@ def render(
         for left in range(0, canvas.width, _TILE):
             tile = left, top, min(left + _TILE, canvas.width), min(top + _TILE, canvas.height)
             pixels[tile[1] : tile[3], tile[0] : tile[2]] = _tile(tile, canvas, boxes, store, seams, blend, most)
-    if depth > 8:
-        _in_levels(pixels, used)
+    deep = [picture for picture in used if picture.is_deep] if depth > 8 else []
+    if deep and deep[0].levels[0] == 0.0 and deep[0].is_whole:
+        # Whole numbers get back the values in the files, so that 12 bits stay 12 bits.
+        pixels[..., :3] = np.round(pixels[..., :3] * (deep[0].levels[1] / DEEPEST))
     if crop:
         left, top, right, bottom = box = covered_box(pixels[..., 3] > 0)
         pixels, canvas = pixels[top:bottom, left:right], canvas.cropped(box)
@@ -300,16 +261,16 @@ def _tile(
     )
     pieces = {}
     for number, box in enumerate(boxes):
-        part = common_box(box, around)
-        if part is not None:
+        part = max(box[0], around[0]), max(box[1], around[1]), min(box[2], around[2]), min(box[3], around[3])
+        if part[0] < part[2] and part[1] < part[3]:
             piece = canvas.warped(store.read(number), number, part)
-            even = seams.even(number, piece, canvas)
+            even = seams.even(number, piece, canvas.scale)
             pieces[number] = piece._replace(pixels=Pixels(even, piece.pixels.mask))
     masks = seams.cut(pieces, canvas)
-    blender = blender_of(blend, around)
+    blender = BLENDERS[blend](around)
     for number, piece in pieces.items():
         if masks[number].any():
-            blender.feed(piece.pixels.colours, masks[number], piece.corner)
+            blender.feed(piece._replace(pixels=piece.pixels._replace(mask=masks[number])))
     colours, seen = blender.blend()
     drawn = np.zeros((*seen.shape, 4), np.uint8 if most < DEEPEST else np.uint16)
     drawn[..., :3] = np.clip(np.rint(colours, out=colours), 0, most, out=colours)
@@ -317,14 +278,6 @@ def _tile(
     drawn[~seen] = 0
     inside = slice(top - around[1], bottom - around[1]), slice(left - around[0], right - around[0])
     return np.asarray(drawn[inside])
-
-
-def _in_levels(pixels: AnyArray, used: Sequence[Picture]) -> None:
-    """Scale whole numbers back to the values in the files, so that 12 bits stay 12 bits."""
-    deep = [picture for picture in used if picture.is_deep]
-    if deep and deep[0].levels.low == 0.0 and deep[0].is_whole:
-        share = deep[0].levels.high / DEEPEST
-        pixels[..., :3] = np.round(pixels[..., :3] * share)
 
 
 # ---- saving --------------------------------------------------------------------------------------
@@ -352,29 +305,21 @@ def save_mosaic(drawn: Rendered, path: str | os.PathLike[str], *, overwrite: boo
     if suffix not in _FORMATS:
         raise ValueError(f"Invalid picture file '{path}'. Its suffix must be {', '.join(PICTURE_SUFFIXES)}.")
     if drawn.pixels.dtype == np.uint16:
-        return _save_deep(drawn, path, overwrite=overwrite)
-    pixels = drawn.bands
-    form = _FORMATS[suffix]
-    options: dict[str, object] = {"compression": "tiff_lzw"} if form == "TIFF" else {"compress_level": _COMPRESSION}
-    if form == "JPEG":
-        pixels = np.where(pixels[..., -1:] > 0, pixels[..., :-1], np.uint8(_PAPER)).squeeze()
-        options = {"quality": _QUALITY}
-    content = io.BytesIO()
-    Image.fromarray(pixels).save(content, format=form, **options)
-    return _written(content.getvalue(), path, overwrite)
-
-
-def _save_deep(drawn: Rendered, path: Path, *, overwrite: bool) -> Path:
-    """Write a mosaic with 16 bits per colour."""
-    suffix = path.suffix.lower()
-    if suffix not in DEEP_SUFFIXES:
-        raise ValueError(f"Invalid picture file '{path}'. For 16 bits a colour its suffix must be .png, .tif or .tiff.")
-    encoded = opencv().imencode(suffix, drawn.pixels[..., [2, 1, 0, 3]])[1]
-    return _written(encoded.data, path, overwrite)
-
-
-def _written(content: bytes | memoryview, path: Path, overwrite: bool) -> Path:
-    """Write encoded content to a file; codecs that write themselves misreport a full disk."""
+        if suffix not in DEEP_SUFFIXES:
+            raise ValueError(
+                f"Invalid picture file '{path}'. For 16 bits a colour its suffix must be .png, .tif or .tiff."
+            )
+        content = opencv().imencode(suffix, drawn.pixels[..., [2, 1, 0, 3]])[1].data
+    else:
+        pixels, form = drawn.bands, _FORMATS[suffix]
+        options: dict[str, object] = {"compression": "tiff_lzw"} if form == "TIFF" else {"compress_level": _COMPRESSION}
+        if form == "JPEG":
+            pixels = np.where(pixels[..., -1:] > 0, pixels[..., :-1], np.uint8(_PAPER)).squeeze()
+            options = {"quality": _QUALITY}
+        encoded = io.BytesIO()
+        Image.fromarray(pixels).save(encoded, format=form, **options)
+        content = encoded.getvalue()
+    # Codecs that write themselves misreport a full disk.
     with replacing(path, overwrite=overwrite) as new:
         new.write_bytes(content)
     return path
@@ -384,48 +329,11 @@ def _written(content: bytes | memoryview, path: Path, overwrite: bool) -> Path:
 
 
 EXPOSURES = ("gain", "blocks", "none")
+SMALL = 3e5  # pixels of the canvas on which gains and seams are found
 
 # Side of a block with one gain in pixels of the small canvas, and number of iterations: steps at seams due to vignettes
 # of a third are reduced to 40 %; blocks of 32 pixels leave 70 %, and blocks of 8 follow the content of images.
 _BLOCK, _FEEDS = 16, 4
-
-
-def gains_of(exposure: str, pieces: Sequence[Piece]) -> list[FloatArray] | None:
-    """Gains of pieces, (1, 1) each or one per block, found from whole pieces on a small canvas; None for "none".
-
-    Blocks compensate vignetting, pieces that are darker at their rims.
-    """
-    if exposure == "none":
-        return None
-    detail = opencv().detail
-    feeder = detail.GainCompensator() if exposure == "gain" else detail.BlocksGainCompensator(_BLOCK, _BLOCK, _FEEDS)
-    feeder.feed(
-        [piece.corner for piece in pieces],
-        [piece.pixels.colours for piece in pieces],
-        [piece.pixels.mask for piece in pieces],
-    )
-    return [np.atleast_2d(np.asarray(as_array(one), dtype=np.float32)) for one in feeder.getMatGains()]
-
-
-def raised(piece: Piece, gains: FloatArray, whole: Piece, growth: float) -> AnyArray:
-    """The colours of a piece times gains of the whole piece, on a canvas `growth` times as large."""
-    colours = piece.pixels.colours
-    top = np.iinfo(colours.dtype).max
-    height, width = colours.shape[:2]
-    each = gains
-    if gains.size > 1:
-        cv2 = opencv()
-        (down, across), (tall, wide) = whole.pixels.mask.shape, gains.shape
-        to_piece = shift(-piece.corner[0] - 0.5, -piece.corner[1] - 0.5) @ np.diag([growth, growth, 1.0])
-        to_piece = to_piece @ shift(*whole.corner) @ np.diag([across / wide, down / tall, 1.0]) @ shift(0.5, 0.5)
-        each = cv2.warpAffine(
-            gains, to_piece[:2], (width, height), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-        )
-    bright = np.rint(colours * each[..., None])
-    return np.minimum(bright, top, out=bright).astype(colours.dtype)
-
-
-SMALL = 3e5  # pixels of the canvas on which gains and seams are found
 
 
 class Seams:
@@ -434,25 +342,45 @@ class Seams:
     def __init__(self, small: AnyCanvas, store: Store, blend: str, exposure: str) -> None:
         """`small`: the canvas in at most `SMALL` pixels."""
         cv2 = opencv()
-        self.scale = small.scale
-        self.pieces = [
-            _with_8_bits(small.warped(store.read(number), number, small.bounds(number, picture.size)))
-            for number, picture in enumerate(store.pictures)
-        ]
-        self.places = [piece.corner for piece in self.pieces]
-        self.gains = gains_of(exposure, self.pieces)
+        self.scale, self.pieces = small.scale, list[Piece]()
+        for number, picture in enumerate(store.pictures):
+            piece = small.warped(store.read(number), number, small.bounds(number, picture.size))
+            if piece.pixels.colours.dtype != np.uint8:  # 8 bits suffice
+                colours = (piece.pixels.colours // 257).astype(np.uint8)
+                piece = piece._replace(pixels=piece.pixels._replace(colours=colours))
+            self.pieces.append(piece)
+        places, masks = [piece.corner for piece in self.pieces], [piece.pixels.mask for piece in self.pieces]
+        self.gains: list[FloatArray] | None = None  # (1, 1) each, or one per block, which compensates vignetting
+        if exposure != "none":
+            is_one = exposure == "gain"
+            detail = cv2.detail
+            feeder = detail.GainCompensator() if is_one else detail.BlocksGainCompensator(_BLOCK, _BLOCK, _FEEDS)
+            feeder.feed(places, [piece.pixels.colours for piece in self.pieces], masks)
+            self.gains = [np.atleast_2d(np.asarray(as_array(one), dtype=np.float32)) for one in feeder.getMatGains()]
         self.seams: list[AnyArray] | None = None
         if blend == "multiband":
-            colours = [_even(self.gains, number, piece, piece, 1.0) for number, piece in enumerate(self.pieces)]
-            finder = cv2.detail.GraphCutSeamFinder("COST_COLOR")
-            masks = [piece.pixels.mask for piece in self.pieces]
-            cut = finder.find([one.astype(np.float32) for one in colours], self.places, masks)
+            even = [self.even(number, piece, self.scale).astype(np.float32) for number, piece in enumerate(self.pieces)]
+            cut = cv2.detail.GraphCutSeamFinder("COST_COLOR").find(even, places, masks)
             # One pixel wider: the border between two small pixels belongs to both.
             self.seams = [cv2.dilate(as_array(one), None) for one in cut]
 
-    def even(self, number: int, piece: Piece, canvas: AnyCanvas) -> AnyArray:
-        """The colours of a piece of an image on a canvas, with its gain."""
-        return _even(self.gains, number, piece, self.pieces[number], canvas.scale / self.scale)
+    def even(self, number: int, piece: Piece, scale: float) -> AnyArray:
+        """The colours of a piece of an image on a canvas of a scale, with its gain if there are gains."""
+        colours = piece.pixels.colours
+        if self.gains is None:
+            return colours
+        gains, whole, growth = self.gains[number], self.pieces[number], scale / self.scale
+        height, width = colours.shape[:2]
+        if gains.size > 1:
+            cv2 = opencv()
+            (down, across), (tall, wide) = whole.pixels.mask.shape, gains.shape
+            to_piece = shift(-piece.corner[0] - 0.5, -piece.corner[1] - 0.5) @ np.diag([growth, growth, 1.0])
+            to_piece = to_piece @ shift(*whole.corner) @ np.diag([across / wide, down / tall, 1.0]) @ shift(0.5, 0.5)
+            gains = cv2.warpAffine(
+                gains, to_piece[:2], (width, height), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+            )
+        bright = np.rint(colours * gains[..., None])
+        return np.minimum(bright, np.iinfo(colours.dtype).max, out=bright).astype(colours.dtype)
 
     def cut(self, pieces: dict[int, Piece], canvas: AnyCanvas) -> dict[int, AnyArray]:
         """Masks of pieces, cut along the seams; pixels that no image would then have go to the first that has them."""
@@ -468,7 +396,7 @@ class Seams:
         seamed = {}
         for number, piece in pieces.items():
             height, width = masks[number].shape
-            x, y = self.places[number]
+            x, y = self.pieces[number].corner
             to_piece = shift(-piece.corner[0] - 0.5, -piece.corner[1] - 0.5) @ np.diag([growth, growth, 1.0])
             to_piece = to_piece @ shift(x + 0.5, y + 0.5)
             part = cv2.warpAffine(self.seams[number], to_piece[:2], (width, height), flags=cv2.INTER_LINEAR)
@@ -479,16 +407,3 @@ class Seams:
             seamed[number] = np.where(none[place], masks[number], seamed[number])
             none[place] &= masks[number] == 0
         return seamed
-
-
-def _even(gains: list[FloatArray] | None, number: int, piece: Piece, whole: Piece, growth: float) -> AnyArray:
-    """The colours of a piece, with its gain if there are gains."""
-    return piece.pixels.colours if gains is None else raised(piece, gains[number], whole, growth)
-
-
-def _with_8_bits(piece: Piece) -> Piece:
-    """A piece with 8 bits per colour, which suffice to find gains and seams."""
-    colours = piece.pixels.colours
-    if colours.dtype == np.uint8:
-        return piece
-    return piece._replace(pixels=piece.pixels._replace(colours=(colours // 257).astype(np.uint8)))

@@ -1,15 +1,20 @@
-"""The affine map between two sets of corresponding points in any dimension, and points that do not correspond.
+"""Affine maps of corresponding points in any dimension, between two clouds and of many into one frame; wrong partners.
 
-Both sets are whitened, Y - mean = U R with orthonormal columns U. The singular values of U_z^T U_y are the canonical
+Two sets are whitened, Y - mean = U R with orthonormal columns U. The singular values of U_z^T U_y are the canonical
 correlations of the sets (Hotelling 1936), which affine maps of either set do not change. Least squares, z = A y + t
 with errors in z alone, multiplies each canonical axis by its correlation: noise makes it shrink the points. The
 symmetric fit uses the orthogonal polar factor of U_z^T U_y instead: exchanging the sets gives the inverse map, the
 mapped points have the covariance of their targets, and nothing shrinks. In one dimension it is the reduced major axis.
+
+Of many clouds the symmetric answer is self-consistent: each is placed by its symmetric fit onto the weighted mean of
+all, and no cloud is the reference. The mean is determined up to an affine map and kept whitened. With every point in
+every cloud this is a generalised Procrustes analysis (Gower 1975) of whitened clouds. It starts from the largest roots
+of generalised canonical correlations (Kettenring 1971; with missing points, van de Velden & Takane 2012), a symmetric
+eigenproblem. Weights (N, M) are 0 where a cloud lacks a point.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.matrices import Affine
+from projdist.matrices import Affine, Rotation, mean_rotation, principal_scales
 from projdist.support import listed
 
 _FLAT = 1e-12  # of the largest extent: a smaller extent is rounding
@@ -42,14 +47,7 @@ class WhitenedPoints(NamedTuple):
     root: FloatArray
 
 
-def _polar(link: FloatArray) -> FloatArray:
-    """The orthogonal polar factor."""
-    U, _, V = np.linalg.svd(link)
-    return U @ V
-
-
-FITS: dict[str, Callable[[FloatArray], FloatArray]] = {"symmetric": _polar, "least_squares": np.asarray}
-"""The map between whitened coordinates, by the method, of their covariance U_z^T U_y."""
+FITS = ("symmetric", "least_squares")
 
 
 def affine_fit(
@@ -72,11 +70,7 @@ def affine_fit(
         raise ValueError(f"Invalid shapes {y.shape} and {z.shape} of points. Both must be (M, n).")
     if not (np.isfinite(y).all() and np.isfinite(z).all()):
         raise ValueError("Invalid points. They must be finite.")
-    w = (
-        np.ones(len(y))
-        if weights is None
-        else checked_weights(weights, np.zeros(len(y), dtype=bool), "Invalid weights.")
-    )
+    w = checked_weights(np.ones(len(y)) if weights is None else weights, np.zeros(len(y), bool), "Invalid weights.")
     y, z, w = y[w > 0.0], z[w > 0.0], w[w > 0.0]
     for points in (y, z):
         if (span := rank(points, w)) < points.shape[1]:
@@ -110,7 +104,7 @@ def pair_weights(one: FloatArray, other: FloatArray) -> FloatArray:
 def check_fit(method: str) -> None:
     """Raise ValueError for an unknown method."""
     if method not in FITS:
-        raise ValueError(f"Invalid method '{method}'. It must be {listed(list(FITS), 'or')}.")
+        raise ValueError(f"Invalid method '{method}'. It must be {listed(FITS, 'or')}.")
 
 
 def rank(points: FloatArray, weights: FloatArray) -> int:
@@ -133,9 +127,12 @@ def whitened(points: FloatArray, weights: FloatArray) -> WhitenedPoints:
 def fit_whitened(y: WhitenedPoints, z: WhitenedPoints, method: str) -> AffineFit:
     """The fit of one whitened set onto another."""
     link = z.basis.T @ y.basis
-    # z - centre = root_z^T w for the whitened w, and w_z = O w_y.
-    A = z.root.T @ np.linalg.solve(y.root, FITS[method](link).T).T
     correlations = np.minimum(np.linalg.svd(link, compute_uv=False), 1.0)
+    if method == "symmetric":
+        U, _, V = np.linalg.svd(link)
+        link = U @ V
+    # z - centre = root_z^T w for the whitened w, and w_z = link w_y.
+    A = z.root.T @ np.linalg.solve(y.root, link.T).T
     return AffineFit(A, z.centre - A @ y.centre, correlations)
 
 
@@ -149,18 +146,12 @@ _RESIDUAL_ROUNDING = 1e-9  # of the spread: smaller residuals are rounding, not 
 _SAME = 1e-10  # of weights, from step to step
 
 
-class Suspects(NamedTuple):
-    """Flags of wrong partners (N, M), and distances of points from the places that other clouds give them, (N, M).
+def wrong_partners(placed: FloatArray, weights: FloatArray) -> tuple[BoolArray, FloatArray]:
+    """Flags of wrong partners among clouds in one frame, (N, M, n), with weights (N, M), and distances (N, M).
 
-    `left_out` is in the frame, from the fit of the cloud without the point; NaN if unknown.
+    The distance is that of a point from the place that other clouds give it, from the fit of its cloud without the
+    point; NaN if unknown.
     """
-
-    wrong: BoolArray
-    left_out: FloatArray
-
-
-def wrong_partners(placed: FloatArray, weights: FloatArray) -> Suspects:
-    """The wrong partners among clouds placed in one frame, (N, M, n), with weights (N, M)."""
     count, n, seen = len(placed), placed.shape[-1], weights > 0.0
     wrong, left_out = np.zeros(seen.shape, dtype=bool), np.full(seen.shape, np.nan)
     shared = seen & (seen.sum(axis=0) > 1)
@@ -175,13 +166,10 @@ def wrong_partners(placed: FloatArray, weights: FloatArray) -> Suspects:
         place = _medians(placed[:, rows], others)
         bad, distance = _wrong_rows(place, placed[i, rows], pair_weights(weights[i, rows], mean), level)
         wrong[i, rows], left_out[i, rows] = bad, distance
-    return Suspects(_of_one_cloud(wrong, left_out), left_out)
-
-
-def _of_one_cloud(wrong: BoolArray, left_out: FloatArray) -> BoolArray:
-    """For each point only the worst cloud, which shifted the place that the others were compared with."""
+    # For each point only the worst cloud is wrong, which shifted the place that the others were compared with.
     far = np.where(wrong, left_out, -np.inf)
-    return np.asarray(wrong & (far == far.max(axis=0)) & (np.cumsum(wrong & (far == far.max(axis=0)), axis=0) == 1))
+    worst = wrong & (far == far.max(axis=0))
+    return np.asarray(worst & (np.cumsum(worst, axis=0) == 1)), left_out
 
 
 def _medians(places: FloatArray, weights: FloatArray) -> FloatArray:
@@ -276,3 +264,222 @@ def _robust_squares(X: FloatArray, y: FloatArray, scale: float) -> FloatArray:
             break
         w = np.maximum(again, 1e-12)
     return squares
+
+
+# ---- many clouds ---------------------------------------------------------------------------------
+
+
+_MEAN_STEPS = 300  # 3 to 30 suffice, except for chains of thirty clouds with noise of a tenth of their spread
+_CONVERGED, _ACCEPTED = 1e-14, 1e-10  # of the spread of the mean: steps at which to stop, and that still count
+_VANISHING = 1e-10  # of a squared length of 1
+
+
+class Group(NamedTuple):
+    """The maps A_i y + shift_i of N clouds, and their canonical correlations with the mean."""
+
+    A: FloatArray  # (N, n, n)
+    shift: FloatArray  # (N, n)
+    correlations: FloatArray  # (N, n), in descending order
+    converged: bool
+
+
+class Kept(NamedTuple):
+    """Numbers of the clouds that can be registered together, and the reasons why others cannot."""
+
+    clouds: list[int]
+    reasons: dict[int, str]
+
+
+def kept_clouds(points: FloatArray, weights: FloatArray, *, first_only: bool = False) -> Kept:
+    """The largest connected set of clouds, points (N, M, n) with weights (N, M).
+
+    A cloud joins the set if the points that it shares with it span all n dimensions; with `first_only`, if those that
+    it shares with the first cloud do.
+    """
+    n = points.shape[-1]
+    reasons = {}
+    for i in range(len(points)):
+        if (dimensions := _span(points, weights, i)) < n:
+            reasons[i] = _reason(int((weights[i] > 0.0).sum()), dimensions, n, "it has")
+    able = [i for i in range(len(points)) if i not in reasons]
+    best: list[int] = []
+    for seed in able[:1] if first_only and able[:1] == [0] else [] if first_only else able:
+        found = _grown(points, weights, able, seed, first_only)
+        if len(found) > len(best):
+            best = found
+        if len(best) == len(able):
+            break
+    there = np.asarray(weights[best].any(axis=0))
+    for i in set(able) - set(best):
+        shared = int((there & (weights[i] > 0.0)).sum())
+        reasons[i] = _reason(shared, _span(points, weights, i, there), n, "it shares with the others")
+    return Kept(best, dict(sorted(reasons.items())))
+
+
+def _span(points: FloatArray, weights: FloatArray, i: int, there: BoolArray | None = None) -> int:
+    """Number of dimensions that the points of cloud i span, or those of them marked in `there`."""
+    some = (weights[i] > 0.0) if there is None else there & (weights[i] > 0.0)
+    return rank(points[i][some], weights[i][some])
+
+
+def _grown(points: FloatArray, weights: FloatArray, able: list[int], seed: int, first_only: bool) -> list[int]:
+    """The connected set of clouds that contains the cloud `seed`."""
+    members, there = [seed], weights[seed] > 0.0
+    waiting = [i for i in able if i != seed]
+    while True:
+        joined = [i for i in waiting if _span(points, weights, i, there) == points.shape[-1]]
+        if not joined:
+            return sorted(members)
+        members += joined
+        waiting = [i for i in waiting if i not in joined]
+        if first_only:
+            return sorted(members)
+        there |= weights[joined].any(axis=0)
+
+
+def _reason(count: int, dimensions: int, n: int, what: str) -> str:
+    """Why so many points, which span so many dimensions, are too few."""
+    if count <= n:
+        return f"{what} {count} point{'s' if count != 1 else ''}, and {n + 1} are needed"
+    return f"the {count} points that {what} span {dimensions} of {n} dimensions"
+
+
+def onto_first(points: FloatArray, weights: FloatArray) -> Group:
+    """Least-squares fits of each cloud onto the first, which shrink, for comparison."""
+    fits = []
+    for cloud, counts in zip(points, weights, strict=True):
+        both = (counts > 0.0) & (weights[0] > 0.0)
+        w = pair_weights(counts[both], weights[0, both])
+        fits.append(fit_whitened(whitened(cloud[both], w), whitened(points[0][both], w), "least_squares"))
+    return _grouped(fits, True)
+
+
+def consensus(points: FloatArray, weights: FloatArray) -> Group:
+    """The self-consistent symmetric fit of connected clouds (see `kept_clouds`).
+
+    Alternating fits and means converges slowly along chains of clouds; each step is therefore extrapolated to the limit
+    that it would have if the fits were linear.
+    """
+    shared = (weights > 0.0).sum(axis=0) > 1
+    clouds = _Clouds(points[:, shared], weights[:, shared])
+    mean = clouds.start
+    for _ in range(_MEAN_STEPS):
+        move = clouds.next_mean(mean) - mean
+        change = float(np.linalg.norm(clouds.roots * move)) / np.sqrt(mean.size)
+        if change < _CONVERGED:
+            break
+        mean = clouds.whitened_mean(mean + clouds.extrapolated(move))
+    return _grouped(clouds.fits(mean), change < _ACCEPTED)
+
+
+def _grouped(fits: list[AffineFit], converged: bool) -> Group:
+    """Fits of clouds as one group."""
+    A, shift, correlations = map(
+        np.stack, zip(*((one.matrix, one.shift, one.correlations) for one in fits), strict=True)
+    )
+    return Group(A, shift, correlations, converged)
+
+
+class _Clouds:
+    """Clouds to be fitted onto a mean of M points, each in at least two of the clouds."""
+
+    def __init__(self, points: FloatArray, weights: FloatArray) -> None:
+        self.rows = [np.flatnonzero(counts) for counts in weights]
+        self.points = [cloud[row] for cloud, row in zip(points, self.rows, strict=True)]
+        self.weights = [counts[row] for counts, row in zip(weights, self.rows, strict=True)]
+        self.whitened = [whitened(cloud, w) for cloud, w in zip(self.points, self.weights, strict=True)]
+        self.roots = np.sqrt(weights.sum(axis=0))[:, None]
+        self.start, self.values, self.vectors = self._linear(points.shape[-1])
+
+    def _linear(self, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The mean that simultaneous least-squares fits change least, and the other eigenvalues and vectors.
+
+        The fits are projections onto the affine functions of each cloud. The n + 1 largest eigenvalues of their mean
+        belong to the mean of the clouds and to the constant; the others say how much of a move each step keeps.
+        """
+        F = np.zeros((len(self.roots), len(self.rows) * (n + 1)))
+        for i, (row, cloud, w) in enumerate(zip(self.rows, self.whitened, self.weights, strict=True)):
+            root = np.sqrt(w)[:, None]
+            F[row, i * (n + 1) : (i + 1) * (n + 1)] = root * np.hstack([root / np.sqrt(w.sum()), cloud.basis])
+        F /= self.roots
+        values, V = np.linalg.eigh(F.T @ F)
+        some = values > _VANISHING
+        values, U = values[some], F @ V[:, some] / np.sqrt(values[some])
+        mean = self.roots * self._centred(U[:, -n - 1 :] / self.roots)
+        basis = np.linalg.svd(mean, full_matrices=False)[0][:, :n]
+        return basis / self.roots, np.minimum(values[: -n - 1], 1.0 - _VANISHING), U[:, : -n - 1]
+
+    def fits(self, mean: FloatArray) -> list[AffineFit]:
+        """Symmetric fits of each cloud onto the mean."""
+        clouds = zip(self.rows, self.whitened, self.weights, strict=True)
+        return [fit_whitened(cloud, whitened(mean[row], w), "symmetric") for row, cloud, w in clouds]
+
+    def next_mean(self, mean: FloatArray) -> FloatArray:
+        """The whitened mean of the clouds fitted onto a mean, rotated onto that, as whitening leaves axes free."""
+        total = np.zeros_like(mean)
+        for row, cloud, w, fit in zip(self.rows, self.points, self.weights, self.fits(mean), strict=True):
+            total[row] += w[:, None] * fit(cloud)
+        image = self.whitened_mean(total / self.roots**2)
+        U, _, V = np.linalg.svd((self.roots * image).T @ (self.roots * mean))
+        return image @ U @ V
+
+    def extrapolated(self, move: FloatArray) -> FloatArray:
+        """The sum of a move and all moves that would follow it if the fits were linear."""
+        parts = self.vectors.T @ (self.roots * move)
+        return move + self.vectors @ ((self.values / (1.0 - self.values))[:, None] * parts) / self.roots
+
+    def whitened_mean(self, points: FloatArray) -> FloatArray:
+        """The nearest centred points whose columns, times the square roots of the weights, are orthonormal."""
+        U, _, V = np.linalg.svd(self.roots * self._centred(points), full_matrices=False)
+        return U @ V / self.roots
+
+    def _centred(self, points: FloatArray) -> FloatArray:
+        """Points minus their weighted mean."""
+        w = self.roots**2
+        return np.asarray(points - (w * points).sum(axis=0) / w.sum())
+
+
+def dist_squares(T: FloatArray, A: FloatArray) -> FloatArray:
+    """Dist_F(T^-1 A_i)^2 of matrices (N, n, n)."""
+    return np.asarray(np.sum(np.log(principal_scales(np.linalg.solve(T, A))) ** 2, axis=-1))
+
+
+def upright(group: Group) -> tuple[Group, BoolArray]:
+    """The maps into a frame in which most clouds are not mirrored, and flags of the mirrored ones.
+
+    With equally many of both the first cloud is not mirrored.
+    """
+    signs = np.linalg.slogdet(group.A)[0]
+    most = np.sign(signs.sum()) or signs[0]
+    flip = np.ones(group.shift.shape[1])
+    flip[-1] = most
+    return group._replace(A=flip[:, None] * group.A, shift=flip * group.shift), np.asarray(signs != most)
+
+
+def into_mdt(
+    group: Group, T: FloatArray, mirrored: BoolArray, points: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray, Rotation]:
+    """Matrices and shifts into the frame of the MDT; points (N, M, n) keep their mean rotation and position."""
+    rotation = mean_rotation(group.A[~mirrored], T=T)
+    A, shift = (np.einsum("ij,nj...->ni...", rotation.q @ np.linalg.inv(T), part) for part in (group.A, group.shift))
+    moves, there = points - placed(A, shift, points), weights > 0.0
+    moved = np.average(moves[there], axis=0, weights=weights[there])
+    return A, shift + moved, rotation
+
+
+def placed(A: FloatArray, shift: FloatArray, points: FloatArray) -> FloatArray:
+    """Points (N, M, n) mapped into the frame."""
+    return np.einsum("nij,nmj->nmi", A, points) + shift[:, None]
+
+
+def squared_residuals(places: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Weighted sums of squared distances from the points' mean places, and sums of the weights, both (N,).
+
+    Points of only one cloud do not count.
+    """
+    shared = (weights > 0.0).sum(axis=0) > 1
+    places, weights = places[:, shared], weights[:, shared]
+    places = np.where((weights > 0.0)[..., None], places, 0.0)
+    mean = np.einsum("im,imn->mn", weights, places) / weights.sum(axis=0)[:, None]
+    squares = weights * np.sum((places - mean) ** 2, axis=2)
+    return squares.sum(axis=1), weights.sum(axis=1)

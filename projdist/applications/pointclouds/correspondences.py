@@ -1,17 +1,29 @@
-"""Corresponding points of several clouds: by rows, by ids, or by closest points (ICP)."""
+"""Corresponding points of several clouds, by rows, by ids, or by closest points (ICP), and their weights from files."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+import os
+from collections import defaultdict
+from collections.abc import Hashable, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from projdist._typing import FloatArray, IntArray
-from projdist.applications.pointclouds.affine import fit_whitened, pair_weights, rank, whitened
-from projdist.applications.pointclouds.groupwise import consensus, kept_clouds
+from projdist.applications.pointclouds.affine import (
+    checked_weights,
+    consensus,
+    fit_whitened,
+    kept_clouds,
+    pair_weights,
+    rank,
+    whitened,
+)
+from projdist.applications.pointclouds.files import CloudFile
 from projdist.matrices import Affine
-from projdist.support import listed
+from projdist.support import is_number, listed, number_of, numbered_rows, tell
 
 _EXACT = 1e-6  # of the spacing: smaller distances are no better evidence
 _SHARES = -700.0, 5.0  # logarithms of volumes around points: beyond these, probabilities round to 0 or 1
@@ -102,17 +114,10 @@ def _pairwise(cloud: WeightedCloud, template: WeightedCloud) -> IntArray:
         return np.full(len(template.points), -1)
     apart = _spacing(template.points)
     found = [_laid(cloud, cloud.points, template, apart)]
-    if np.sum(found[0].partners >= 0) < _ENOUGH * min(len(cloud.points), len(template.points)):
+    if np.sum(found[0][0] >= 0) < _ENOUGH * min(len(cloud.points), len(template.points)):
         found += [_laid(cloud, start, template, apart) for start in _turned(cloud, template)]
     # If none is better than chance, the most pairs are the best guess.
-    return min(found, key=lambda laid: (min(laid.false_alarms, 0.0), -int(np.sum(laid.partners >= 0)))).partners
-
-
-class _Laid(NamedTuple):
-    """Partners that affine fits no longer change, and the logarithm of the number of false alarms."""
-
-    partners: IntArray
-    false_alarms: float
+    return min(found, key=lambda laid: (min(laid[1], 0.0), -int(np.sum(laid[0] >= 0))))[0]
 
 
 def _turns(n: int) -> FloatArray:
@@ -134,7 +139,11 @@ def _turns(n: int) -> FloatArray:
 def _turned(cloud: WeightedCloud, template: WeightedCloud) -> list[FloatArray]:
     """A cloud with the moments of the template, in each rotation to which closest points converge."""
     (basis, _), (target, laid) = _equal_moments(cloud), _equal_moments(template)
-    starts = _promising(basis.points, target.points, _turns(basis.points.shape[1]))
+    starts = _turns(basis.points.shape[1])
+    if len(starts) > _TURNS:  # those with the least median distance of the cloud's points from the template
+        some = basis.points[:: -(-len(basis.points) // _LOOKED_AT)]
+        distance = _nearest(target.points, some @ starts.swapaxes(1, 2))[1]
+        starts = starts[np.argsort(np.median(distance, axis=1), kind="stable")[:_PROMISING]]
     found = dict(_closest_turn(basis, target, turn) for turn in starts)
     return [laid(basis.points @ turn.T) for turn in found.values()]
 
@@ -145,15 +154,6 @@ def _equal_moments(cloud: WeightedCloud) -> tuple[WeightedCloud, Affine]:
     _, extents, V = np.linalg.svd(white.root)
     back = Affine((V.T * extents) @ V / np.sqrt(cloud.weights.sum()), white.centre)
     return WeightedCloud(back.inverse()(cloud.points), cloud.weights), back
-
-
-def _promising(basis: FloatArray, target: FloatArray, turns: FloatArray) -> FloatArray:
-    """The rotations with the least median distance of a cloud's points from the target; all if there are few."""
-    if len(turns) <= _TURNS:
-        return turns
-    some = basis[:: -(-len(basis) // _LOOKED_AT)]
-    distance = _nearest(target, some @ turns.swapaxes(1, 2))[1]
-    return turns[np.argsort(np.median(distance, axis=1), kind="stable")[:_PROMISING]]
 
 
 def _closest_turn(basis: WeightedCloud, target: WeightedCloud, turn: FloatArray) -> tuple[bytes, FloatArray]:
@@ -178,8 +178,11 @@ def _pairs(
     return cloud.points[pairs], template.points[there], pair_weights(cloud.weights[pairs], template.weights[there])
 
 
-def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apart: float) -> _Laid:
-    """A cloud fitted to the template, of spacing `apart`, by affine fits to closest points from a start."""
+def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apart: float) -> tuple[IntArray, float]:
+    """Partners that affine fits to closest points no longer change, and the logarithm of the number of false alarms.
+
+    The fits of the cloud to the template, whose spacing is `apart`, begin at `start`.
+    """
     moved, known = start, set[bytes]()
     while True:
         partners = _partners(moved, template.points)
@@ -187,9 +190,9 @@ def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apar
             break
         y, z, w = _pairs(cloud, template, partners)
         if min(rank(y, w), rank(z, w)) < y.shape[1]:
-            return _Laid(np.full(len(partners), -1), np.inf)
+            return np.full(len(partners), -1), np.inf
         moved = fit_whitened(whitened(y, w), whitened(z, w), "symmetric")(cloud.points)
-    return _Laid(partners, log_false_alarms(_nearest(moved, template.points)[1], apart, moved.shape[1]))
+    return partners, log_false_alarms(_nearest(moved, template.points)[1], apart, moved.shape[1])
 
 
 def _spacing(points: FloatArray) -> float:
@@ -269,19 +272,17 @@ def corresponding_points(
         pairs = zip(clouds, weights, there, strict=True)
         return nearest_points([WeightedCloud(cloud[some], w[some]) for cloud, w, some in pairs])
     together = [np.column_stack(pair) for pair in zip(clouds, weights, strict=True)]
-    found = _by_rows(together, names) if correspond == "rows" else _by_ids(together, names, ids)
+    if correspond == "id":
+        found = _by_ids(together, names, ids)
+    else:
+        for name, cloud in zip(names, clouds, strict=True):
+            if len(cloud) != len(clouds[0]):
+                raise ValueError(
+                    f"Invalid cloud '{name}'. It has {len(cloud)} points, '{names[0]}' {len(clouds[0])}; rows that "
+                    "correspond must be as many. Where they do not, there is the correspondence id or icp."
+                )
+        found = np.stack(together)
     return found[..., :-1], np.where(np.isnan(found).any(axis=2), 0.0, found[..., -1])
-
-
-def _by_rows(clouds: list[FloatArray], names: Sequence[str]) -> FloatArray:
-    """Clouds of equally many rows, (N, M, n)."""
-    for name, cloud in zip(names, clouds, strict=True):
-        if len(cloud) != len(clouds[0]):
-            raise ValueError(
-                f"Invalid cloud '{name}'. It has {len(cloud)} points, '{names[0]}' {len(clouds[0])}; rows that "
-                "correspond must be as many. Where they do not, there is the correspondence id or icp."
-            )
-    return np.stack(clouds)
 
 
 def _by_ids(clouds: list[FloatArray], names: Sequence[str], ids: Sequence[Sequence[str]] | None) -> FloatArray:
@@ -299,3 +300,82 @@ def _by_ids(clouds: list[FloatArray], names: Sequence[str], ids: Sequence[Sequen
     for row, cloud, marks in zip(points, clouds, ids, strict=True):
         row[[numbers[mark] for mark in marks]] = cloud
     return points
+
+
+# ---- weights -------------------------------------------------------------------------------------
+
+
+_NAMED_CLOUDS = 3  # clouds in a notice
+
+
+class WeightsFile(NamedTuple):
+    """Weights (M,) for the rows of all clouds, or for ids if the file has them."""
+
+    path: Path
+    numbers: FloatArray
+    ids: tuple[str, ...] | None
+
+    def of_ids(self, cloud: CloudFile) -> FloatArray:
+        """Weights of a cloud's points by their ids; raises ValueError for ids missing from the file."""
+        if self.ids is None:
+            raise ValueError(f"Invalid weights '{self.path}'. By ids it must have two columns, id and number.")
+        known = dict(zip(self.ids, self.numbers.tolist(), strict=True))
+        absent = next((mark for mark in cloud.ids or () if mark not in known), None)
+        if absent is not None:
+            raise ValueError(f"Invalid weights '{self.path}'. It has none for the id '{absent}' of '{cloud.path}'.")
+        return np.array([known[mark] for mark in cloud.ids or ()])
+
+
+def read_weights(path: str | os.PathLike[str]) -> WeightsFile:
+    """The weights in a text file: a number per line, or id and number, perhaps below a header. Raises ValueError."""
+    text = f"Invalid weights '{path}'."
+    rows = numbered_rows(Path(path), text)
+    width = len(rows[0][1])
+    if width > 2:
+        raise ValueError(f"{text} It must have one column, of numbers, or two, id and number; it has {width}.")
+    if not is_number(rows[0][1][-1]):
+        rows = rows[1:]
+    numbers = []
+    for line, row in rows:
+        if len(row) < width or not is_number(row[-1]):
+            raise ValueError(f"{text} Line {line} must end with a number.")
+        numbers.append(number_of(row[-1]))
+    ids = tuple(row[0].strip() for _, row in rows) if width == 2 else None
+    return WeightsFile(Path(path), np.array(numbers), ids)
+
+
+def column_weights(clouds: Sequence[CloudFile], column: str, correspond: str) -> list[FloatArray]:
+    """Weights of each cloud's points from a column, which at least one cloud must have; raises ValueError.
+
+    A point of a cloud without the column gets the mean weight of its partners, or of all points if no partner has a
+    weight or the partners are unknown, in whatever unit. A notice says so.
+    """
+    numbers = [cloud.weights for cloud in clouds if cloud.weights is not None]
+    if not numbers:
+        there = f"; '{clouds[0].path}' has {listed(clouds[0].columns, 'and')}" if clouds[0].columns else ""
+        raise ValueError(f"Invalid weights '{column}'. No cloud has such a column{there}.")
+    if len(numbers) == len(clouds):
+        return numbers
+    for cloud in clouds:
+        if cloud.weights is not None:
+            missing = np.asarray(np.isnan(cloud.points).all(axis=1))
+            checked_weights(cloud.weights, missing, f"Invalid weights of cloud '{cloud.path}'.")
+    lacking = [f"'{cloud.path}'" for cloud in clouds if cloud.weights is None]
+    shown = listed(lacking, "and") if len(lacking) <= _NAMED_CLOUDS else f"{len(lacking)} of {len(clouds)} clouds"
+    like = "the others do on average" if correspond == "icp" else "their partners do"
+    tell(f"No column '{column}' in {shown}: the points there weigh as {like}.")
+    # Keys that partners share: ids, or rows, or None for all points if partners are unknown.
+    marks: list[Sequence[Hashable]] = [range(len(cloud.points)) for cloud in clouds]
+    if correspond != "rows":
+        marks = [(correspond == "id" and cloud.ids) or [None] * len(cloud.points) for cloud in clouds]
+    given = defaultdict(list)
+    for cloud, some in zip(clouds, marks, strict=True):
+        for mark, number in zip(some, [] if cloud.weights is None else cloud.weights.tolist(), strict=False):
+            if not math.isnan(number):
+                given[mark].append(number)
+    known = {mark: math.fsum(those) / len(those) for mark, those in given.items()}
+    typical = float(np.nanmean(np.concatenate(numbers)))
+    return [
+        np.array([known.get(mark, typical) for mark in some]) if cloud.weights is None else cloud.weights
+        for cloud, some in zip(clouds, marks, strict=True)
+    ]

@@ -1,6 +1,8 @@
 """Files of points, which are read, and written with the points moved and everything else unchanged.
 
-PLY and PCD are read by `records`, which keeps everything else byte for byte; the library plyfile is under the GPL.
+PLY: G. Turk, "The PLY polygon file format", 1994; the library plyfile is under the GPL. Data before and after the
+vertices, mostly faces, are kept byte for byte. PCD: the Point Cloud Library's documentation, "The PCD (Point Cloud
+Data) file format", version .7. The other formats are text.
 """
 
 from __future__ import annotations
@@ -12,17 +14,14 @@ import math
 import operator
 import os
 import re
-from collections import defaultdict
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist._typing import FloatArray
-from projdist.applications.pointclouds.affine import checked_weights
-from projdist.applications.pointclouds.records import CloudError, Records, read_pcd, read_ply
+from projdist._typing import AnyArray, FloatArray
 from projdist.support import (
     cells_of,
     comma_hint,
@@ -30,16 +29,275 @@ from projdist.support import (
     is_number,
     listed,
     number_of,
-    numbered_rows,
     replacing,
     separator_of,
     tell,
     with_decimal_points,
 )
 
+_TYPES = {
+    **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
+    **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
+    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
+}
+_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
+_AXES, _NORMALS = ("x", "y", "z"), ("nx", "ny", "nz")
+_SHOWN = 60  # characters of a line in a message
+
+
+class CloudError(ValueError):
+    """An error in the content of a file; the message is a sentence."""
+
+
+@dataclass(frozen=True, eq=False)
+class Records:
+    """A PLY or PCD file: the bytes before its points, the points as a structured array, and the bytes after them."""
+
+    header: bytes
+    vertices: AnyArray
+    tail: bytes
+    ascii: bool
+    ids: None = None
+
+    @property
+    def points(self) -> FloatArray:
+        """Shape (M, 2) or (M, 3)."""
+        return self._columns([name for name in _AXES if name in self.names])
+
+    @property
+    def normals(self) -> FloatArray | None:
+        """Shape (M, 3), None if there are none."""
+        return self._columns(_NORMALS) if {*_NORMALS, "z"} <= set(self.names) else None
+
+    def column(self, name: str) -> FloatArray | None:
+        """A column by its name; None if it is missing or has several numbers per point."""
+        there = name in self.names and not self.vertices.dtype[name].shape
+        return self._columns([name])[:, 0] if there else None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return self.vertices.dtype.names or ()
+
+    def _columns(self, names: Sequence[str]) -> FloatArray:
+        """Columns by their names, (M, k)."""
+        return np.stack([self.vertices[name].astype(float) for name in names], axis=1)
+
+    def moved(self, points: FloatArray, normals: FloatArray | None) -> bytes:
+        """The content of the file with other points and normals, in the file's own types."""
+        vertices = self.vertices.copy()
+        for names, values in (_AXES, points), (_NORMALS, normals):
+            if values is not None:
+                for name, column in zip(names, values.T, strict=False):
+                    vertices[name] = column
+        if not self.ascii:
+            return self.header + vertices.tobytes() + self.tail
+        several = [vertices[name].reshape(len(vertices), -1).T for name in self.names]
+        # str of numpy's numbers is the shortest text that is read as the same number of that type.
+        rows = zip(*(list(column) for columns in several for column in columns), strict=True)
+        lines = "".join(" ".join(map(str, row)) + "\n" for row in rows)
+        return self.header + lines.encode() + self.tail
+
+
+# ---- PLY ------------------------------------------------------------------------------------
+
+
+class _Property(NamedTuple):
+    """A property of an element: its name, its type, and the type of its length if it is a list, else ""."""
+
+    name: str
+    kind: str
+    length: str = ""
+
+
+class _Element(NamedTuple):
+    """An element of a header: its name, its number and its properties."""
+
+    name: str
+    rows: int
+    properties: list[_Property]
+
+
+def read_ply(data: bytes) -> Records:
+    """The records of a PLY file; raises CloudError."""
+    end = data.find(b"end_header")
+    line_end = data.find(b"\n", end)
+    if not data.startswith(b"ply") or end < 0 or line_end < 0:
+        raise CloudError("It is no PLY file: its header must begin with ply and end with end_header.")
+    order, elements = _elements(data[:line_end].decode("ascii", errors="replace").splitlines())
+    place = next((k for k, element in enumerate(elements) if element.name == "vertex"), None)
+    if order not in _ORDERS or place is None:
+        raise CloudError("Its header must name a format and an element vertex.")
+    vertex = elements[place]
+    kinds = {one.name: one.kind for one in vertex.properties}
+    if len(kinds) < len(vertex.properties):
+        raise CloudError("Its vertices have two properties of one name.")
+    if any(one.length for one in vertex.properties):
+        raise CloudError("Its vertices must have no lists.")
+    dtype = np.dtype([(name, _ORDERS[order] + kind) for name, kind in kinds.items()])
+
+    start = line_end + 1
+    for element in elements[:place]:
+        start = _behind(data, start, element, order)
+    return _records(data, start, vertex.rows, dtype, is_ascii=order == "ascii")
+
+
+def _elements(lines: list[str]) -> tuple[str, list[_Element]]:
+    """The format and the elements that a header names."""
+    order, elements = "", list[_Element]()
+    for line in lines:
+        words = line.split()
+        try:
+            if words[:1] == ["format"]:
+                order = words[1]
+            elif words[:1] == ["element"]:
+                elements.append(_Element(words[1], int(words[2]), []))
+            elif words[:1] == ["property"] and "vertex" in [element.name for element in elements[:-1]]:
+                continue  # of an element after the vertices
+            elif words[:2] == ["property", "list"]:
+                elements[-1].properties.append(_Property(words[4], _TYPES[words[3]], _TYPES[words[2]]))
+            elif words[:1] == ["property"]:
+                elements[-1].properties.append(_Property(words[2], _TYPES[words[1]]))
+        except (IndexError, KeyError, ValueError) as error:
+            raise CloudError(f"The line '{line.strip()[:_SHOWN]}' of its header is not understood.") from error
+    return order, elements
+
+
+def _behind(data: bytes, start: int, element: _Element, order: str) -> int:
+    """The end of an element's data; raises CloudError if the file ends before."""
+    early = CloudError(f"It ends before its vertices, among those of its element '{element.name}'.")
+    if order == "ascii":  # a line each
+        for _ in range(element.rows):
+            start = data.find(b"\n", start) + 1
+            if start == 0:
+                raise early
+        return start
+    sizes = [np.dtype(one.kind).itemsize for one in element.properties]
+    lengths = [np.dtype(_ORDERS[order] + (one.length or "V0")) for one in element.properties]
+    if not any(one.length for one in element.properties):
+        return start + max(0, element.rows) * sum(sizes)
+    for _ in range(element.rows):
+        for size, length in zip(sizes, lengths, strict=True):
+            if start + (length.itemsize or size) > len(data):
+                raise early
+            count = max(0, int(np.frombuffer(data, length, 1, start)[0])) if length.itemsize else 1
+            start += length.itemsize + count * size
+    return start
+
+
+# ---- PCD ------------------------------------------------------------------------------------
+
+
+_PCD_KINDS = {"F": "f", "I": "i", "U": "u"}
+_PCD_HEADER = ("VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA")
+
+
+def read_pcd(data: bytes) -> Records:
+    """The records of a PCD file; raises CloudError."""
+    words, start = _pcd_header(data)
+    form = " ".join(words.get("DATA", [])).lower()
+    if form == "binary_compressed":
+        raise CloudError("Its data are binary_compressed; they must be ascii or binary.")
+    if form not in ("ascii", "binary"):
+        raise CloudError("It is no PCD file: its header must end with DATA ascii or DATA binary.")
+    names = words.get("FIELDS", [])
+    dtype = np.dtype([])
+    try:
+        counts = [int(count) for count in words.get("COUNT", ["1"] * len(names))]
+        kinds = zip(words.get("TYPE", []), words.get("SIZE", []), strict=True)
+        codes = ["<" + _PCD_KINDS[kind.upper()] + size for kind, size in kinds]
+        # Padding between columns has the same name again and again.
+        unique = [name if names.count(name) == 1 else f"{name} {number}" for number, name in enumerate(names)]
+        columns = zip(unique, codes, counts, strict=True)
+        dtype = np.dtype([(name, code, (count,)) if count != 1 else (name, code) for name, code, count in columns])
+        points = int(words["POINTS"][0]) if "POINTS" in words else int(words["WIDTH"][0]) * int(words["HEIGHT"][0])
+    except (KeyError, ValueError, TypeError, IndexError) as error:
+        raise CloudError("Its header must have FIELDS, SIZE, TYPE and POINTS that fit together.") from error
+
+    return _records(data, start, points, dtype, is_ascii=form == "ascii", named="Point")
+
+
+def _pcd_header(data: bytes) -> tuple[dict[str, list[str]], int]:
+    """The words of a header's lines by the keyword before them, and the end of the header."""
+    words: dict[str, list[str]] = {}
+    start = 0
+    while "DATA" not in words:
+        end = data.find(b"\n", start)
+        if end < 0:
+            break
+        line = data[start:end].decode("ascii", errors="replace").partition("#")[0].split()
+        start = end + 1
+        if line and line[0].upper() not in _PCD_HEADER:
+            raise CloudError(f"It is no PCD file: '{' '.join(line)[:_SHOWN]}' is no line of such a header.")
+        if line:
+            words[line[0].upper()] = line[1:]
+    return words, start
+
+
+# ---- both -----------------------------------------------------------------------------------
+
+
+def _records(
+    data: bytes, start: int, count: int, dtype: np.dtype[Any], *, is_ascii: bool, named: str = "Vertex"
+) -> Records:
+    """The records of a file with `count` points from `start` on; raises CloudError."""
+    names = dtype.names or ()
+    if not {"x", "y"} <= set(names) or any(dtype[name].kind != "f" for name in names if name in _AXES):
+        where, kind = ("vertices", "type float or double") if named == "Vertex" else ("FIELDS", "the TYPE F")
+        raise CloudError(f"Its {where} must have x, y and perhaps z of {kind}.")
+    if count < 1:
+        raise CloudError("There are no points in it.")
+    if not is_ascii:
+        size = count * dtype.itemsize
+        if len(data) < start + size:
+            what = "vertices do" if named == "Vertex" else "points do"
+            raise CloudError(f"It ends before its {count} {what}.")
+        return Records(data[:start], np.frombuffer(data, dtype, count, start), data[start + size :], False)
+    # A header may claim more points than there are lines.
+    content = data[start:]
+    *lines, tail = content.split(b"\n", min(count, len(content)))
+    if len(lines) < count:
+        lines, tail = [*lines, tail], b""
+    return Records(data[:start], _ascii_points(lines, count, dtype, named), tail, True)
+
+
+def _ascii_points(lines: list[bytes], count: int, dtype: np.dtype[Any], named: str) -> AnyArray:
+    """The points of the first lines; raises CloudError for the first that does not fit the columns."""
+    width = sum(int(np.prod(dtype[name].shape)) for name in dtype.names or ())
+    rows = []
+    for k in range(count):
+        cells = lines[k].decode("ascii", errors="replace").split() if k < len(lines) else []
+        try:
+            rows.append([number_of(cell) for cell in cells])
+        except ValueError:
+            rows.append([])
+        if len(rows[k]) != width:
+            commas = ", with decimal points, not commas" if any(map(has_decimal_comma, cells)) else ""
+            raise CloudError(f"{named} {k + 1} must have {width} numbers{commas}.")
+    points, table, first = np.empty(count, dtype), np.array(rows), 0
+    for name in dtype.names or ():
+        kind = dtype[name]
+        columns = table[:, first : first + int(np.prod(kind.shape))]
+        if kind.base.kind == "f":
+            wrong = np.isfinite(columns) & (np.abs(columns) > np.finfo(kind.base).max)
+        else:
+            limits = np.iinfo(kind.base)
+            wrong = ~((columns == np.rint(columns)) & (columns >= limits.min) & (columns <= limits.max))
+        if wrong.any():
+            k, column = np.argwhere(wrong)[0]
+            held = f"{columns[k, column]:g} for {name}"
+            raise CloudError(f"{named} {k + 1} has {held}, which its type {kind.base.name} cannot hold.")
+        points[name] = columns.reshape((count, *kind.shape))
+        first += columns.shape[1]
+    return points
+
+
+# ---- files ---------------------------------------------------------------------------------------
+
+
 _IDS = ("id", "name", "label", "point")
 _NAMED = 5  # rows in a notice
-_AXES, _NORMALS = ("x", "y", "z"), ("nx", "ny", "nz")
+
 _CLOUDCOMPARE = "//"  # before the names of the columns
 
 
@@ -67,7 +325,11 @@ class CloudFile:
 
         Raises FileExistsError for an existing file that is not to be overwritten, and OSError.
         """
-        normals = None if self.normals is None else _turned(self.normals, A)
+        normals = None
+        if self.normals is not None:
+            turned = np.linalg.solve(A.T, self.normals.T).T
+            length = np.linalg.norm(turned, axis=1, keepdims=True)
+            normals = np.asarray(turned / np.where(length == 0.0, 1.0, length))  # a normal (0, 0, 0) stays 0
         with replacing(Path(path), overwrite=overwrite) as new:
             new.write_bytes(self.content.moved(self.points @ A.T + shift, normals))
 
@@ -89,35 +351,24 @@ def read_cloud(path: str | os.PathLike[str], *, weights: str | None = None) -> C
     try:
         content = read(path.read_bytes(), weights)
         counts = None if weights is None else content.column(weights)
-        return CloudFile(path, _whole(content.points, path), content.ids, content.normals, content, counts)
+        points = content.points
+        if (infinite := np.flatnonzero(np.isinf(points).any(axis=1))).size:
+            raise CloudError(f"Point {infinite[0] + 1} is infinitely far away.")
+        absent = np.isnan(points)
+        if absent.any(axis=1).all():
+            raise CloudError("No point in it has all of its coordinates.")
+        partly = np.flatnonzero(absent.any(axis=1) & ~absent.all(axis=1))
+        if partly.size:
+            shown = ", ".join(str(row + 1) for row in partly[:_NAMED]) + (", ..." if partly.size > _NAMED else "")
+            tell(f"{partly.size} point(s) of '{path}' lack a coordinate and are taken as missing: {shown}.")
+        points = np.where(absent.any(axis=1, keepdims=True), np.nan, points)
+        return CloudFile(path, points, content.ids, content.normals, content, counts)
     except OSError as error:
         raise ValueError(f"Invalid cloud '{path}'. The file cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
         raise ValueError(f"Invalid cloud '{path}'. It must be text in UTF-8.") from error
     except CloudError as error:
         raise ValueError(f"Invalid cloud '{path}'. {error}") from error
-
-
-def _whole(points: FloatArray, path: Path) -> FloatArray:
-    """Points, all NaN if any coordinate is missing, with a notice; raises CloudError for infinite ones."""
-    infinite = np.flatnonzero(np.isinf(points).any(axis=1))
-    if infinite.size:
-        raise CloudError(f"Point {infinite[0] + 1} is infinitely far away.")
-    absent = np.isnan(points)
-    partly = np.flatnonzero(absent.any(axis=1) & ~absent.all(axis=1))
-    if absent.any(axis=1).all():
-        raise CloudError("No point in it has all of its coordinates.")
-    if partly.size:
-        shown = ", ".join(str(row + 1) for row in partly[:_NAMED]) + (", ..." if partly.size > _NAMED else "")
-        tell(f"{partly.size} point(s) of '{path}' lack a coordinate and are taken as missing: {shown}.")
-    return np.where(absent.any(axis=1, keepdims=True), np.nan, points)
-
-
-def _turned(normals: FloatArray, A: FloatArray) -> FloatArray:
-    """Unit normals of a surface after the map A; a normal (0, 0, 0) stays 0."""
-    turned = np.linalg.solve(A.T, normals.T).T
-    length = np.linalg.norm(turned, axis=1, keepdims=True)
-    return turned / np.where(length == 0.0, 1.0, length)
 
 
 # ---- text -----------------------------------------------------------------------------------
@@ -157,10 +408,8 @@ class _CellTable:
     @property
     def normals(self) -> FloatArray | None:
         """Shape (M, n), None without such columns."""
-        if not self.normal_axes:
-            return None
-        normals = self._numbers(self.normal_axes)
-        return np.where(np.isnan(normals).any(axis=1, keepdims=True), np.nan, normals)
+        normals = self._numbers(self.normal_axes) if self.normal_axes else None
+        return None if normals is None else np.where(np.isnan(normals).any(axis=1, keepdims=True), np.nan, normals)
 
     @property
     def ids(self) -> tuple[str, ...] | None:
@@ -208,13 +457,16 @@ class _CellTable:
 
 
 def _read_csv(data: bytes, weights: str | None) -> _CellTable:
-    comments, lines = _split_comments(_lines(data), "#")
+    comments, lines = _split_comments(data, "#")
     separator = separator_of(lines[-1])
     if separator is None:
         raise CloudError("Its cells must stand apart by commas, semicolons or tabs.")
-    rows = _rows(lines, separator)
+    rows = [_cells(line, separator, number) for number, line in enumerate(lines, start=1)]
+    for number, row in enumerate(rows, start=1):
+        if any(cell.strip() for cell in row[len(rows[0]) :]):
+            raise CloudError(f"Its row {number} has {len(row)} cells, the first one {len(rows[0])}.")
     header = [cell.strip().lower() for cell in rows[0]]
-    if any(map(is_number, header)) or any(map(has_decimal_comma, header)) or not any(header):
+    if any(map(_is_decimal, header)) or not any(header):
         ids = 0 if header[0] and not _is_decimal(header[0]) else None
         axes = [k for k in range(len(header)) if k != ids]
         return _CellTable(head=comments, rows=rows, separator=separator, axes=axes, id_column=ids)
@@ -224,15 +476,8 @@ def _read_csv(data: bytes, weights: str | None) -> _CellTable:
     if not {"x", "y"} <= set(header):
         beside = (ids, header.index(weights.lower()) if weights and weights.lower() in header else None)
         axes = [k for k in range(len(header)) if k not in beside]
-    return _CellTable(
-        head=[*comments, lines[0]],
-        rows=rows[1:],
-        separator=separator,
-        axes=axes,
-        id_column=ids,
-        names=tuple(header),
-        missing="",
-    )
+    head, names = [*comments, lines[0]], tuple(header)
+    return _CellTable(head=head, rows=rows[1:], separator=separator, axes=axes, id_column=ids, names=names, missing="")
 
 
 def _is_decimal(cell: str) -> bool:
@@ -241,7 +486,7 @@ def _is_decimal(cell: str) -> bool:
 
 
 def _read_xyz(data: bytes, weights: str | None) -> _CellTable:
-    head, lines = _split_comments(_lines(data), ("#", _CLOUDCOMPARE))
+    head, lines = _split_comments(data, ("#", _CLOUDCOMPARE))
     names = _names_of(head[-1].removeprefix(_CLOUDCOMPARE)) if head and head[-1].startswith(_CLOUDCOMPARE) else ()
     if _names_of(lines[0])[0] == "ncols":
         raise CloudError("It is a grid of Esri's, no cloud.")
@@ -276,23 +521,9 @@ def _cells(line: str, separator: str | None, number: int) -> list[str]:
         raise CloudError(f"Its row {number} has {error}.") from error
 
 
-def _rows(lines: Sequence[str], separator: str) -> list[list[str]]:
-    """The cells of lines; CloudError for a line with more cells than the first, except empty ones."""
-    rows: list[list[str]] = []
-    for number, line in enumerate(lines, start=1):
-        rows.append(_cells(line, separator, number))
-        if any(cell.strip() for cell in rows[-1][len(rows[0]) :]):
-            raise CloudError(f"Its row {number} has {len(rows[-1])} cells, the first one {len(rows[0])}.")
-    return rows
-
-
-def _lines(data: bytes) -> list[str]:
-    """The lines of a text that are not blank."""
-    return [line for line in data.decode("utf-8-sig").splitlines() if line.strip()]
-
-
-def _split_comments(lines: list[str], marks: str | tuple[str, ...]) -> tuple[list[str], list[str]]:
-    """The leading comment lines, which begin with marks, and the other lines; raises CloudError without others."""
+def _split_comments(data: bytes, marks: str | tuple[str, ...]) -> tuple[list[str], list[str]]:
+    """The leading lines of comments, which begin with marks, and the others that are not blank."""
+    lines = [line for line in data.decode("utf-8-sig").splitlines() if line.strip()]
     first = next((k for k, line in enumerate(lines) if not line.startswith(marks)), None)
     if first is None:
         raise CloudError("There are no points in it.")
@@ -307,96 +538,3 @@ _READERS: dict[str, Callable[[bytes, str | None], _CellTable | Records]] = {
     ".pcd": lambda data, _: read_pcd(data),
 }
 SUFFIXES = tuple(_READERS)
-
-
-# ---- weights -------------------------------------------------------------------------------------
-
-
-_NAMED_CLOUDS = 3  # clouds in a notice
-
-
-class WeightsFile(NamedTuple):
-    """Weights (M,) for the rows of all clouds, or for ids if the file has them."""
-
-    path: Path
-    numbers: FloatArray
-    ids: tuple[str, ...] | None
-
-    def of_ids(self, cloud: CloudFile) -> FloatArray:
-        """Weights of a cloud's points by their ids; raises ValueError for ids missing from the file."""
-        if self.ids is None:
-            raise ValueError(f"Invalid weights '{self.path}'. By ids it must have two columns, id and number.")
-        known = dict(zip(self.ids, self.numbers.tolist(), strict=True))
-        absent = next((mark for mark in cloud.ids or () if mark not in known), None)
-        if absent is not None:
-            raise ValueError(f"Invalid weights '{self.path}'. It has none for the id '{absent}' of '{cloud.path}'.")
-        return np.array([known[mark] for mark in cloud.ids or ()])
-
-
-def read_weights(path: str | os.PathLike[str]) -> WeightsFile:
-    """The weights in a text file: a number per line, or id and number, perhaps below a header. Raises ValueError."""
-    text = f"Invalid weights '{path}'."
-    rows = numbered_rows(Path(path), text)
-    width = len(rows[0][1])
-    if width > 2:
-        raise ValueError(f"{text} It must have one column, of numbers, or two, id and number; it has {width}.")
-    if not is_number(rows[0][1][-1]):
-        rows = rows[1:]
-    numbers = []
-    for line, row in rows:
-        if len(row) < width or not is_number(row[-1]):
-            raise ValueError(f"{text} Line {line} must end with a number.")
-        numbers.append(number_of(row[-1]))
-    ids = tuple(row[0].strip() for _, row in rows) if width == 2 else None
-    return WeightsFile(Path(path), np.array(numbers), ids)
-
-
-def column_weights(clouds: Sequence[CloudFile], column: str, correspond: str) -> list[FloatArray]:
-    """Weights of each cloud's points from a column, which at least one cloud must have; raises ValueError.
-
-    A point of a cloud without the column gets the mean weight of its partners, or of all points if no partner has a
-    weight or the partners are unknown, in whatever unit. A notice says so.
-    """
-    numbers = [cloud.weights for cloud in clouds if cloud.weights is not None]
-    if not numbers:
-        there = f"; '{clouds[0].path}' has {listed(clouds[0].columns, 'and')}" if clouds[0].columns else ""
-        raise ValueError(f"Invalid weights '{column}'. No cloud has such a column{there}.")
-    if len(numbers) == len(clouds):
-        return numbers
-    for cloud in clouds:
-        if cloud.weights is not None:
-            missing = np.asarray(np.isnan(cloud.points).all(axis=1))
-            checked_weights(cloud.weights, missing, f"Invalid weights of cloud '{cloud.path}'.")
-    _tell_of_lacking(clouds, column, correspond)
-    marks = [_marks(cloud, correspond) for cloud in clouds]
-    known = _mean_weights(clouds, marks)
-    typical = float(np.nanmean(np.concatenate(numbers)))
-    return [
-        np.array([known.get(mark, typical) for mark in some]) if cloud.weights is None else cloud.weights
-        for cloud, some in zip(clouds, marks, strict=True)
-    ]
-
-
-def _tell_of_lacking(clouds: Sequence[CloudFile], column: str, correspond: str) -> None:
-    """Give notice of clouds without a column, and of their points' weights."""
-    lacking = [f"'{cloud.path}'" for cloud in clouds if cloud.weights is None]
-    shown = listed(lacking, "and") if len(lacking) <= _NAMED_CLOUDS else f"{len(lacking)} of {len(clouds)} clouds"
-    like = "the others do on average" if correspond == "icp" else "their partners do"
-    tell(f"No column '{column}' in {shown}: the points there weigh as {like}.")
-
-
-def _marks(cloud: CloudFile, correspond: str) -> Sequence[Hashable]:
-    """Keys that partners share: ids, or rows, or None for all points if partners are unknown."""
-    if correspond == "id" and cloud.ids is not None:
-        return cloud.ids
-    return range(len(cloud.points)) if correspond == "rows" else [None] * len(cloud.points)
-
-
-def _mean_weights(clouds: Sequence[CloudFile], marks: Sequence[Sequence[Hashable]]) -> dict[Hashable, float]:
-    """The mean weight of points with the same key."""
-    given = defaultdict(list)
-    for cloud, some in zip(clouds, marks, strict=True):
-        for mark, number in zip(some, [] if cloud.weights is None else cloud.weights.tolist(), strict=False):
-            if not math.isnan(number):
-                given[mark].append(number)
-    return {mark: math.fsum(numbers) / len(numbers) for mark, numbers in given.items()}

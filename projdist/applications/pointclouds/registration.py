@@ -10,20 +10,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.applications.pointclouds.affine import FALSE_ALARM, check_fit, checked_weights, wrong_partners
-from projdist.applications.pointclouds.correspondences import corresponding_points
-from projdist.applications.pointclouds.groupwise import (
+from projdist.applications.pointclouds.affine import (
+    FALSE_ALARM,
     Group,
+    check_fit,
+    checked_weights,
     consensus,
     dist_squares,
-    into_cloud,
     into_mdt,
     kept_clouds,
     onto_first,
     placed,
     squared_residuals,
     upright,
+    wrong_partners,
 )
+from projdist.applications.pointclouds.correspondences import corresponding_points
 from projdist.matrices import Affine, Modes, mdt, modes
 from projdist.support import Answer, check_bool, listed
 
@@ -263,15 +265,19 @@ def register(
     A, shift, rotation = into_mdt(group, found.T, mirrored, points, chosen)
     reference = _reference(wanted, labels, left_out, sums)
     if reference is not None:
-        A, shift = into_cloud(group, reference)
+        own = group.A[reference]
+        A = np.linalg.solve(own, group.A)
+        shift = np.linalg.solve(own, (group.shift - group.shift[reference]).T).T
     squares, total = squared_residuals(placed(A, shift, points), chosen)
     distances = np.full(counts.shape, np.nan)
     if correspond != "icp":
         # From the place that the right points give, of a wrong point and, left out, of a right one.
         places = placed(A, shift, points)
-        by_all, by_right = (wrong_partners(places, some).left_out for some in (counts, right))
+        by_all, by_right = (wrong_partners(places, some)[1] for some in (counts, right))
         distances = np.where(wrong | np.isnan(by_right), by_all, by_right)
-    marks = _point_names(correspond, ids, points.shape[1])
+    marks = tuple(str(k + 1) for k in range(points.shape[1]))
+    if correspond == "id" and ids is not None:
+        marks = tuple(dict.fromkeys(str(mark) for some in ids for mark in some))
     return Registration(
         names=tuple(labels),
         method=method,
@@ -314,18 +320,11 @@ def _wrong(fit: Callable[[FloatArray, FloatArray], Group], points: FloatArray, w
         if len(kept_clouds(points, kept).clouds) < len(points):
             break
         group = fit(points, kept)
-        more = wrong_partners(placed(group.A, group.shift, points), kept).wrong
+        more, _ = wrong_partners(placed(group.A, group.shift, points), kept)
         if not more.any():
             break
         wrong |= more
     return wrong
-
-
-def _point_names(correspond: str, ids: Sequence[Sequence[str]] | None, count: int) -> tuple[str, ...]:
-    """The ids, or the numbers of the rows from 1."""
-    if correspond == "id" and ids is not None:
-        return tuple(dict.fromkeys(str(mark) for marks in ids for mark in marks))
-    return tuple(str(k + 1) for k in range(count))
 
 
 # ---- arguments ------------------------------------------------------------------------------
