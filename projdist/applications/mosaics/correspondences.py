@@ -112,7 +112,14 @@ def read_correspondences(
             "'# image sizes h x w: [(600, 800), (600, 800)]'."
         )
     if len(given) == 1 and sizes is not None:
-        given = given * (len(names) if names is not None else _count(Path(path), images))
+        count = len(images) if names is None else len(names)
+        # Each image must occur, as one wrong number could mean millions of images.
+        if names is None and images != set(range(count)):
+            raise ValueError(
+                f"Invalid correspondences '{path}'. Its {count} images are numbered {min(images)} to {max(images)}; "
+                f"they must be 0 to {count - 1}, or the size of every image must be given."
+            )
+        given = given * count
     return Correspondences(
         i=i,
         j=j,
@@ -121,17 +128,6 @@ def read_correspondences(
         sizes=np.array(given),
         names=None if names is None else tuple(names),
     )
-
-
-def _count(path: Path, images: set[int]) -> int:
-    """Number of images, each of which must occur, as one wrong number could mean millions of images."""
-    count = len(images)
-    if images != set(range(count)):
-        raise ValueError(
-            f"Invalid correspondences '{path}'. Its {count} images are numbered {min(images)} to {max(images)}; they "
-            f"must be 0 to {count - 1}, or the size of every image must be given."
-        )
-    return count
 
 
 def correspondences_of(
@@ -232,7 +228,6 @@ _ALL_PAIRS = 11  # images
 # "Automatic panoramic image stitching using invariant features", section 3.1), and with the previous and the next one.
 _CLEAREST, _NEAREST, _RESEMBLING = 200, 4, 8
 _Result = TypeVar("_Result")
-_NOTHING = "Invalid images. No two of them have anything in common."
 
 
 class _Features(NamedTuple):
@@ -272,8 +267,18 @@ def match(pictures: Sequence[Picture], *, progress: Callable[[int, int], object]
     steps.more(len(pairs))
     found = [common for i, j in pairs if (common := steps.done(_common(i, j, features[i], features[j]))) is not None]
     if not found:
-        raise ValueError(_NOTHING)
-    return _listed(_refined(pictures, found, steps), pictures)
+        raise ValueError("Invalid images. No two of them have anything in common.")
+    found = _refined(pictures, found, steps)
+    counts = [len(one.xi) for one in found]
+    return Correspondences(
+        i=np.repeat([one.i for one in found], counts),
+        j=np.repeat([one.j for one in found], counts),
+        xi=np.concatenate([one.xi for one in found]),
+        xj=np.concatenate([one.xj for one in found]),
+        sizes=np.array([picture.size for picture in pictures], dtype=float),
+        names=tuple(picture.name for picture in pictures),
+        reductions=np.repeat([one.reduction for one in found], counts),
+    )
 
 
 class _Steps:
@@ -292,20 +297,6 @@ class _Steps:
         if self._progress is not None:
             self._progress(self._done, self._total)
         return result
-
-
-def _listed(found: Sequence[_Common], pictures: Sequence[Picture]) -> Correspondences:
-    """The common points of all pairs as one table."""
-    counts = [len(one.xi) for one in found]
-    return Correspondences(
-        i=np.repeat([one.i for one in found], counts),
-        j=np.repeat([one.j for one in found], counts),
-        xi=np.concatenate([one.xi for one in found]),
-        xj=np.concatenate([one.xj for one in found]),
-        sizes=np.array([picture.size for picture in pictures], dtype=float),
-        names=tuple(picture.name for picture in pictures),
-        reductions=np.repeat([one.reduction for one in found], counts),
-    )
 
 
 def _features(picture: Picture, most_pixels: float, most_features: int) -> _Features:
@@ -334,8 +325,16 @@ def _features(picture: Picture, most_pixels: float, most_features: int) -> _Feat
 
 
 def _common(i: int, j: int, a: _Features, b: _Features) -> _Common | None:
-    """The common features of two images; None if there are too few."""
-    return _unique(i, j, a, b, *_matched(a.descriptors, b.descriptors))
+    """The features of two images that are clearly the nearest of each other; None if there are too few."""
+    if min(len(a.places), len(b.places)) < _FEWEST:
+        return None
+    distances, numbers = _nearest(a.descriptors, b.descriptors, 2)
+    clear = np.flatnonzero(distances[:, 0] < _RATIO * distances[:, 1])
+    if not clear.size:
+        return None
+    there = numbers[clear, 0]
+    mutual = _nearest(b.descriptors[there], a.descriptors, 1)[1][:, 0] == clear
+    return _unique(i, j, a, b, clear[mutual], there[mutual])
 
 
 def _unique(i: int, j: int, a: _Features, b: _Features, first: IntArray, second: IntArray) -> _Common | None:
@@ -356,19 +355,6 @@ def _nearest(a: AnyArray, b: AnyArray, count: int) -> tuple[FloatArray, IntArray
         distances[:, column] = np.sqrt(np.maximum(squares[rows, numbers[:, column]], 0.0))
         squares[rows, numbers[:, column]] = np.inf
     return distances, numbers
-
-
-def _matched(a: AnyArray, b: AnyArray) -> tuple[IntArray, IntArray]:
-    """The numbers of corresponding features of two images."""
-    if min(len(a), len(b)) < _FEWEST:
-        return np.zeros(0, int), np.zeros(0, int)
-    distances, numbers = _nearest(a, b, 2)
-    clear = np.flatnonzero(distances[:, 0] < _RATIO * distances[:, 1])
-    if not clear.size:
-        return clear, clear
-    there = numbers[clear, 0]
-    back = _nearest(b[there], a, 1)[1][:, 0]
-    return clear[back == clear], there[back == clear]
 
 
 def _candidates(features: Sequence[_Features]) -> list[tuple[int, int]]:
@@ -431,7 +417,9 @@ def _guided(one: _Common, S: FloatArray, a: _Features, b: _Features) -> _Common 
     first = np.repeat(numbers, [len(those) for those in around])
     second = np.array([other for those in around for other in those], dtype=int)
     gaps = np.linalg.norm(a.descriptors[first] - b.descriptors[second], axis=1)
-    kept = _clear(first, gaps, len(a.places)) & (gaps == _least(second, gaps, len(b.places))[second])
+    best = gaps == _least(first, gaps, len(a.places))[first]
+    clear = best & (gaps < _RATIO * _least(first, np.where(best, np.inf, gaps), len(a.places))[first])
+    kept = clear & (gaps == _least(second, gaps, len(b.places))[second])
     common = _unique(one.i, one.j, a, b, first[kept], second[kept])
     return None if common is None or len(common.xi) < len(one.xi) else common
 
@@ -441,10 +429,3 @@ def _least(owner: IntArray, gaps: FloatArray, count: int) -> FloatArray:
     least = np.full(count, np.inf)
     np.minimum.at(least, owner, gaps)
     return least
-
-
-def _clear(owner: IntArray, gaps: FloatArray, count: int) -> AnyArray:
-    """True for gaps that are clearly the least of their owner's."""
-    best = gaps == _least(owner, gaps, count)[owner]
-    second = _least(owner, np.where(best, np.inf, gaps), count)
-    return best & (gaps < _RATIO * second[owner])

@@ -1,44 +1,5 @@
 """Old maps: control points and their true places, the field of distortion, and affine rectifications."""
 
-from projdist.applications.oldmaps.field import (
-    LOCAL_MEASURES,
-    OUTLIERS,
-    RECTIFICATIONS,
-    OldMap,
-    Rectification,
-    isolines,
-    old_map,
-)
-from projdist.applications.oldmaps.fits import MODELS, Fit, affine_fit, fit, helmert_fit
-from projdist.applications.oldmaps.points import ControlPoints, read_control_points
-from projdist.applications.oldmaps.rectifying import (
-    RECTIFIED_BY,
-    CommonGround,
-    RectifiedScan,
-    common_ground,
-    rectify,
-    scan_extent,
-)
+import lazy_loader
 
-__all__ = [
-    "LOCAL_MEASURES",
-    "MODELS",
-    "OUTLIERS",
-    "RECTIFICATIONS",
-    "RECTIFIED_BY",
-    "CommonGround",
-    "ControlPoints",
-    "Fit",
-    "OldMap",
-    "Rectification",
-    "RectifiedScan",
-    "affine_fit",
-    "common_ground",
-    "fit",
-    "helmert_fit",
-    "isolines",
-    "old_map",
-    "read_control_points",
-    "rectify",
-    "scan_extent",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -41,11 +41,6 @@ _INCH = 0.0254  # metres
 _SHARES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 
 
-def linear_scale(J: FloatArray) -> FloatArray:
-    """Scale sqrt(a b), the geometric mean over directions."""
-    return np.sqrt(areal_scale(J))
-
-
 def rotation(J: FloatArray) -> FloatArray:
     """Clockwise rotation of the map in degrees, that of the polar factor of J."""
     return -np.degrees(np.arctan2(J[..., 1, 0] - J[..., 0, 1], J[..., 0, 0] + J[..., 1, 1]))
@@ -55,7 +50,7 @@ def rotation(J: FloatArray) -> FloatArray:
 LOCAL_MEASURES = {
     "fisher": Measure("fisher", fisher),
     "areal_scale": Measure("areal_scale", areal_scale, "s", kind="ratio"),
-    "scale": Measure("scale", linear_scale, kind="ratio"),
+    "scale": Measure("scale", lambda J: np.sqrt(areal_scale(J)), kind="ratio"),  # geometric mean over directions
     "rotation": Measure("rotation", rotation, unit="deg", kind="signed"),
 }
 
@@ -321,6 +316,17 @@ def old_map(
     mean = Affine(matrix, (points.new - points.old @ matrix.T).mean(axis=0))
     maps = {"mdt": mean, "affine": linear, "helmert": helmert_fit(points)}
     fits = {"mdt": fitted, "affine": fit(points, "affine"), "helmert": fit(points, "helmert")}
+    rectifications = {}
+    for name, one in maps.items():
+        by_scale, by_turn = _errors(fits[name], nodes[~folded], w)
+        rectifications[name] = Rectification(
+            name=name,
+            affine=one,
+            distortion=float(w @ fisher(one.matrix @ J) ** 2 / w.sum()),
+            residual=_rms(points.new - one(points.old)),
+            scale_error=by_scale * float(np.sqrt(abs(np.linalg.det(one.matrix)))),
+            rotation_error=float(np.degrees(by_turn)),
+        )
     return OldMap(
         points=given,
         is_outlier=is_outlier,
@@ -330,10 +336,7 @@ def old_map(
         nodes=nodes,
         weights=weights,
         jacobian=jacobian,
-        rectifications={
-            name: _rectification(name, one, points, J, w, _errors(fits[name], nodes[~folded], w))
-            for name, one in maps.items()
-        },
+        rectifications=rectifications,
         area=area / float(abs(np.linalg.det(linear.matrix))),
         rotation_note=turn.note,
         dots_per_inch=dots_per_inch,
@@ -348,21 +351,6 @@ def _jacobian(fitted: Fit, old: FloatArray, is_mirrored: bool) -> tuple[FloatArr
     jacobian = np.asarray(np.linalg.inv(back), dtype=float)
     jacobian[folded] = np.nan
     return jacobian, folded
-
-
-def _rectification(
-    name: str, affine: Affine, points: ControlPoints, J: FloatArray, w: FloatArray, errors: tuple[float, float]
-) -> Rectification:
-    """A rectification with its figures, for standard errors of the logarithm of the scale and of the rotation."""
-    matrix = affine.matrix
-    return Rectification(
-        name=name,
-        affine=affine,
-        distortion=float(w @ fisher(matrix @ J) ** 2 / w.sum()),
-        residual=_rms(points.new - affine(points.old)),
-        scale_error=errors[0] * float(np.sqrt(abs(np.linalg.det(matrix)))),
-        rotation_error=float(np.degrees(errors[1])),
-    )
 
 
 def _errors(fitted: Fit, nodes: FloatArray, w: FloatArray) -> tuple[float, float]:

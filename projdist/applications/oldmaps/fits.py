@@ -7,6 +7,7 @@ affine fit, so that no result depends on the old map's units and axes.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -174,6 +175,33 @@ def normalised(points: ControlPoints, linear: Affine | None = None) -> Affine:
     return Affine(linear.matrix / unit, (linear.shift - middle) / unit)
 
 
+def _least_squares(
+    points: ControlPoints,
+    model: str,
+    plane: Affine,
+    terms: Monomials,
+    freedom: int,
+    coefficients: FloatArray,
+    leverage: FloatArray,
+    influence: Callable[[FloatArray], FloatArray],
+) -> Fit:
+    """The fit of a model by its coefficients, and by the diagonal of H, the leverage."""
+    residuals = points.new - terms.values(plane(points.old)) @ coefficients
+    rest = 1.0 - leverage
+    return Fit(
+        model=model,
+        smoothing=None,
+        freedom=float(freedom),
+        rest=float(len(residuals) - freedom),
+        plane=plane,
+        terms=terms,
+        coefficients=coefficients,
+        residuals=residuals,
+        left_out=residuals / np.where(rest > 1e-9, rest, np.nan)[:, None],
+        influence=influence,
+    )
+
+
 def _similarity(points: ControlPoints, smoothing: None) -> Fit:
     """The fit of the model helmert."""
     plane = normalised(points, helmert_fit(points))
@@ -181,61 +209,31 @@ def _similarity(points: ControlPoints, smoothing: None) -> Fit:
     leverage = 1.0 / len(u) + (u**2).sum(axis=1) / (u**2).sum()
     unit = np.sqrt(abs(np.linalg.det(helmert_fit(points).matrix) / np.linalg.det(plane.matrix)))
     coefficients = np.vstack([points.new.mean(axis=0), unit * np.eye(2)])
-    residuals = points.new - Monomials(1).values(u) @ coefficients
 
     def influence(parts: FloatArray) -> FloatArray:
         scaled, turned = (u, u @ [[0.0, 1.0], [-1.0, 0.0]])
         by_scale, by_turn = parts[1, 0] + parts[2, 1], parts[1, 1] - parts[2, 0]
         return np.asarray(parts[0] / len(u) + (by_scale * scaled + by_turn * turned) / (u**2).sum())
 
-    return Fit(
-        model="helmert",
-        smoothing=None,
-        freedom=2.0,
-        rest=len(u) - 2.0,
-        plane=plane,
-        terms=Monomials(1),
-        coefficients=coefficients,
-        residuals=residuals,
-        left_out=_deleted(residuals, leverage),
-        influence=influence,
-    )
+    return _least_squares(points, "helmert", plane, Monomials(1), 2, coefficients, leverage, influence)
 
 
-def _polynomial(degree: int, model: str) -> Callable[[ControlPoints, None], Fit]:
+def _polynomial(degree: int, model: str, points: ControlPoints, smoothing: None) -> Fit:
     """The fit of polynomials of a degree."""
-
-    def polynomial(points: ControlPoints, smoothing: None) -> Fit:
-        plane, terms = normalised(points), Monomials(degree)
-        basis = terms.values(plane(points.old))
-        count = basis.shape[1]
-        if np.linalg.matrix_rank(basis) < count:
-            raise ValueError(
-                f"Invalid control points for model '{model}'. There must be {count} or more that determine it."
-            )
-        Q, R = np.linalg.qr(basis)
-        coefficients = np.linalg.solve(R, Q.T @ points.new)
-        residuals = points.new - basis @ coefficients
-        return Fit(
-            model=model,
-            smoothing=None,
-            freedom=float(count),
-            rest=float(len(basis) - count),
-            plane=plane,
-            terms=terms,
-            coefficients=coefficients,
-            residuals=residuals,
-            left_out=_deleted(residuals, (Q**2).sum(axis=1)),
-            influence=lambda parts: Q @ np.linalg.solve(R.T, parts),
+    plane, terms = normalised(points), Monomials(degree)
+    basis = terms.values(plane(points.old))
+    count = basis.shape[1]
+    if np.linalg.matrix_rank(basis) < count:
+        raise ValueError(
+            f"Invalid control points for model '{model}'. There must be {count} or more that determine it."
         )
+    Q, R = np.linalg.qr(basis)
+    coefficients, leverage = np.linalg.solve(R, Q.T @ points.new), (Q**2).sum(axis=1)
 
-    return polynomial
+    def influence(parts: FloatArray) -> FloatArray:
+        return np.asarray(Q @ np.linalg.solve(R.T, parts))
 
-
-def _deleted(residuals: FloatArray, leverage: FloatArray) -> FloatArray:
-    """Residuals of points from the fit without them, by the diagonal of H."""
-    rest = 1.0 - leverage
-    return residuals / np.where(rest > 1e-9, rest, np.nan)[:, None]
+    return _least_squares(points, model, plane, terms, count, coefficients, leverage, influence)
 
 
 class SplineModes:
@@ -291,7 +289,9 @@ def _spline(points: ControlPoints, smoothing: float | None) -> Fit:
     u = plane(points.old)
     spline = SplineModes(u)
     if smoothing == 0.0 and spline.is_singular:
-        one, other = _closest(u)
+        distance = ((u[:, None] - u) ** 2).sum(axis=-1)
+        np.fill_diagonal(distance, np.inf)
+        one, other = divmod(int(np.argmin(distance)), len(u))
         raise ValueError(
             f"Invalid smoothing '0'. Points '{points.names[one]}' and '{points.names[other]}' are too close on the old "
             "map to be interpolated."
@@ -320,19 +320,11 @@ def _spline(points: ControlPoints, smoothing: float | None) -> Fit:
     )
 
 
-def _closest(u: FloatArray) -> tuple[int, int]:
-    """Numbers of the two closest points."""
-    distance = ((u[:, None] - u) ** 2).sum(axis=-1)
-    np.fill_diagonal(distance, np.inf)
-    one, other = divmod(int(np.argmin(distance)), len(u))
-    return one, other
-
-
 MODELS: dict[str, Callable[..., Fit]] = {
     "helmert": _similarity,
-    "affine": _polynomial(1, "affine"),
-    "polynomial2": _polynomial(2, "polynomial2"),
-    "polynomial3": _polynomial(3, "polynomial3"),
+    "affine": functools.partial(_polynomial, 1, "affine"),
+    "polynomial2": functools.partial(_polynomial, 2, "polynomial2"),
+    "polynomial3": functools.partial(_polynomial, 3, "polynomial3"),
     "tps": _spline,
 }
 
@@ -386,13 +378,14 @@ def _worst(points: ControlPoints) -> list[int]:
     count = len(points.old)
     u, z, rounding = _plane(points, np.ones(count, dtype=bool))
     splines = [SplineModes(u, order) for order in _ORDERS]
-    if not _has_freedom(splines, count - 1):
+    flat = max(spline.flat for spline in splines)
+    if count - 1 <= flat:
         return []
     most = count // _MOST
     others = [_Others(spline, z, most) for spline in splines]
     out: list[int] = []
     wrong = 0
-    while len(out) < min(most, wrong + max(count // _HIDDEN, 1)) and _has_freedom(splines, count - len(out) - 1):
+    while len(out) < min(most, wrong + max(count // _HIDDEN, 1)) and count - len(out) - 1 > flat:
         chance = _log_probability([one.residuals() for one in others], rounding)
         chance[out] = np.inf
         worst = int(np.argmin(chance))
@@ -402,11 +395,6 @@ def _worst(points: ControlPoints) -> list[int]:
         for one in others:
             one.leave_out(worst)
     return out[: -(-wrong // _MOST)]
-
-
-def _has_freedom(splines: list[SplineModes], count: int) -> bool:
-    """True if so many points leave degrees of freedom to all splines."""
-    return all(count > spline.flat for spline in splines)
 
 
 class _Others:

@@ -202,7 +202,9 @@ def _in_plane(
         if given is None:
             tell_of_degrees(stated, np.hstack([new, new]), f"'{path}'", "control point")
             return _in_metres(new, plane, table.is_degrees), plane, ""
-        if not _is_same_plane(given, plane):
+        own, other = projected_crs_of(given), projected_crs_of(plane)
+        is_same = own is not None and other is not None and np.array_equal(own.to_metres, other.to_metres)
+        if not (is_same and other is not None and same_map(given, other.wkt) is not None):
             tell(f"'{path}' states the CRS {stated.name}; its coordinates are taken for those of {given.label}.")
     elif stated is not None and given is not None and _are_mostly_degrees(new):
         return np.stack(given(*geographic(given, stated, *new.T)), axis=-1), given, ""
@@ -226,14 +228,6 @@ def _stated(text: str, given: Projection | None) -> CRS | None:
             raise ValueError(f"It states a CRS that is no plane of the Earth; another may be given. {error}") from error
         return None
     return stated
-
-
-def _is_same_plane(one: Projection, other: Projection) -> bool:
-    """True if two CRSs have the same coordinates in the same unit."""
-    planes = projected_crs_of(one), projected_crs_of(other)
-    if planes[0] is None or planes[1] is None:
-        return False
-    return np.array_equal(planes[0].to_metres, planes[1].to_metres) and same_map(one, planes[1].wkt) is not None
 
 
 def _are_mostly_degrees(new: FloatArray) -> bool:
@@ -315,11 +309,9 @@ def _words(content: str, text: str) -> list[tuple[int, str]]:
             found = shlex.split(line.strip().removesuffix("\\").removesuffix("^"), comments=True)
         except ValueError as error:  # an open quotation mark
             raise ValueError(f"{text} Line {number} has a quotation mark that does not end on the line.") from error
-        words += [(number, part) for word in found for part in _parts(word)]
+        for word in found:
+            # GDAL's newer commands write the numbers of a point as one word, 100,-150,500187,3999702.
+            numbers = word.split(",")
+            are_parts = len(numbers) >= len(_NUMBERS) and all(map(is_number, numbers))
+            words += [(number, part) for part in (numbers if are_parts else [word])]
     return words
-
-
-def _parts(word: str) -> list[str]:
-    """A word, or the numbers of a word as `100,-150,500187,3999702`, which GDAL's newer commands use."""
-    numbers = word.split(",")
-    return numbers if len(numbers) >= len(_NUMBERS) and all(map(is_number, numbers)) else [word]

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from projdist._typing import AnyArray, BoolArray, FloatArray
+from projdist._typing import AnyArray, FloatArray
 from projdist.applications.mosaics import check_pixels, open_image
 from projdist.applications.oldmaps.field import RECTIFICATIONS, OldMap, hull_nodes
 from projdist.matrices import Affine
-from projdist.projections import Projection, projected_crs_of
+from projdist.projections import projected_crs_of
 from projdist.support import check_choice, check_instance, check_number, check_path
 
 _STEPS, _CONVERGED = 30, 1e-8  # of Newton's method; of the extent of the old map's points
@@ -30,7 +30,9 @@ def old_places(found: OldMap, new: FloatArray) -> FloatArray:
     moving = np.arange(len(new))
     for _ in range(_STEPS):
         here = old[moving]
-        step = np.linalg.solve(_regular(fit.jacobian(here)), (new[moving] - fit(here))[..., None])[..., 0]
+        J = fit.jacobian(here)
+        J[np.linalg.det(J) == 0.0] = np.eye(2)
+        step = np.linalg.solve(J, (new[moving] - fit(here))[..., None])[..., 0]
         old[moving] = here + step
         moving = moving[~(np.hypot(*step.T) <= enough)]
         if not moving.size:
@@ -39,11 +41,6 @@ def old_places(found: OldMap, new: FloatArray) -> FloatArray:
     known = np.flatnonzero(np.isfinite(old[:, 0]))
     old[known[np.isnan(found.local_jacobian(old[known])[:, 0, 0])]] = np.nan
     return old
-
-
-def _regular(J: FloatArray) -> FloatArray:
-    """Matrices, with singular ones replaced by the identity."""
-    return np.where((np.linalg.det(J) == 0.0)[:, None, None], np.eye(2), J)
 
 
 # ---- scans ---------------------------------------------------------------------------------------
@@ -105,13 +102,6 @@ class RectifiedScan(NamedTuple):
     side: float
 
 
-class _Scan(NamedTuple):
-    """Pixels (height, width, 1 or 3), and the map from places on the old map to them, 0, 0 the middle of the first."""
-
-    pixels: AnyArray
-    place: Affine
-
-
 def rectify(
     found: OldMap, image: str | os.PathLike[str], *, by: str = "fit", resolution: float | None = None
 ) -> RectifiedScan:
@@ -159,8 +149,8 @@ def rectify(
         raise ValueError(f"Invalid resolution '{resolution:g}'. It must be positive.")
     scale = float(found.rectifications["mdt"].parts.scale)
     side = float(f"{scale:.2g}") if resolution is None else float(resolution)
-    scan = _read(check_path("image", image), found, max(int(side / scale), 1))
-    west, south, east, north = _bounds(found, by, scan)
+    pixels, to_pixels = _read(check_path("image", image), found, max(int(side / scale), 1))
+    west, south, east, north = _bounds(found, by, pixels.shape, to_pixels)
     first, last = np.floor(west / side + _WHOLE), np.ceil(north / side - _WHOLE)
     columns, rows = int(np.ceil(east / side - _WHOLE) - first), int(last - np.floor(south / side + _WHOLE))
     if columns * rows > _MOST_PIXELS:
@@ -172,7 +162,7 @@ def rectify(
         u, v = np.meshgrid(*(0.5 + step * (np.arange(np.ceil(n / step) + 1) + shift) for n in (columns, rows)))
         new = np.stack([left + side * u.ravel(), top - side * v.ravel()], axis=-1)
         old = old_places(found, new) if by == "fit" else found.rectifications[by].affine.inverse()(new)
-        return np.moveaxis(scan.place(old).reshape(*u.shape, 2), -1, 0)
+        return np.moveaxis(to_pixels(old).reshape(*u.shape, 2), -1, 0)
 
     step = _COARSEST
     while True:
@@ -180,12 +170,15 @@ def rectify(
         middles = 0.25 * (lattice[:, 1:, 1:] + lattice[:, :-1, 1:] + lattice[:, 1:, :-1] + lattice[:, :-1, :-1])
         away = np.hypot(*(places(step, 0.5)[:, :-1, :-1] - middles))
         if step == 1 or not np.nanmax(away, initial=0.0) > _INTERPOLATION:
-            return RectifiedScan(_drawn(scan.pixels, lattice, step, (rows, columns)), left, top, side)
+            return RectifiedScan(_drawn(pixels, lattice, step, (rows, columns)), left, top, side)
         step //= 2
 
 
-def _read(path: str | os.PathLike[str], found: OldMap, coarser: int) -> _Scan:
-    """The scan, reduced by a whole factor."""
+def _read(path: str | os.PathLike[str], found: OldMap, coarser: int) -> tuple[AnyArray, Affine]:
+    """The pixels (height, width, 1 or 3) of a scan, reduced by a whole factor, and the map to them from the old map.
+
+    The middle of the first pixel is at 0, 0.
+    """
     from PIL import Image  # slow to load, and few need it
 
     text = f"Invalid image '{path}'."
@@ -198,14 +191,14 @@ def _read(path: str | os.PathLike[str], found: OldMap, coarser: int) -> _Scan:
         pixels = np.asarray(plain.reduce(coarser))
     left, right, bottom, top = scan_extent(found, *size, text)
     spread = np.array([size[0] / (right - left), size[1] / (bottom - top)]) / coarser
-    return _Scan(np.atleast_3d(pixels), Affine(np.diag(spread), -0.5 - spread * [left, top]))
+    return np.atleast_3d(pixels), Affine(np.diag(spread), -0.5 - spread * [left, top])
 
 
-def _bounds(found: OldMap, by: str, scan: _Scan) -> tuple[float, float, float, float]:
+def _bounds(found: OldMap, by: str, shape: tuple[int, ...], to_pixels: Affine) -> tuple[float, float, float, float]:
     """True west, south, east and north of the scan; by a fit not far beyond those by the affine fit."""
-    height, width = scan.pixels.shape[:2]
+    height, width = shape[:2]
     u, v = np.meshgrid(*(np.linspace(-0.5, n - 0.5, _RIM) for n in (width, height)))
-    old = scan.place.inverse()(np.stack([u.ravel(), v.ravel()], axis=-1))
+    old = to_pixels.inverse()(np.stack([u.ravel(), v.ravel()], axis=-1))
     affine = found.rectifications["affine" if by == "fit" else by].affine(old)
     low, high = affine.min(axis=0), affine.max(axis=0)
     if by == "fit":
@@ -299,46 +292,33 @@ def common_ground(maps: Sequence[OldMap], *, by: str = "mdt") -> CommonGround:
     >>> round(float(np.log(J[1, 0, 0] / J[0, 0, 0]) / 0.8), 1)
     0.2
     """
+    from scipy.spatial import ConvexHull  # slow to load, and few need it
+
     check_choice("rectification", by, RECTIFICATIONS)
     for one in maps:
         check_instance("old map", one, OldMap, "an OldMap")
     if len(maps) < 2:
         raise ValueError(f"Invalid old maps. There must be two or more, not {len(maps)}.")
-    _check_one_plane(maps)
-    places, weights, _ = min((hull_nodes(one.fitted.new, _COMMON_ROWS) for one in maps), key=lambda found: found[2])
-    inside = np.all([_is_within(places, one.fitted.new) for one in maps], axis=0)
-    places, weights = places[inside], weights[inside]
-    fields = np.array([one.corrected(one.local_jacobian(old_places(one, places)), by) for one in maps])
-    known = np.isfinite(fields).all(axis=(0, 2, 3))
-    if not known.any():
-        raise ValueError("Invalid old maps. There is no ground that all of them show.")
-    x, y = places[known].T
-    return CommonGround(x, y, fields[:, known], weights[known] / weights[known].sum())
-
-
-def _check_one_plane(maps: Sequence[OldMap]) -> None:
-    """Raise ValueError if the control points are in CRSs that give the same ground different places in metres."""
     known = [(one.points.new, one.points.crs) for one in maps if one.points.crs is not None]
     for (new, crs), (_, other) in itertools.pairwise(known):
-        if not _is_same_ground(new, crs, other):
+        # The same ground must have the same place in metres in both planes.
+        plane = projected_crs_of(crs)
+        if crs.definition == other.definition or plane is None or not plane.has_inverse:
+            continue
+        u, v = np.linalg.solve(plane.to_metres, new.T)
+        x, y = other(*plane.inverse(u, v, np.inf))
+        if not (np.hypot(x - new[:, 0], y - new[:, 1]) <= _SAME_PLACE).all():
             both = f"{crs.label} and {other.label}"
             raise ValueError(f"Invalid old maps. Their truth is in {both}; it must be in one plane (--crs, crs=).")
-
-
-def _is_same_ground(new: FloatArray, crs: Projection, other: Projection) -> bool:
-    """True if places in metres of the plane of a CRS are the same in that of another."""
-    plane = projected_crs_of(crs)
-    if crs.definition == other.definition or plane is None or not plane.has_inverse:
-        return True
-    u, v = np.linalg.solve(plane.to_metres, new.T)
-    x, y = other(*plane.inverse(u, v, np.inf))
-    return bool((np.hypot(x - new[:, 0], y - new[:, 1]) <= _SAME_PLACE).all())
-
-
-def _is_within(places: FloatArray, points: FloatArray) -> BoolArray:
-    """True for places in the convex hull of points."""
-    from scipy.spatial import ConvexHull  # slow to load, and few need it
-
-    hull = ConvexHull(points)
-    rounding = 1e-9 * float(np.ptp(points))
-    return np.asarray((places @ hull.equations[:, :2].T + hull.equations[:, 2] <= rounding).all(axis=1))
+    places, weights, _ = min((hull_nodes(one.fitted.new, _COMMON_ROWS) for one in maps), key=lambda found: found[2])
+    for one in maps:
+        hull = ConvexHull(one.fitted.new)
+        rounding = 1e-9 * float(np.ptp(one.fitted.new))
+        inside = (places @ hull.equations[:, :2].T + hull.equations[:, 2] <= rounding).all(axis=1)
+        places, weights = places[inside], weights[inside]
+    fields = np.array([one.corrected(one.local_jacobian(old_places(one, places)), by) for one in maps])
+    finite = np.isfinite(fields).all(axis=(0, 2, 3))
+    if not finite.any():
+        raise ValueError("Invalid old maps. There is no ground that all of them show.")
+    x, y = places[finite].T
+    return CommonGround(x, y, fields[:, finite], weights[finite] / weights[finite].sum())
