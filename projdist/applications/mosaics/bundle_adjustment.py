@@ -105,15 +105,8 @@ def adjust(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[FloatArr
     return M, float(np.sqrt(cost / (2.0 * points))), normal
 
 
-class _Way(NamedTuple):
-    """A link in one direction: the images from and to, the map S, the points x, their images z, and the errors."""
-
-    a: int
-    b: int
-    S: FloatArray
-    x: FloatArray
-    z: FloatArray
-    error: FloatArray
+# A link in one direction: the images from and to, the map S, the points x, their images z, and the errors.
+_Way = tuple[int, int, FloatArray, FloatArray, FloatArray, FloatArray]
 
 
 def _errors(M: FloatArray, links: Sequence[Link]) -> tuple[list[_Way], float]:
@@ -126,7 +119,7 @@ def _errors(M: FloatArray, links: Sequence[Link]) -> tuple[list[_Way], float]:
                 S, x1 = inverse[b] @ M[a], homogeneous(x)
                 z = x1 @ S.T
                 error = z[:, :2] / z[:, 2:] - y
-                ways.append(_Way(a, b, S, x1, z, error))
+                ways.append((a, b, S, x1, z, error))
                 cost += float(np.sum(error * error)) if (z[:, 2] > 0).all() else np.inf
     return ways, cost if np.isfinite(cost) else np.inf
 

@@ -93,7 +93,11 @@ def read_deep(path: Path, nodata: float | None, orientation: int) -> Deep:
         raise ValueError("it is broken, or its pixels are of a kind that OpenCV does not know")
     if read.ndim == 3 and read.shape[2] >= 3:
         read = read[..., [2, 1, 0, *range(3, read.shape[2])]]
-    deep = array_of(_upright(read, orientation))
+    if orientation >= 5:
+        read = read.swapaxes(0, 1)
+    # For 5 to 8 these are the reversals after rows and columns are exchanged.
+    across, down = {2: (1, 0), 3: (1, 1), 4: (0, 1), 6: (1, 0), 7: (1, 1), 8: (0, 1)}.get(orientation, (0, 0))
+    deep = array_of(read[:: -1 if down else 1, :: -1 if across else 1])
     if nodata is None:
         return deep
     seen = deep.seen & ~(deep.values == nodata).all(axis=2)
@@ -107,15 +111,6 @@ def nodata_of(image: Image.Image) -> float | None:
         return None if text is None else float(str(text).strip("\0 "))
     except ValueError:
         return None
-
-
-def _upright(pixels: AnyArray, orientation: int) -> AnyArray:
-    """Pixels rotated and mirrored by EXIF's orientation."""
-    if orientation >= 5:
-        pixels = pixels.swapaxes(0, 1)
-    # For 5 to 8 these are the reversals after rows and columns are exchanged.
-    across, down = {2: (1, 0), 3: (1, 1), 4: (0, 1), 6: (1, 0), 7: (1, 1), 8: (0, 1)}.get(orientation, (0, 0))
-    return pixels[:: -1 if down else 1, :: -1 if across else 1]
 
 
 # ---- images --------------------------------------------------------------------------------------

@@ -7,28 +7,19 @@ rotations R_i and one focal length, or one each, minimise the symmetric transfer
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from projdist._typing import FloatArray
+from projdist.applications.mosaics import registration
 from projdist.applications.mosaics.bundle_adjustment import Chart, Link, Pair, adjust, transfer_errors, transfers
 from projdist.applications.mosaics.canvases import Camera, SphereCanvas, angles_of, sphere_canvas
 from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.homographies import homogeneous
-from projdist.applications.mosaics.registration import (
-    Cameras,
-    ImageAnswer,
-    MatchedImages,
-    chained,
-    check_tolerance,
-    components_of,
-    connected,
-    estimated,
-    links_of,
-    refuse_mirrors,
-)
+from projdist.applications.mosaics.registration import Cameras, ImageAnswer, MatchedImages
 from projdist.matrices import turns
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 
@@ -180,11 +171,14 @@ def panoramas_of_groups(
     """A panorama of each group of connected images, the largest first, at most `most`."""
     if focal not in FOCALS:
         raise ValueError(f"Invalid focal '{focal}'. It must be {' or '.join(FOCALS)}.")
-    check_tolerance(tolerance)
+    registration.check_tolerance(tolerance)
     unit = float(points.sizes.max()) / 2.0
-    links = list(links_of(points, unit))
-    pairs = [estimated(link, reduction * tolerance / unit, points, unit, "homography") for link, reduction in links]
-    groups = connected(points, [link for link, _ in links], pairs)[:most]
+    links = list(registration.links_of(points, unit))
+    pairs = [
+        registration.estimated(link, reduction * tolerance / unit, points, unit, "homography")
+        for link, reduction in links
+    ]
+    groups = registration.connected(points, [link for link, _ in links], pairs)[:most]
     cut = max(reduction for _, reduction in links) * tolerance / unit
     cameras = [_cameras(points, group, focal == "common", cut) for group in groups]
     return [Panorama(points=points, cameras=one, rotations=_level(one.rotations) @ one.rotations) for one in cameras]
@@ -275,9 +269,9 @@ class _Turns(Chart):
 def _cameras(points: Correspondences, group: MatchedImages, is_common: bool, tolerance: float) -> Cameras:
     """The cameras of a group of images. `is_common`: one focal length for all images, or else one each."""
     unit = float(points.sizes.max()) / 2.0
-    refuse_mirrors(points, group)
+    registration.refuse_mirrors(points, group)
     f, turned = _start(group, tolerance)
-    M = _scalings(np.array([1.0 / f]))[0] @ chained(group.links, turned)
+    M = _scalings(np.array([1.0 / f]))[0] @ registration.chained(group.links, turned)
     M, rms, normal, count = _adjusted(_Turns("homography", is_common), M, group, tolerance)
     focals = _focals_of(M)
     # With a homography for each pair.
@@ -323,7 +317,9 @@ def _start(group: MatchedImages, tolerance: float) -> tuple[float, list[Pair]]:
     cost, maps = np.zeros(_STEPS), []
     for link, pair in zip(group.links, group.pairs, strict=True):
         xi, xj = link.xi[pair.agree], link.xj[pair.agree]
-        S = _scalings(f) @ _rotation(_directions(xi, f), _directions(xj, f)) @ _scalings(1.0 / f)
+        U, _, V = np.linalg.svd(_directions(xj, f).swapaxes(1, 2) @ _directions(xi, f))
+        U[:, :, 2] *= np.linalg.det(U @ V)[:, None]
+        S = _scalings(f) @ (U @ V) @ _scalings(1.0 / f)
         there, back = transfers(S, xi, xj)
         cost += np.minimum(there**2 + back**2, (_CAP * tolerance) ** 2).sum(axis=-1)
         maps.append(S)
@@ -338,13 +334,6 @@ def _directions(x: FloatArray, f: FloatArray) -> FloatArray:
     return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
 
 
-def _rotation(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Rotations (k, 3, 3) that bring directions a (k, n, 3) nearest to b."""
-    U, _, V = np.linalg.svd(b.swapaxes(1, 2) @ a)
-    U[:, :, 2] *= np.linalg.det(U @ V)[:, None]
-    return np.asarray(U @ V)
-
-
 # ---- bundle adjustment ----------------------------------------------------------------------
 
 
@@ -357,20 +346,20 @@ def _adjusted(
     points that agree stay the same.
     """
     links = group.links
-    gaps = [transfer_errors(_between(M, link), link.xi, link.xj) for link in links]
+    gaps = _gaps(M, links)
     agree = [pair.agree for pair in group.pairs]
     chosen = [some & (np.median(gap[some]) < _FAR) & (gap < np.inf) for gap, some in zip(gaps, agree, strict=True)]
     for _ in range(_ROUNDS):
         kept = [Link(link.i, link.j, link.xi[some], link.xj[some]) for link, some in zip(links, chosen, strict=True)]
         kept = [link for link in kept if len(link.xi) > 1]
         # All images must be in one group.
-        if [len(group) for group in components_of((link.i, link.j) for link in kept)] != [len(M)]:
+        if [len(group) for group in registration.components_of((link.i, link.j) for link in kept)] != [len(M)]:
             raise ValueError(
                 "Invalid images for a camera that only turns. Rotations do not bring their points together: it also "
                 "moved, or they are no photographs."
             )
         M, rms, normal = adjust(chart, M, kept)
-        gaps = [transfer_errors(_between(M, link), link.xi, link.xj) for link in links]
+        gaps = _gaps(M, links)
         usual = float(np.median(np.concatenate([gap[some] for gap, some in zip(gaps, chosen, strict=True)])))
         before, chosen = chosen, [gap <= max(tolerance, _WITHIN * usual) for gap in gaps]
         if all((a == b).all() for a, b in zip(before, chosen, strict=True)):
@@ -378,9 +367,9 @@ def _adjusted(
     return M, rms, normal, sum(len(link.xi) for link in kept)
 
 
-def _between(M: FloatArray, link: Link) -> FloatArray:
-    """The map from image i to image j of a link."""
-    return np.asarray(np.linalg.solve(M[link.j], M[link.i]))
+def _gaps(M: FloatArray, links: Sequence[Link]) -> list[FloatArray]:
+    """The transfer errors of the points of links."""
+    return [transfer_errors(np.linalg.solve(M[link.j], M[link.i]), link.xi, link.xj) for link in links]
 
 
 def _deviations(normal: FloatArray, rms: float, points: int, images: int) -> FloatArray:

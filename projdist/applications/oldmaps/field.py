@@ -12,21 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from projdist import matrices
 from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.applications.oldmaps.fits import Fit, affine_fit, fit, helmert_fit, wrong_points
 from projdist.applications.oldmaps.points import ControlPoints
-from projdist.matrices import (
-    Affine,
-    Decomposition,
-    Measure,
-    Modes,
-    areal_scale,
-    decompose,
-    field_mdt,
-    field_modes,
-    field_rotation,
-    fisher,
-)
+from projdist.matrices import Affine, Measure, areal_scale, fisher
 from projdist.numerics import quantiles
 from projdist.support import Answer, check_choice, check_instance, check_number, plain
 
@@ -72,14 +62,14 @@ class Rectification:
     rotation_error: float
 
     @property
-    def parts(self) -> Decomposition:
+    def parts(self) -> matrices.Decomposition:
         """Scale in metres per unit, stretch and its azimuth on the old map, shear, and the old map's rotation.
 
         The rotation is that of the old map in degrees clockwise, which the rectification reverses: true north is so far
         to the right of its vertical. The y axis of a mirrored old map is reversed before.
         """
         M = self.affine.matrix
-        parts = decompose(M @ np.diag([1.0, np.sign(np.linalg.det(M))]))
+        parts = matrices.decompose(M @ np.diag([1.0, np.sign(np.linalg.det(M))]))
         return parts._replace(rotation=0.0 - parts.rotation)  # no -0
 
     def to_dict(self) -> dict[str, Any]:
@@ -183,10 +173,10 @@ class OldMap(Answer):
         return None if self.dots_per_inch is None else metres_per_unit * self.dots_per_inch / _INCH
 
     @property
-    def modes(self) -> Modes:
+    def modes(self) -> matrices.Modes:
         """Principal components of the distortion after the MDT, on its axes, by area on the old map."""
         known = ~np.isnan(self.jacobian[:, 0, 0])
-        return field_modes(self.corrected(self.jacobian[known]), self.weights[known], np.eye(2))
+        return matrices.field_modes(self.corrected(self.jacobian[known]), self.weights[known], np.eye(2))
 
     def statistics(self) -> dict[str, dict[str, float]]:
         """Percentiles of the measures after the MDT, by area on the old map."""
@@ -310,8 +300,8 @@ def old_map(
         raise ValueError(f"Invalid control points for model '{model}'. The fitted map folds everywhere.")
     J, w = jacobian[~folded], weights[~folded]
     flip = np.diag([1.0, -1.0 if is_mirrored else 1.0])
-    T = field_mdt(flip @ J, w).T
-    turn = field_rotation(flip @ J, w, T)
+    T = matrices.field_mdt(flip @ J, w).T
+    turn = matrices.field_rotation(flip @ J, w, T)
     matrix = turn.q @ np.linalg.inv(T) @ flip
     mean = Affine(matrix, (points.new - points.old @ matrix.T).mean(axis=0))
     maps = {"mdt": mean, "affine": linear, "helmert": helmert_fit(points)}
@@ -406,7 +396,15 @@ def isolines(found: OldMap, measure: str, *, by: str = "mdt") -> dict[float, Flo
     values = LOCAL_MEASURES[measure](found.corrected(found.local_jacobian(places), by))
     true = found.fit(places)
     triangles = triangles[np.isfinite(values[triangles]).all(axis=1)]
-    levels = _levels(values[np.isfinite(values)])
+    known = values[np.isfinite(values)]
+    low, high = float(known.min()), float(known.max())
+    if not high - low > _CONSTANT * max(abs(low), abs(high)):
+        return {}
+    # At most twelve levels, multiples of 1, 2 or 5 times a power of ten.
+    least = (high - low) / _LEVELS
+    power = 10.0 ** np.floor(np.log10(least))
+    step = next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= least * (1.0 - 1e-9))
+    levels = [float(f"{k * step:.12g}") for k in range(int(np.floor(low / step)) + 1, int(np.ceil(high / step)))]
     return {level: pieces for level in levels if len(pieces := _pieces(true, values, triangles, level))}
 
 
@@ -426,17 +424,6 @@ def _mesh(found: OldMap) -> tuple[FloatArray, AnyArray]:
     inner = inner[(inner @ hull.equations[:, :2].T + hull.equations[:, 2] < -0.2 * step).all(axis=1)]
     places = np.concatenate([inner, *rim])
     return linear.inverse()(places), Delaunay(places - places.mean(axis=0)).simplices
-
-
-def _levels(values: FloatArray) -> list[float]:
-    """At most twelve levels, multiples of 1, 2 or 5 times a power of ten."""
-    low, high = float(values.min()), float(values.max())
-    if not high - low > _CONSTANT * max(abs(low), abs(high)):
-        return []
-    least = (high - low) / _LEVELS
-    power = 10.0 ** np.floor(np.log10(least))
-    step = next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= least * (1.0 - 1e-9))
-    return [float(f"{k * step:.12g}") for k in range(int(np.floor(low / step)) + 1, int(np.ceil(high / step)))]
 
 
 def _pieces(places: FloatArray, values: FloatArray, triangles: AnyArray, level: float) -> FloatArray:

@@ -11,19 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from projdist import projections
 from projdist._typing import BoolArray, FloatArray
-from projdist.projections import (
-    CRS,
-    Projection,
-    ProjectionError,
-    ProjectionLike,
-    check_degrees,
-    crs_of,
-    geographic,
-    projected_crs_of,
-    same_map,
-    tell_of_degrees,
-)
+from projdist.projections import Projection, ProjectionLike, projected_crs_of
 from projdist.support import check_path, comma_hint, is_number, number_of, read_text, rows_of_text, tell
 
 # Names of columns, our own, those of QGIS (its `mapX` is the true place) and of ArcGIS; without blanks and underscores.
@@ -171,7 +161,7 @@ def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | N
     try:
         new, plane, note = _in_plane(places[:, 2:], table, projection, path)
         return ControlPoints(places[:, :2], new, tuple(names), note, plane)
-    except ProjectionError:
+    except projections.ProjectionError:
         raise
     except ValueError as error:
         raise ValueError(f"{text} {error}") from error
@@ -200,14 +190,14 @@ def _in_plane(
     if stated is not None and not stated.is_geographic:
         plane = Projection.from_user_input(table.crs)
         if given is None:
-            tell_of_degrees(stated, np.hstack([new, new]), f"'{path}'", "control point")
+            projections.tell_of_degrees(stated, np.hstack([new, new]), f"'{path}'", "control point")
             return _in_metres(new, plane, table.is_degrees), plane, ""
         own, other = projected_crs_of(given), projected_crs_of(plane)
         is_same = own is not None and other is not None and np.array_equal(own.to_metres, other.to_metres)
-        if not (is_same and other is not None and same_map(given, other.wkt) is not None):
+        if not (is_same and other is not None and projections.same_map(given, other.wkt) is not None):
             tell(f"'{path}' states the CRS {stated.name}; its coordinates are taken for those of {given.label}.")
     elif stated is not None and given is not None and _are_mostly_degrees(new):
-        return np.stack(given(*geographic(given, stated, *new.T)), axis=-1), given, ""
+        return np.stack(given(*projections.geographic(given, stated, *new.T)), axis=-1), given, ""
     if given is not None:
         return _in_metres(new, given, table.is_degrees), given, ""
     if table.is_degrees or stated is not None:
@@ -217,10 +207,10 @@ def _in_plane(
     return new, None, ""
 
 
-def _stated(text: str, given: Projection | None) -> CRS | None:
+def _stated(text: str, given: Projection | None) -> projections.CRS | None:
     """The CRS that a file states, None if it states none; an invalid one raises ValueError unless another is given."""
     try:
-        stated = crs_of(text) if text else None
+        stated = projections.crs_of(text) if text else None
         if stated is not None and not stated.is_geographic:
             Projection.from_user_input(text)
     except ValueError as error:
@@ -238,7 +228,7 @@ def _are_mostly_degrees(new: FloatArray) -> bool:
 def _in_metres(new: FloatArray, projection: Projection, is_degrees: bool) -> FloatArray:
     """True places in metres of a projection's plane, from degrees or from coordinates of the CRS."""
     if is_degrees or _are_mostly_degrees(new):
-        return np.stack(projection(*check_degrees(*new.T)), axis=-1)
+        return np.stack(projection(*projections.check_degrees(*new.T)), axis=-1)
     plane = projected_crs_of(projection)
     with np.errstate(over="ignore", invalid="ignore"):  # points that are not finite are refused later, by name
         return new if plane is None else np.asarray(new @ plane.to_metres.T)

@@ -368,7 +368,9 @@ def consensus(points: FloatArray, weights: FloatArray) -> Group:
         change = float(np.linalg.norm(clouds.roots * move)) / np.sqrt(mean.size)
         if change < _CONVERGED:
             break
-        mean = clouds.whitened_mean(mean + clouds.extrapolated(move))
+        parts = clouds.vectors.T @ (clouds.roots * move)
+        following = clouds.vectors @ ((clouds.values / (1.0 - clouds.values))[:, None] * parts) / clouds.roots
+        mean = clouds.whitened_mean(mean + (move + following))
     return _grouped(clouds.fits(mean), change < _ACCEPTED)
 
 
@@ -381,7 +383,12 @@ def _grouped(fits: list[AffineFit], converged: bool) -> Group:
 
 
 class _Clouds:
-    """Clouds to be fitted onto a mean of M points, each in at least two of the clouds."""
+    """Clouds to be fitted onto a mean of M points, each in at least two of the clouds.
+
+    `start` is the mean that simultaneous least-squares fits change least. These are projections onto the affine
+    functions of each cloud. The n + 1 largest eigenvalues of their mean belong to the mean of the clouds and to the
+    constant; the others, `values`, say how much of a move along `vectors` each step keeps.
+    """
 
     def __init__(self, points: FloatArray, weights: FloatArray) -> None:
         self.rows = [np.flatnonzero(counts) for counts in weights]
@@ -389,14 +396,7 @@ class _Clouds:
         self.weights = [counts[row] for counts, row in zip(weights, self.rows, strict=True)]
         self.whitened = [whitened(cloud, w) for cloud, w in zip(self.points, self.weights, strict=True)]
         self.roots = np.sqrt(weights.sum(axis=0))[:, None]
-        self.start, self.values, self.vectors = self._linear(points.shape[-1])
-
-    def _linear(self, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The mean that simultaneous least-squares fits change least, and the other eigenvalues and vectors.
-
-        The fits are projections onto the affine functions of each cloud. The n + 1 largest eigenvalues of their mean
-        belong to the mean of the clouds and to the constant; the others say how much of a move each step keeps.
-        """
+        n = points.shape[-1]
         F = np.zeros((len(self.roots), len(self.rows) * (n + 1)))
         for i, (row, cloud, w) in enumerate(zip(self.rows, self.whitened, self.weights, strict=True)):
             root = np.sqrt(w)[:, None]
@@ -406,8 +406,8 @@ class _Clouds:
         some = values > _VANISHING
         values, U = values[some], F @ V[:, some] / np.sqrt(values[some])
         mean = self.roots * self._centred(U[:, -n - 1 :] / self.roots)
-        basis = np.linalg.svd(mean, full_matrices=False)[0][:, :n]
-        return basis / self.roots, np.minimum(values[: -n - 1], 1.0 - _VANISHING), U[:, : -n - 1]
+        self.start = np.linalg.svd(mean, full_matrices=False)[0][:, :n] / self.roots
+        self.values, self.vectors = np.minimum(values[: -n - 1], 1.0 - _VANISHING), U[:, : -n - 1]
 
     def fits(self, mean: FloatArray) -> list[AffineFit]:
         """Symmetric fits of each cloud onto the mean."""
@@ -422,11 +422,6 @@ class _Clouds:
         image = self.whitened_mean(total / self.roots**2)
         U, _, V = np.linalg.svd((self.roots * image).T @ (self.roots * mean))
         return image @ U @ V
-
-    def extrapolated(self, move: FloatArray) -> FloatArray:
-        """The sum of a move and all moves that would follow it if the fits were linear."""
-        parts = self.vectors.T @ (self.roots * move)
-        return move + self.vectors @ ((self.values / (1.0 - self.values))[:, None] * parts) / self.roots
 
     def whitened_mean(self, points: FloatArray) -> FloatArray:
         """The nearest centred points whose columns, times the square roots of the weights, are orthonormal."""

@@ -12,15 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from projdist._typing import FloatArray, IntArray
-from projdist.applications.pointclouds.affine import (
-    checked_weights,
-    consensus,
-    fit_whitened,
-    kept_clouds,
-    pair_weights,
-    rank,
-    whitened,
-)
+from projdist.applications.pointclouds import affine
+from projdist.applications.pointclouds.affine import pair_weights, rank, whitened
 from projdist.applications.pointclouds.files import CloudFile
 from projdist.matrices import Affine
 from projdist.support import is_number, listed, number_of, numbered_rows, tell
@@ -90,10 +83,10 @@ def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]
     known: set[bytes] = set()
     while not _again(np.stack(partners), known):
         points, weights = _arranged(clouds, partners)
-        kept = kept_clouds(points, weights).clouds
+        kept = affine.kept_clouds(points, weights).clouds
         if first not in kept or len(kept) < 2:
             break
-        group = consensus(points[kept], weights[kept])
+        group = affine.consensus(points[kept], weights[kept])
         moved = [Affine(A, shift)(clouds[i].points) for i, A, shift in zip(kept, group.A, group.shift, strict=True)]
         parts = [weights[i][:, None] * cloud[partners[i]] for i, cloud in zip(kept, moved, strict=True)]
         mean = np.sum(parts, axis=0) / weights[kept].sum(axis=0)[:, None]
@@ -191,7 +184,7 @@ def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apar
         y, z, w = _pairs(cloud, template, partners)
         if min(rank(y, w), rank(z, w)) < y.shape[1]:
             return np.full(len(partners), -1), np.inf
-        moved = fit_whitened(whitened(y, w), whitened(z, w), "symmetric")(cloud.points)
+        moved = affine.fit_whitened(whitened(y, w), whitened(z, w), "symmetric")(cloud.points)
     return partners, log_false_alarms(_nearest(moved, template.points)[1], apart, moved.shape[1])
 
 
@@ -359,7 +352,7 @@ def column_weights(clouds: Sequence[CloudFile], column: str, correspond: str) ->
     for cloud in clouds:
         if cloud.weights is not None:
             missing = np.asarray(np.isnan(cloud.points).all(axis=1))
-            checked_weights(cloud.weights, missing, f"Invalid weights of cloud '{cloud.path}'.")
+            affine.checked_weights(cloud.weights, missing, f"Invalid weights of cloud '{cloud.path}'.")
     lacking = [f"'{cloud.path}'" for cloud in clouds if cloud.weights is None]
     shown = listed(lacking, "and") if len(lacking) <= _NAMED_CLOUDS else f"{len(lacking)} of {len(clouds)} clouds"
     like = "the others do on average" if correspond == "icp" else "their partners do"

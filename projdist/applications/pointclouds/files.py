@@ -21,19 +21,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from projdist import support
 from projdist._typing import AnyArray, FloatArray
-from projdist.support import (
-    cells_of,
-    comma_hint,
-    has_decimal_comma,
-    is_number,
-    listed,
-    number_of,
-    replacing,
-    separator_of,
-    tell,
-    with_decimal_points,
-)
+from projdist.support import has_decimal_comma, is_number, number_of
 
 _TYPES = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
@@ -330,7 +320,7 @@ class CloudFile:
             turned = np.linalg.solve(A.T, self.normals.T).T
             length = np.linalg.norm(turned, axis=1, keepdims=True)
             normals = np.asarray(turned / np.where(length == 0.0, 1.0, length))  # a normal (0, 0, 0) stays 0
-        with replacing(Path(path), overwrite=overwrite) as new:
+        with support.replacing(Path(path), overwrite=overwrite) as new:
             new.write_bytes(self.content.moved(self.points @ A.T + shift, normals))
 
 
@@ -347,7 +337,7 @@ def read_cloud(path: str | os.PathLike[str], *, weights: str | None = None) -> C
     path = Path(path)
     read = _READERS.get(path.suffix.lower())
     if read is None:
-        raise ValueError(f"Invalid cloud '{path}'. Its suffix must be {listed(SUFFIXES, 'or')}.")
+        raise ValueError(f"Invalid cloud '{path}'. Its suffix must be {support.listed(SUFFIXES, 'or')}.")
     try:
         content = read(path.read_bytes(), weights)
         counts = None if weights is None else content.column(weights)
@@ -360,7 +350,7 @@ def read_cloud(path: str | os.PathLike[str], *, weights: str | None = None) -> C
         partly = np.flatnonzero(absent.any(axis=1) & ~absent.all(axis=1))
         if partly.size:
             shown = ", ".join(str(row + 1) for row in partly[:_NAMED]) + (", ..." if partly.size > _NAMED else "")
-            tell(f"{partly.size} point(s) of '{path}' lack a coordinate and are taken as missing: {shown}.")
+            support.tell(f"{partly.size} point(s) of '{path}' lack a coordinate and are taken as missing: {shown}.")
         points = np.where(absent.any(axis=1, keepdims=True), np.nan, points)
         return CloudFile(path, points, content.ids, content.normals, content, counts)
     except OSError as error:
@@ -392,7 +382,7 @@ class _CellTable:
     @functools.cached_property
     def plain(self) -> list[list[str]]:
         """Rows with decimal points; the same list objects for rows that had them."""
-        return [row for _, row in with_decimal_points(list(enumerate(self.rows)))]
+        return [row for _, row in support.with_decimal_points(list(enumerate(self.rows)))]
 
     @property
     def normal_axes(self) -> list[int]:
@@ -434,7 +424,7 @@ class _CellTable:
         for number, row in enumerate(self.plain, start=1):
             cells = [row[column].strip() if column < len(row) else "?" for column in columns]
             if not all(cell == "" or is_number(cell) for cell in cells):
-                hint = comma_hint(cells)
+                hint = support.comma_hint(cells)
                 raise CloudError(f"Row {number} must have {len(columns)} numbers for its point.{hint}")
             numbers.append([number_of(cell or "nan") for cell in cells])
         if not numbers:
@@ -458,7 +448,7 @@ class _CellTable:
 
 def _read_csv(data: bytes, weights: str | None) -> _CellTable:
     comments, lines = _split_comments(data, "#")
-    separator = separator_of(lines[-1])
+    separator = support.separator_of(lines[-1])
     if separator is None:
         raise CloudError("Its cells must stand apart by commas, semicolons or tabs.")
     rows = [_cells(line, separator, number) for number, line in enumerate(lines, start=1)]
@@ -497,7 +487,7 @@ def _read_xyz(data: bytes, weights: str | None) -> _CellTable:
     if not lines:
         raise CloudError("There are no points in it.")
     first = lines[0].split()
-    separator = None if len(first) > 1 and all(map(_is_decimal, first[:3])) else separator_of(lines[0])
+    separator = None if len(first) > 1 and all(map(_is_decimal, first[:3])) else support.separator_of(lines[0])
     rows = [_cells(line, separator, number) for number, line in enumerate(lines, start=1)]
     axes = [names.index(name) for name in _AXES if name in names]
     if not {"x", "y"} <= set(names):
@@ -516,7 +506,7 @@ def _names_of(line: str) -> tuple[str, ...]:
 def _cells(line: str, separator: str | None, number: int) -> list[str]:
     """The cells of a line; raises CloudError with the number of its row."""
     try:
-        return cells_of(line, separator)
+        return support.cells_of(line, separator)
     except ValueError as error:
         raise CloudError(f"Its row {number} has {error}.") from error
 

@@ -10,21 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.applications.pointclouds.affine import (
-    FALSE_ALARM,
-    Group,
-    check_fit,
-    checked_weights,
-    consensus,
-    dist_squares,
-    into_mdt,
-    kept_clouds,
-    onto_first,
-    placed,
-    squared_residuals,
-    upright,
-    wrong_partners,
-)
+from projdist.applications.pointclouds import affine
+from projdist.applications.pointclouds.affine import dist_squares, placed
 from projdist.applications.pointclouds.correspondences import corresponding_points
 from projdist.matrices import Affine, Modes, mdt, modes
 from projdist.support import Answer, check_bool, listed
@@ -140,7 +127,7 @@ class Registration(Answer):
         if self.wrong:
             named = _shown([f"{one.point} of '{one.cloud}'" for one in self.wrong])
             what = "Left out as wrong partners" if self.robust else "Wrong partners, which a robust fit leaves out"
-            chance = f"with a chance of {100 * FALSE_ALARM:g} % that any is named where all are right"
+            chance = f"with a chance of {100 * affine.FALSE_ALARM:g} % that any is named where all are right"
             said.append(f"{what} ({chance}): point {named}.")
         if not self.converged:
             said.append("The fit has not converged: the clouds share too few points, or are too noisy.")
@@ -239,7 +226,7 @@ def register(
     array([[0.5, 0. ],
            [0. , 0.5]])
     """
-    check_fit(method)
+    affine.check_fit(method)
     if check_bool("robust", robust) and correspond == "icp":
         raise ValueError(
             "Invalid robust with the correspondence icp. It is for rows and ids, whose partners are given."
@@ -248,7 +235,7 @@ def register(
     wanted = _frame(frame, labels)
     counted = _weights(weights, arrays, labels)
     points, counts = corresponding_points(arrays, counted, labels, correspond, ids)
-    kept = kept_clouds(points, counts, first_only=method == "least_squares")
+    kept = affine.kept_clouds(points, counts, first_only=method == "least_squares")
     left_out = tuple(LeftOut(labels[i], reason) for i, reason in kept.reasons.items())
     if len(kept.clouds) < 2:
         why = "; ".join(f"'{one.name}': {one.reason}" for one in left_out)
@@ -256,24 +243,24 @@ def register(
     labels, arrays = [labels[i] for i in kept.clouds], [arrays[i] for i in kept.clouds]
     counted = [counted[i] for i in kept.clouds]
     points, counts = points[kept.clouds], counts[kept.clouds]
-    fit = consensus if method == "symmetric" else onto_first
+    fit = affine.consensus if method == "symmetric" else affine.onto_first
     wrong = np.zeros(counts.shape, dtype=bool) if correspond == "icp" else _wrong(fit, points, counts)
     right = np.where(wrong, 0.0, counts)
     chosen = right if robust else counts
-    group, mirrored = upright(fit(points, chosen))
+    group, mirrored = affine.upright(fit(points, chosen))
     found, sums = mdt(group.A), np.array([dist_squares(A, group.A).sum() for A in group.A])
-    A, shift, rotation = into_mdt(group, found.T, mirrored, points, chosen)
+    A, shift, rotation = affine.into_mdt(group, found.T, mirrored, points, chosen)
     reference = _reference(wanted, labels, left_out, sums)
     if reference is not None:
         own = group.A[reference]
         A = np.linalg.solve(own, group.A)
         shift = np.linalg.solve(own, (group.shift - group.shift[reference]).T).T
-    squares, total = squared_residuals(placed(A, shift, points), chosen)
+    squares, total = affine.squared_residuals(placed(A, shift, points), chosen)
     distances = np.full(counts.shape, np.nan)
     if correspond != "icp":
         # From the place that the right points give, of a wrong point and, left out, of a right one.
         places = placed(A, shift, points)
-        by_all, by_right = (wrong_partners(places, some)[1] for some in (counts, right))
+        by_all, by_right = (affine.wrong_partners(places, some)[1] for some in (counts, right))
         distances = np.where(wrong | np.isnan(by_right), by_all, by_right)
     marks = tuple(str(k + 1) for k in range(points.shape[1]))
     if correspond == "id" and ids is not None:
@@ -312,15 +299,15 @@ def register(
     )
 
 
-def _wrong(fit: Callable[[FloatArray, FloatArray], Group], points: FloatArray, weights: FloatArray) -> BoolArray:
+def _wrong(fit: Callable[[FloatArray, FloatArray], affine.Group], points: FloatArray, weights: FloatArray) -> BoolArray:
     """Flags of points that do not correspond to the others, (N, M), by fits without the wrong ones."""
     wrong = np.zeros(weights.shape, dtype=bool)
     for _ in range(_ROUNDS):
         kept = np.where(wrong, 0.0, weights)
-        if len(kept_clouds(points, kept).clouds) < len(points):
+        if len(affine.kept_clouds(points, kept).clouds) < len(points):
             break
         group = fit(points, kept)
-        more, _ = wrong_partners(placed(group.A, group.shift, points), kept)
+        more, _ = affine.wrong_partners(placed(group.A, group.shift, points), kept)
         if not more.any():
             break
         wrong |= more
@@ -369,7 +356,7 @@ def _weights(
     for name, cloud, one in zip(names, clouds, several, strict=True):
         missing = np.asarray(np.isnan(cloud).all(axis=1))
         invalid = f"Invalid weights of cloud '{name}'."
-        found.append(checked_weights(one, missing, invalid))
+        found.append(affine.checked_weights(one, missing, invalid))
     most = max(float(one.max()) for one in found)
     return [one / most for one in found]
 
