@@ -22,7 +22,7 @@ def registered(H, model="affine", sizes=SIZES):
     if model == "homography":
         H = H / np.cbrt(np.linalg.det(H))[:, None, None]
     images = list(range(len(H)))
-    return ImageRegistration(model, images, H, sizes[: len(H)], 0.0, [images], [], [], {})
+    return ImageRegistration(images, [images], [], [], model, H, sizes[: len(H)], 0.0, {})
 
 
 def found_frames(H, model="affine", weights=EQUAL, rotation="chordal"):

@@ -18,12 +18,13 @@ _DAMPING, _WEAKEST, _STRONGEST = 1e-4, 1e-8, 1e8
 
 
 class Link(NamedTuple):
-    """Two images i and j and their common points, shape (n, 2)."""
+    """Two images i and j and their common points, shape (n, 2), found in images reduced by a factor."""
 
     i: int
     j: int
     xi: FloatArray
     xj: FloatArray
+    reduction: float = 1.0
 
 
 def transfer_errors(S: FloatArray, xi: FloatArray, xj: FloatArray) -> FloatArray:
@@ -311,14 +312,14 @@ class ModelFit(NamedTuple):
     gric: float
 
 
-def compare_models(pairs: Iterable[tuple[Link, BoolArray, float]], unit: float) -> dict[str, ModelFit]:
+def compare_models(pairs: Iterable[tuple[Link, BoolArray]], unit: float) -> dict[str, ModelFit]:
     """The fit of each model to the points of pairs, each pair with its own map. `unit`: in pixels.
 
-    `pairs`: the points of two images, flags of those that agree on a map of either model, and the size of a pixel of
-    the examined images. The noise is estimated by the homographies, which include the affine maps.
+    `pairs`: the points of two images, and flags of those that agree on a map of either model. The noise is estimated by
+    the homographies, which include the affine maps.
     """
     squares, points, gric = dict.fromkeys(MODELS, 0.0), 0, dict.fromkeys(MODELS, 0.0)
-    for link, agree, pixel in pairs:
+    for link, agree in pairs:
         xi, xj = link.xi[agree], link.xj[agree]
         count = len(xi)
         if count <= LEAST["homography"]:
@@ -328,7 +329,7 @@ def compare_models(pairs: Iterable[tuple[Link, BoolArray, float]], unit: float) 
             continue
         errors = {model: np.square(transfers(S, xi, xj)).sum(axis=0) for model, S in maps.items() if S is not None}
         freedom = 2 * count - len(ENTRIES["homography"])
-        noise = max(errors["homography"].sum() / (4.0 * freedom), (_NOISE * pixel) ** 2)
+        noise = max(errors["homography"].sum() / (4.0 * freedom), (_NOISE * (link.reduction / unit)) ** 2)
         points += count
         for model, both in errors.items():
             squares[model] += float(both.sum())

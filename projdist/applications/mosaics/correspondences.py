@@ -85,6 +85,11 @@ class Correspondences:
             i=self.i, j=self.j, xi=self.xi * ratio[self.i], xj=self.xj * ratio[self.j], sizes=new, names=tuple(names)
         )
 
+    @property
+    def unit(self) -> float:
+        """Half of the longest side of the images, the unit of coordinates in which they are registered."""
+        return float(self.sizes.max()) / 2.0
+
     def name(self, image: int) -> str:
         """The name of an image, or its number."""
         return str(image) if self.names is None else self.names[image]

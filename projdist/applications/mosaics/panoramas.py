@@ -172,14 +172,10 @@ def panoramas_of_groups(
     if focal not in FOCALS:
         raise ValueError(f"Invalid focal '{focal}'. It must be {' or '.join(FOCALS)}.")
     registration.check_tolerance(tolerance)
-    unit = float(points.sizes.max()) / 2.0
-    links = list(registration.links_of(points, unit))
-    pairs = [
-        registration.estimated(link, reduction * tolerance / unit, points, unit, "homography")
-        for link, reduction in links
-    ]
-    groups = registration.connected(points, [link for link, _ in links], pairs)[:most]
-    cut = max(reduction for _, reduction in links) * tolerance / unit
+    links = list(registration.links_of(points))
+    pairs = [registration.estimated(points, link, tolerance, "homography") for link in links]
+    groups = registration.connected(points, links, pairs)[:most]
+    cut = max(link.reduction for link in links) * tolerance / points.unit
     cameras = [_cameras(points, group, focal == "common", cut) for group in groups]
     return [Panorama(points=points, cameras=one, rotations=_level(one.rotations) @ one.rotations) for one in cameras]
 
@@ -268,7 +264,7 @@ class _Turns(Chart):
 
 def _cameras(points: Correspondences, group: MatchedImages, is_common: bool, tolerance: float) -> Cameras:
     """The cameras of a group of images. `is_common`: one focal length for all images, or else one each."""
-    unit = float(points.sizes.max()) / 2.0
+    unit = points.unit
     registration.refuse_mirrors(points, group)
     f, turned = _start(group, tolerance)
     M = _scalings(np.array([1.0 / f]))[0] @ registration.chained(group.links, turned)
@@ -281,15 +277,12 @@ def _cameras(points: Correspondences, group: MatchedImages, is_common: bool, tol
         if pair.S is not None
     ]
     return Cameras(
-        group.images,
+        *(group.images, group.components, group.left_out, group.matches),
         M @ _scalings(focals),
         focals * unit,
         focals * unit * _deviations(normal, rms, count, len(group.images)),
         rms * unit,
         float(np.sqrt(np.concatenate(squares, axis=1).mean())) * unit,
-        group.components,
-        group.left_out,
-        group.matches,
     )
 
 
@@ -350,7 +343,7 @@ def _adjusted(
     agree = [pair.agree for pair in group.pairs]
     chosen = [some & (np.median(gap[some]) < _FAR) & (gap < np.inf) for gap, some in zip(gaps, agree, strict=True)]
     for _ in range(_ROUNDS):
-        kept = [Link(link.i, link.j, link.xi[some], link.xj[some]) for link, some in zip(links, chosen, strict=True)]
+        kept = [link._replace(xi=link.xi[some], xj=link.xj[some]) for link, some in zip(links, chosen, strict=True)]
         kept = [link for link in kept if len(link.xi) > 1]
         # All images must be in one group.
         if [len(group) for group in registration.components_of((link.i, link.j) for link in kept)] != [len(M)]:

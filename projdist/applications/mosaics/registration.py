@@ -37,42 +37,49 @@ class Match(NamedTuple):
     false_alarms: float
 
 
-class ImageRegistration(NamedTuple):
-    """The maps of a group of connected images into the plane of the first one, in pixels.
+@dataclass(frozen=True, eq=False)
+class ConnectedImages:
+    """A group of images that common points connect.
 
-    `images`: their numbers; `matrices`: their maps (n, 3, 3). `components`: all groups of two or more connected images,
-    the largest first. `left_out`: numbers of the other images. `rms_pixels`: RMS of the symmetric transfer error.
-    `matches`: of all pairs. `models`: how well each model fits the pairs.
+    `images`: their numbers. `components`: all groups of two or more connected images, the largest first. `left_out`:
+    numbers of the other images. `matches`: of all pairs.
     """
 
-    model: str
     images: list[int]
-    matrices: FloatArray
-    sizes: FloatArray
-    rms_pixels: float
     components: list[list[int]]
     left_out: list[int]
     matches: list[Match]
+
+
+@dataclass(frozen=True, eq=False)
+class ImageRegistration(ConnectedImages):
+    """The maps of connected images into the plane of the first one, in pixels.
+
+    `matrices`: their maps (n, 3, 3). `rms_pixels`: RMS of the symmetric transfer error. `models`: how well each model
+    fits the pairs.
+    """
+
+    model: str
+    matrices: FloatArray
+    sizes: FloatArray
+    rms_pixels: float
     models: dict[str, ModelFit]
 
 
-class Cameras(NamedTuple):
-    """The cameras of a group of connected images that were taken by turning a camera.
+@dataclass(frozen=True, eq=False)
+class Cameras(ConnectedImages):
+    """The cameras of connected images that were taken by turning a camera.
 
     `rotations`: from each camera's right, down and forward to the first one's (n, 3, 3); `focals`: pixels (n,), with
     standard deviations `focal_errors`. `rms_pixels`: RMS of the symmetric transfer error; `rms_homographies`: the same
-    with a homography for each pair of images, which also allows a moving camera. Others as in `ImageRegistration`.
+    with a homography for each pair of images, which also allows a moving camera.
     """
 
-    images: list[int]
     rotations: FloatArray
     focals: FloatArray
     focal_errors: FloatArray
     rms_pixels: float
     rms_homographies: float
-    components: list[list[int]]
-    left_out: list[int]
-    matches: list[Match]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -83,7 +90,7 @@ class ImageAnswer(Answer):
 
     @property
     @abstractmethod
-    def _found(self) -> ImageRegistration | Cameras:
+    def _found(self) -> ConnectedImages:
         """The group of images."""
 
     @abstractmethod
@@ -153,37 +160,27 @@ def register_groups(
     """Register each group of connected images, the largest first, at most `most`. Raises as `register`."""
     homographies.check_model(model)
     check_tolerance(tolerance)
-    # Coordinates from the middle of each image, in halves of the longest side.
-    unit = float(points.sizes.max()) / 2.0
-    links = list(links_of(points, unit))
-    found = {
-        name: [estimated(link, reduction * tolerance / unit, points, unit, name) for link, reduction in links]
-        for name in MODELS
-    }
+    links = list(links_of(points))
+    found = {name: [estimated(points, link, tolerance, name) for link in links] for name in MODELS}
     # The points that agree on a map by either model.
     agree = [np.logical_or(*(pair.agree for pair in both)) for both in zip(*found.values(), strict=True)]
-    shared = ((link, some, reduction / unit) for (link, reduction), some in zip(links, agree, strict=True))
-    models = bundle_adjustment.compare_models(shared, unit)
+    models = bundle_adjustment.compare_models(zip(links, agree, strict=True), points.unit)
     if model == "auto":
         model = min(models, key=lambda name: models[name].gric, default=MODELS[0])
-    groups = connected(points, [link for link, _ in links], found[model])
+    groups = connected(points, links, found[model])
     return [_registered(points, group, model, models) for group in groups[:most]]
 
 
-class MatchedImages(NamedTuple):
-    """A group of images connected by pairs that have a map, with `links` numbered within the group.
+@dataclass(frozen=True, eq=False)
+class MatchedImages(ConnectedImages):
+    """Images with their `links`, numbered within the group, the maps of these `pairs`, and a start for the adjustment.
 
-    `chain`: maps (n, 3, 3) into the first image along the pairs. `components`, `left_out`, `matches`: as in
-    `ImageRegistration`.
+    `chain`: maps (n, 3, 3) into the first image along the pairs.
     """
 
-    images: list[int]
     links: list[Link]
     pairs: list[Pair]
     chain: FloatArray
-    components: list[list[int]]
-    left_out: list[int]
-    matches: list[Match]
 
 
 def connected(points: Correspondences, links: Sequence[Link], pairs: Sequence[Pair]) -> list[MatchedImages]:
@@ -208,7 +205,7 @@ def connected(points: Correspondences, links: Sequence[Link], pairs: Sequence[Pa
         own = [link._replace(i=number[link.i], j=number[link.j]) for link, _ in good if link.i in number]
         found = [pair for link, pair in good if link.i in number]
         left_out = sorted(set(range(len(points.sizes))) - set(images))
-        groups.append(MatchedImages(images, own, found, chained(own, found), components, left_out, matches))
+        groups.append(MatchedImages(images, components, left_out, matches, own, found, chained(own, found)))
     return groups
 
 
@@ -222,7 +219,7 @@ def _registered(
     points: Correspondences, group: MatchedImages, model: str, models: dict[str, ModelFit]
 ) -> ImageRegistration:
     """The registration of a group of images."""
-    images, unit = group.images, float(points.sizes.max()) / 2.0
+    images, unit = group.images, points.unit
     refuse_mirrors(points, group)
     links = [
         link._replace(xi=link.xi[pair.agree], xj=link.xj[pair.agree])
@@ -237,22 +234,21 @@ def _registered(
     matrices = to_pixels @ maps @ to_unit
     if model == "homography":
         matrices /= np.cbrt(np.linalg.det(matrices))[:, None, None]
-    left_out, sizes = group.left_out, points.sizes[images]
-    return ImageRegistration(
-        model, images, matrices, sizes, rms * unit, group.components, left_out, group.matches, models
-    )
+    connected = images, group.components, group.left_out, group.matches
+    return ImageRegistration(*connected, model, matrices, points.sizes[images], rms * unit, models)
 
 
-def estimated(link: Link, tolerance: float, points: Correspondences, unit: float, model: str) -> Pair:
-    """The map of two images, tested against chance in all possible pairs."""
-    area = float(points.sizes[[link.i, link.j]].prod(axis=1).min()) / unit**2
+def estimated(points: Correspondences, link: Link, tolerance: float, model: str) -> Pair:
+    """The map of two images, tested against chance in all possible pairs; `tolerance` in pixels of reduced images."""
+    area = float(points.sizes[[link.i, link.j]].prod(axis=1).min()) / points.unit**2
     tests = len(points.sizes) * (len(points.sizes) - 1) // 2
-    return bundle_adjustment.estimate(link.xi, link.xj, model, tolerance, area=area, tests=tests)
+    within = link.reduction * tolerance / points.unit
+    return bundle_adjustment.estimate(link.xi, link.xj, model, within, area=area, tests=tests)
 
 
-def links_of(points: Correspondences, unit: float) -> Iterator[tuple[Link, float]]:
-    """For each pair of images i < j the common points, in coordinates from the images' middles, and the reduction."""
-    reductions = np.asarray(points.reductions)
+def links_of(points: Correspondences) -> Iterator[Link]:
+    """For each pair of images i < j the common points, in coordinates from the images' middles, in `points.unit`."""
+    unit, reductions = points.unit, np.asarray(points.reductions)
     swap = points.i > points.j
     i, j = np.where(swap, points.j, points.i), np.where(swap, points.i, points.j)
     first = np.where(swap[:, None], points.xj, points.xi)
@@ -261,7 +257,7 @@ def links_of(points: Correspondences, unit: float) -> Iterator[tuple[Link, float
     for number, (a, b) in enumerate(keys.tolist()):
         chosen = places.reshape(-1) == number
         xi, xj = (first[chosen] - 0.5 * points.sizes[a]) / unit, (second[chosen] - 0.5 * points.sizes[b]) / unit
-        yield Link(a, b, xi, xj), float(reductions[chosen].max())
+        yield Link(a, b, xi, xj, float(reductions[chosen].max()))
 
 
 def components_of(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:
