@@ -53,7 +53,7 @@ HOMES = {
     "distributed": {"support.executors"},
     "scipy": {
         *("numerics.minima", "matrices.measures", "regions.parts"),
-        *("applications.oldmaps.field", "applications.oldmaps.field", "applications.oldmaps.rectifying"),
+        *("applications.oldmaps.field", "applications.oldmaps.rectifying"),
         *("applications.pointclouds.correspondences", "applications.pointclouds.affine"),
         *("applications.mosaics.homographies", "applications.mosaics.correspondences"),
         *(

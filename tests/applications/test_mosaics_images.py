@@ -8,8 +8,14 @@ from mosaic_pictures import HEIGHT, WIDTH, aerial, blobs, cut, grey_cut, maps, p
 from mosaic_sets import moved, write_csv
 from PIL import Image
 
-from projdist.applications.mosaics import Correspondences, correspondences_of, match, mosaic, open_pictures
-from projdist.applications.mosaics import correspondences as features
+from projdist.applications.mosaics import (
+    Correspondences,
+    correspondences,
+    correspondences_of,
+    match,
+    mosaic,
+    open_pictures,
+)
 from projdist.applications.mosaics.images import Picture
 
 # Pixels. Features of SIFT lie within a tenth to a few tenths of a pixel (median 0.1); maps by two hundred of them
@@ -50,8 +56,8 @@ def test_large_images_are_reduced(monkeypatch, fine):
     pytest.importorskip("cv2")
     H = maps(np.random.default_rng(3))[:2]
     pictures = open_pictures(cut(H))
-    monkeypatch.setattr(features, "_COARSE", 0.25 * WIDTH * HEIGHT)
-    monkeypatch.setattr(features, "_FINE", fine * WIDTH * HEIGHT)
+    monkeypatch.setattr(correspondences, "_COARSE", 0.25 * WIDTH * HEIGHT)
+    monkeypatch.setattr(correspondences, "_FINE", fine * WIDTH * HEIGHT)
     heard = []
     points = match(pictures, progress=lambda *steps: heard.append(steps))
     # Two images, a pair, and the two images again.
@@ -77,8 +83,8 @@ def test_leaves_move(monkeypatch, size):
     pytest.importorskip("cv2")
     width, height, leaves, coarse, fine = AERIAL[size]
     pictures, H = aerial(np.random.default_rng(1), width, height, leaves)
-    monkeypatch.setattr(features, "_COARSE", coarse)
-    monkeypatch.setattr(features, "_FINE", fine)
+    monkeypatch.setattr(correspondences, "_COARSE", coarse)
+    monkeypatch.setattr(correspondences, "_FINE", fine)
     found = mosaic(match(open_pictures(pictures)))
     assert found.images == list(range(6))
     rim = places() * [width / WIDTH, height / HEIGHT]
@@ -142,8 +148,8 @@ def test_many_images_are_not_all_matched(monkeypatch):
     order = [0, 4, 2, 3, 1, 5]
     pictures = open_pictures([cut(H)[k] for k in order])
     everything = match(pictures)
-    monkeypatch.setattr(features, "_ALL_PAIRS", 5)
-    monkeypatch.setattr(features, "_RESEMBLING", 2)
+    monkeypatch.setattr(correspondences, "_ALL_PAIRS", 5)
+    monkeypatch.setattr(correspondences, "_RESEMBLING", 2)
     some = match(pictures)
     assert len(set(zip(some.i, some.j, strict=True))) < len(set(zip(everything.i, everything.j, strict=True)))
     assert pairs_apart(mosaic(some), H[order]) < SUB_PIXEL
@@ -359,19 +365,21 @@ def test_points_of_reduced_images(tmp_path):
 def test_many_images_are_matched_with_what_resembles_them(monkeypatch):
     """Each of twelve with its neighbours, and with the two that most of its clearest features resemble."""
     pytest.importorskip("cv2")
-    monkeypatch.setattr(features, "_ALL_PAIRS", 3)
-    monkeypatch.setattr(features, "_RESEMBLING", 2)
+    monkeypatch.setattr(correspondences, "_ALL_PAIRS", 3)
+    monkeypatch.setattr(correspondences, "_RESEMBLING", 2)
     rng = np.random.default_rng(2)
     kinds = rng.uniform(0, 255, (4, 30, 128))
     # Images 0, 4, 8 show one thing, 1, 5, 9 another; the last one nothing.
     found = [
-        features._Features(np.zeros((30, 2)), (kinds[k % 4] + rng.normal(0, 1, (30, 128))).astype(np.float32), 1.0)
+        correspondences._Features(
+            np.zeros((30, 2)), (kinds[k % 4] + rng.normal(0, 1, (30, 128))).astype(np.float32), 1.0
+        )
         for k in range(12)
     ]
-    found[11] = features._Features(np.zeros((0, 2)), np.zeros((0, 128), np.float32), 1.0)
-    pairs = set(features._candidates(found))
+    found[11] = correspondences._Features(np.zeros((0, 2)), np.zeros((0, 128), np.float32), 1.0)
+    pairs = set(correspondences._candidates(found))
     assert {(k, k + 1) for k in range(11)} <= pairs
     assert {(0, 4), (0, 8), (4, 8), (1, 5), (5, 9), (3, 7)} <= pairs
     assert (0, 6) not in pairs
     assert len(pairs) < 12 * 11 / 2
-    assert set(features._candidates(found[:3])) == {(0, 1), (0, 2), (1, 2)}
+    assert set(correspondences._candidates(found[:3])) == {(0, 1), (0, 2), (1, 2)}

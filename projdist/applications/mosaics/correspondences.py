@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -108,8 +108,7 @@ def read_correspondences(
     one pair per image, or one for all images, each of which must then have a row; by default they are read from a
     comment line, as `# image sizes h x w: [(600, 800), (600, 800)]`. Raises ValueError.
     """
-    table, stated, images = _read(Path(path), check_model(model))
-    i, j = table[:, 0].astype(int), table[:, 1].astype(int)
+    columns, stated, images = _read(Path(path), check_model(model))
     given = stated if sizes is None else [(float(w), float(h)) for w, h in sizes]
     if given is None:
         raise ValueError(
@@ -125,14 +124,7 @@ def read_correspondences(
                 f"they must be 0 to {count - 1}, or the size of every image must be given."
             )
         given = given * count
-    return Correspondences(
-        i=i,
-        j=j,
-        xi=table[:, 2:4],
-        xj=table[:, 4:6],
-        sizes=np.array(given),
-        names=None if names is None else tuple(names),
-    )
+    return Correspondences(**columns, sizes=np.array(given), names=None if names is None else tuple(names))
 
 
 def correspondences_of(
@@ -142,15 +134,13 @@ def correspondences_of(
 
     If a comment line has other sizes, the points are in reduced or enlarged images. Raises ValueError.
     """
-    table, stated, _ = _read(Path(path), check_model(model))
+    columns, stated, _ = _read(Path(path), check_model(model))
     sizes, names = [picture.size for picture in pictures], tuple(picture.name for picture in pictures)
-    i, j = table[:, 0].astype(int), table[:, 1].astype(int)
-    points = Correspondences(i=i, j=j, xi=table[:, 2:4], xj=table[:, 4:6], sizes=np.array(stated or sizes))
-    return points.resized(sizes, names)
+    return Correspondences(**columns, sizes=np.array(stated or sizes)).resized(sizes, names)
 
 
-def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]] | None, set[int]]:
-    """The rows for a model (n, 6), the sizes in a comment line, and the numbers of the images in rows of any model."""
+def _read(path: Path, model: str) -> tuple[dict[str, Any], list[tuple[float, float]] | None, set[int]]:
+    """The columns for a model, the sizes in a comment line, and the numbers of the images in rows of any model."""
     text = f"Invalid correspondences '{path}'."
     content = read_text(path, text)
     stated = None
@@ -176,7 +166,9 @@ def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]]
     if not rows:
         has = f"It has rows of the model {models.pop()}" if models else "It has no rows"
         raise ValueError(f"{text} {has}; it must have some of the model {model}.")
-    return np.array(list(dict.fromkeys(rows)) if model == "auto" else rows), stated, images
+    table = np.array(list(dict.fromkeys(rows)) if model == "auto" else rows)
+    i, j = table[:, :2].T.astype(int)
+    return {"i": i, "j": j, "xi": table[:, 2:4], "xj": table[:, 4:6]}, stated, images
 
 
 def _stated_sizes(line: str) -> list[tuple[float, float]] | None:

@@ -136,9 +136,8 @@ class Registration(Answer):
     @property
     def frames(self) -> dict[str, tuple[str | None, float]]:
         """For each frame the cloud that it belongs to, None for the MDT, and the sum of Dist_F^2."""
-        numbers = {name: _number(name, self.sums) for name in FRAMES[:-1]}
         chosen: dict[str, tuple[str | None, float]] = {
-            name: (self.names[k], float(self.sums[k])) for name, k in numbers.items()
+            name: (self.names[k], float(self.sums[k])) for name, k in _references(self.sums).items()
         }
         return chosen | {"mdt": (None, self.mdt_sum)}
 
@@ -250,7 +249,10 @@ def register(
     group, mirrored = affine.upright(fit(points, chosen))
     found, sums = mdt(group.A), np.array([dist_squares(A, group.A).sum() for A in group.A])
     A, shift, rotation = affine.into_mdt(group, found.T, mirrored, points, chosen)
-    reference = _reference(wanted, labels, left_out, sums)
+    for one in left_out:
+        if one.name == wanted:
+            raise ValueError(f"Invalid frame '{wanted}'. That cloud is left out: {one.reason}.")
+    reference = labels.index(wanted) if wanted in labels else _references(sums).get(wanted)
     if reference is not None:
         own = group.A[reference]
         A = np.linalg.solve(own, group.A)
@@ -361,9 +363,9 @@ def _weights(
     return [one / most for one in found]
 
 
-def _number(frame: str, sums: FloatArray) -> int:
-    """Number of the cloud for a name in `FRAMES` other than "mdt"."""
-    return {"first": 0, "last": len(sums) - 1, "central": len(sums) // 2, "best": int(np.argmin(sums))}[frame]
+def _references(sums: FloatArray) -> dict[str, int]:
+    """Numbers of the clouds for the names in `FRAMES` other than "mdt"."""
+    return {"first": 0, "last": len(sums) - 1, "central": len(sums) // 2, "best": int(np.argmin(sums))}
 
 
 def _frame(frame: str | int, names: list[str]) -> str:
@@ -373,16 +375,6 @@ def _frame(frame: str | int, names: list[str]) -> str:
     if isinstance(frame, str) and (frame in FRAMES or frame in names):
         return frame
     raise ValueError(f"Invalid frame '{frame}'. It must be {listed([*FRAMES, 'a cloud by its name or number'], 'or')}.")
-
-
-def _reference(frame: str, names: list[str], left_out: tuple[LeftOut, ...], sums: FloatArray) -> int | None:
-    """Number of a frame's cloud among the registered ones; None for the MDT."""
-    for one in left_out:
-        if one.name == frame:
-            raise ValueError(f"Invalid frame '{frame}'. That cloud is left out: {one.reason}.")
-    if frame in names:
-        return names.index(frame)
-    return None if frame == "mdt" else _number(frame, sums)
 
 
 def _shown(names: Sequence[str]) -> str:
