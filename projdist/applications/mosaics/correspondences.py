@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from projdist._typing import AnyArray, FloatArray, IntArray
-from projdist.applications.mosaics.bundle_adjustment import estimate
+from projdist.applications.mosaics.bundle_adjustment import Link, estimate
 from projdist.applications.mosaics.homographies import check_model, places
 from projdist.applications.mosaics.images import Picture, opencv
 from projdist.support import comma_hint, number_of, read_text, rows_of_text
@@ -238,16 +238,6 @@ class _Features(NamedTuple):
     reduction: float
 
 
-class _Common(NamedTuple):
-    """The common points xi and xj (n, 2) of images i and j, and the reduction at which they were found."""
-
-    i: int
-    j: int
-    xi: FloatArray
-    xj: FloatArray
-    reduction: float
-
-
 def match(pictures: Sequence[Picture], *, progress: Callable[[int, int], object] | None = None) -> Correspondences:
     """Common points of pictures, some of them wrong, for `mosaic` or `panorama`.
 
@@ -321,7 +311,7 @@ def _features(picture: Picture, most_pixels: float, most_features: int) -> _Feat
 # ---- on small images ------------------------------------------------------------------------
 
 
-def _common(i: int, j: int, a: _Features, b: _Features) -> _Common | None:
+def _common(i: int, j: int, a: _Features, b: _Features) -> Link | None:
     """The features of two images that are clearly the nearest of each other; None if there are too few."""
     if min(len(a.places), len(b.places)) < _FEWEST:
         return None
@@ -334,12 +324,12 @@ def _common(i: int, j: int, a: _Features, b: _Features) -> _Common | None:
     return _unique(i, j, a, b, clear[mutual], there[mutual])
 
 
-def _unique(i: int, j: int, a: _Features, b: _Features, first: IntArray, second: IntArray) -> _Common | None:
+def _unique(i: int, j: int, a: _Features, b: _Features, first: IntArray, second: IntArray) -> Link | None:
     """The distinct places of corresponding features, by their numbers; None if there are too few."""
     both = np.unique(np.hstack([a.places[first], b.places[second]]), axis=0)  # one with two directions is there twice
     if len(both) < _FEWEST:
         return None
-    return _Common(i, j, both[:, :2], both[:, 2:], max(a.reduction, b.reduction))
+    return Link(i, j, both[:, :2], both[:, 2:], max(a.reduction, b.reduction))
 
 
 def _nearest(a: AnyArray, b: AnyArray, count: int) -> tuple[FloatArray, IntArray]:
@@ -376,7 +366,7 @@ def _candidates(features: Sequence[_Features]) -> list[tuple[int, int]]:
 # ---- on larger ones -------------------------------------------------------------------------
 
 
-def _refined(pictures: Sequence[Picture], found: Sequence[_Common], steps: _Steps) -> list[_Common]:
+def _refined(pictures: Sequence[Picture], found: Sequence[Link], steps: _Steps) -> list[Link]:
     """The common points, those of matching pairs found anew on larger images."""
     maps = [_map_of(one, pictures) if one.reduction > 1.0 else None for one in found]
     larger = {image for one, S in zip(found, maps, strict=True) if S is not None for image in (one.i, one.j)}
@@ -388,7 +378,7 @@ def _refined(pictures: Sequence[Picture], found: Sequence[_Common], steps: _Step
     return [one if new is None else new for one, new in zip(found, again, strict=True)]
 
 
-def _map_of(one: _Common, pictures: Sequence[Picture]) -> FloatArray | None:
+def _map_of(one: Link, pictures: Sequence[Picture]) -> FloatArray | None:
     """The homography from image i to image j in pixels; None if the points agree on none."""
     sizes = np.array([pictures[one.i].size, pictures[one.j].size], dtype=float)
     unit = float(sizes.max()) / 2.0
@@ -399,7 +389,7 @@ def _map_of(one: _Common, pictures: Sequence[Picture]) -> FloatArray | None:
     return None if pair.S is None else np.asarray(np.linalg.solve(into[1], pair.S @ into[0]))
 
 
-def _guided(one: _Common, S: FloatArray, a: _Features, b: _Features) -> _Common | None:
+def _guided(one: Link, S: FloatArray, a: _Features, b: _Features) -> Link | None:
     """Corresponding features of larger images, within a few pixels of the places that the map S predicts.
 
     Among those near its place, a feature's nearest must be clearly nearer than the second, and each must be the

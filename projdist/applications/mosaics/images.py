@@ -308,7 +308,7 @@ class Store:
         self._kept: OrderedDict[int, Pixels] = OrderedDict()
 
     def read(self, number: int) -> Pixels:
-        """The pixels of an image, transparent ones in the colours of the nearest others, against dark blends."""
+        """The pixels of an image, transparent ones in the colour of the nearest others, lest blends darken these."""
         if number not in self._kept:
             pixels = self.pictures[number].read(deep=self._deep)
             seen = pixels.mask > 0
