@@ -173,7 +173,7 @@ def test_rooms_above_take_figures_of_fields() -> None:
     answers = {"AiryKavrayskiy", "Extreme", "GeometricMedian", "Spread"}
     points = {"Derivatives", "Interpolant", "Quality", "derivatives", "hessian", "interpolant", "jacobian"}
     others = {"Nodes", "cut_length", "drawn", "evaluate", "find_tears", "is_interrupted", "jacobian_grid"}
-    nodes = {"measure_at", "nodes_at", "nodes_of", "tell_of_contradiction"}
+    nodes = {"measure_at", "nodes_at", "nodes_of", "check_declared_property"}
     assert (
         set(importlib.import_module("projdist.field").__all__) == values | figures | answers | points | others | nodes
     )

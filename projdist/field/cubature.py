@@ -143,19 +143,24 @@ class Samples:
         return list(zip(means.tolist(), errors.tolist(), strict=True))
 
     def diverges(self, values: FloatArray) -> bool:
-        """True if a good part of an integral lies in panels too small for that; never for points.
+        """True if a good part of an integral lies in panels too small for that; never for points."""
+        return self.singular_part(values) == np.inf
+
+    def singular_part(self, values: FloatArray) -> float:
+        """The part of a mean that tiny panels hold, infinite if it diverges, 0 if it is no good part of it.
 
         A smaller part that is resolved does not diverge: at corners of Adams' square, with s as r^-1.5, it is 2.5 %.
         """
         if self.weight.shape[-1] == 1:
-            return False
+            return 0.0
         area = self.weight.sum(axis=(1, 2))
         parts = np.abs(np.nansum(self.weight * values, axis=(1, 2))) / area.sum()
         in_tiny = parts[area / area.sum() < _TINY].sum()
         if in_tiny <= max(_GOOD_PART * parts.sum(), _NOTHING):
-            return False
+            return 0.0
         value, error = self.mean(values, 0.0)
-        return not (in_tiny <= _LARGE_PART * parts.sum() and error <= _RESOLVED * abs(value))
+        converges = in_tiny <= _LARGE_PART * parts.sum() and error <= _RESOLVED * abs(value)
+        return float(in_tiny) if converges else np.inf
 
 
 _OF_PIECES = ("lon", "lat", "u", "v", "patch", "jacobian", "density", "weight", "share")

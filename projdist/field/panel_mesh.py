@@ -69,7 +69,7 @@ class MeshGoal:
 
 
 @dataclass(kw_only=True)
-class _Panels(Rows):
+class _MeasuredPanels(Rows):
     """What is known of each panel; the first axis is that of the panels."""
 
     patch: IntArray
@@ -120,13 +120,13 @@ class Mesh:
         if torn.any():
             patch, rectangles, evaluations = spectral.without_seams(projection, region, patch, rectangles, torn)
             self.evaluations += evaluations
-            self.panels = _Panels.joined(self._evaluated(0, patch, rectangles)[0])
+            self.panels = _MeasuredPanels.joined(self._evaluated(0, patch, rectangles)[0])
         else:
             self.panels = self._assessed(0, first.clips, layout, xy)
 
     def _evaluated(
         self, first: int, patch: IntArray, rectangles: FloatArray, within: FloatArray | None = None
-    ) -> tuple[list[_Panels], IntArray]:
+    ) -> tuple[list[_MeasuredPanels], IntArray]:
         """New panels, in batches, numbered from `first`, and the indices of the rectangles that they are of.
 
         Rectangles that hold nothing of the region have no panel. `within` are the panels that they were split from.
@@ -141,7 +141,7 @@ class Mesh:
             parts.append(self._assessed(first + start, some, layout, xy))
         return parts, clips.kept
 
-    def _assessed(self, first: int, clips: Clips, layout: Layout, xy: FloatArray) -> _Panels:
+    def _assessed(self, first: int, clips: Clips, layout: Layout, xy: FloatArray) -> _MeasuredPanels:
         """Panels of a layout where the map is x, y (2, n, p, p)."""
         _, rectangles, _, filled = clips
         n, patch = len(rectangles), layout.patch
@@ -176,7 +176,7 @@ class Mesh:
         if covered is not area:
             covered, integrals, last, errors = (_summed(one, own, n) for one in (covered, integrals, last, errors))
             unresolved = _summed(unresolved, own, n, np.maximum)
-        panels = _Panels(
+        panels = _MeasuredPanels(
             patch=patch,
             rectangle=rectangles,
             area=area,
@@ -326,7 +326,7 @@ class Mesh:
         first = len(panels.patch)
         panels.alive[chosen] = False
         new, kept = self._evaluated(first, panels.patch[chosen][parent], rectangles, panels.rectangle[chosen][parent])
-        self.panels = _Panels.joined([panels, *new])
+        self.panels = _MeasuredPanels.joined([panels, *new])
         self._judge(chosen, parent[kept], first + np.arange(len(kept)), goal)
 
     def _judge(self, chosen: IntArray, parent: IntArray, children: IntArray, goal: MeshGoal) -> None:

@@ -209,7 +209,8 @@ def add_heatmap(
 def _need_cartopy(thing: str) -> None:
     """Raise ImportError in one line that says what to install where there is no cartopy."""
     try:
-        import cartopy.mpl.geoaxes  # noqa: F401 whether it is there
+        import cartopy.crs
+        import cartopy.mpl.geoaxes  # noqa: F401 whether both are there
     except ImportError as error:
         text = f"Invalid {thing}. It needs cartopy: pip install 'projdist[cartopy]'."
         raise ImportError(text, name="cartopy") from error

@@ -182,7 +182,7 @@ def _inside(hull: ConvexHull, step: float, margin: float) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class _Panel:
+class _OldMapPanel:
     """Axes of a panel of an old map, and axes below for its colour bar."""
 
     ax: Axes
@@ -278,7 +278,7 @@ class _Panel:
         self.ax.imshow(colours, extent=self.sheet.view, aspect="equal", zorder=0.5)
 
 
-def _tissot(panel: _Panel, measure: str) -> None:
+def _tissot(panel: _OldMapPanel, measure: str) -> None:
     """Draw ellipses, the images of equal circles on the ground."""
     panel.show_ground()
     panel.show_grid()
@@ -296,7 +296,7 @@ def _tissot(panel: _Panel, measure: str) -> None:
     panel.show_title("Tissot's indicatrices", f"Circles in truth with a radius of {_length(radius)}")
 
 
-def _heatmap(panel: _Panel, measure: str) -> None:
+def _heatmap(panel: _OldMapPanel, measure: str) -> None:
     """Draw Fisher distortion or areal scale after the MDT."""
     panel.show_field(measure)
     if measure == "fisher":
@@ -306,14 +306,14 @@ def _heatmap(panel: _Panel, measure: str) -> None:
         panel.show_title("Areal scale", "After the MDT, relative to the mean")
 
 
-def _rotation(panel: _Panel, measure: str) -> None:
+def _rotation(panel: _OldMapPanel, measure: str) -> None:
     """Draw isolines of rotation."""
     panel.show_field("rotation")
     turn = round(float(panel.sheet.found.rectifications["mdt"].parts.rotation), 2) + 0.0  # no -0.00
     panel.show_title("Rotation", f"Degrees clockwise from the mean, which is {turn:.2f}")
 
 
-def _scale(panel: _Panel, measure: str) -> None:
+def _scale(panel: _OldMapPanel, measure: str) -> None:
     """Draw isolines of scale denominators, or without a known resolution of scale relative to the mean."""
     metres = float(panel.sheet.found.rectifications["mdt"].parts.scale)
     denominator = panel.sheet.found.denominator(metres)
@@ -324,7 +324,7 @@ def _scale(panel: _Panel, measure: str) -> None:
     panel.show_title("Scale", below)
 
 
-def _grid(panel: _Panel, measure: str) -> None:
+def _grid(panel: _OldMapPanel, measure: str) -> None:
     """Draw the true grid, the control points, and their displacements from the MDT."""
     ax, found, style = panel.ax, panel.sheet.found, style_of(panel.ax)
     panel.show_ground()
@@ -359,7 +359,7 @@ def _grid(panel: _Panel, measure: str) -> None:
     panel.show_title(f"True grid, {_length(step)}", below)
 
 
-OLD_MAP_PANELS: dict[str, Callable[[_Panel, str], None]] = {
+OLD_MAP_PANELS: dict[str, Callable[[_OldMapPanel, str], None]] = {
     "tissot": _tissot,
     "heatmap": _heatmap,
     "rotation": _rotation,
@@ -389,7 +389,7 @@ def _length(metres: float) -> str:
 
 def _layout(
     sheet: OldMapSheet, panels: Sequence[str], size: tuple[float, float] | None, dpi: float, look: Look
-) -> tuple[Figure, list[_Panel]]:
+) -> tuple[Figure, list[_OldMapPanel]]:
     """Figure with axes for each panel, and axes below for its colour bar."""
     left, right, bottom, top = sheet.view
     shape, count = abs(top - bottom) / (right - left), len(panels)
@@ -419,7 +419,7 @@ def _layout(
             below = (lower - letters * 0.22) / height, length / width, letters * 0.12 / height
             ax, bar = figure.add_axes(place), figure.add_axes(((middle - 0.5 * length) / width, *below))
             bar.set_axis_off()
-            placed.append(_Panel(ax, bar, sheet))
+            placed.append(_OldMapPanel(ax, bar, sheet))
         upper = lower - 0.5 * spare - foot
     return figure, placed
 

@@ -13,7 +13,7 @@ from tables import each
 import projdist
 from projdist.decisions.ranking import CLOSE, WIDE_FACTOR
 from projdist.decisions.recommendation import recommend
-from projdist.projections import ProjectionError, database
+from projdist.projections import ProjectionError, catalogue
 from projdist.projections import database as crs_database
 from projdist.regions import get_region
 
@@ -119,7 +119,7 @@ def test_all_reasons_against():
 
 def test_no_database_to_read(monkeypatch, tmp_path):
     """Where PROJ's database is no file, PROJ reads every CRS."""
-    monkeypatch.setattr(database, "get_data_dir", lambda: str(tmp_path))
+    monkeypatch.setattr(catalogue, "get_data_dir", lambda: str(tmp_path))
     crs_database._spheroids.cache_clear()
     assert crs_database.reasons_against(["ESRI:53012"]) == {}
     crs_database._spheroids.cache_clear()

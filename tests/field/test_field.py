@@ -225,3 +225,26 @@ def test_a_shape_is_a_region():
         np.sin(top) - np.sin(np.radians(10)), lon
     )
     assert found.mean("s").value == pytest.approx(truth, rel=1e-8)
+
+
+# ---- means beside singular points ------------------------------------------------------------
+
+PROJ_ENDS = 1e-10  # radians from the pole at infinity, where PROJ's conic ends
+
+
+@each("parallels", [(5.0, 8.0), (10.0, 20.0), (15.0, 30.0), (25.0, 32.0), (30.0, 50.0), (35.0, 40.0)])
+def test_errors_of_means_beside_a_pole_at_infinity(parallels: tuple[float, float]) -> None:
+    """The scale of Lambert's conic grows as r^-1.1 to r^-1.65 at the other pole; its mean is known by quadrature."""
+    one, two = np.radians(90.0 - np.array(parallels))  # polar distances
+    n = np.log(np.sin(one) / np.sin(two)) / np.log(np.tan(one / 2.0) / np.tan(two / 2.0))
+
+    def scale_by_area(log_u: float) -> float:
+        """Of the distance u from the pole at infinity, and by its logarithm."""
+        u = np.exp(log_u)
+        return float(0.5 * u * np.sin(one) * (np.tan(one / 2.0) * np.tan(u / 2.0)) ** -n)
+
+    whole = integrate.quad(scale_by_area, np.log(PROJ_ENDS), np.log(np.pi), epsabs=1e-13, epsrel=1e-12, limit=200)[0]
+    lat_1, lat_2 = parallels
+    found = sample(f"+proj=lcc +lat_1={lat_1} +lat_2={lat_2} +R=6371007", "globe").mean("k")
+    assert found.value == pytest.approx(whole, abs=found.error)
+    assert found.error < 0.02 * found.value
