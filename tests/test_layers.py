@@ -69,7 +69,7 @@ HOMES = {
         *("decisions.data_edges", "designs.base_maps"),
         *("surfaces.surface", "surfaces.domain", "surfaces.land", "surfaces.regional", "surfaces.tissot_ellipses"),
         *("plots.basemap", "plots.geoaxes", "plots.morphs"),
-        *("gis.layers", "gis.layers", "gis.layers", "gis.points", "gis.conversion", "web.outlines", "web.live"),
+        *("gis.layers", "gis.layers", "gis.layers", "gis.reading", "gis.conversion", "web.outlines", "web.live"),
     },
     "matplotlib": {"plots"},
     "cartopy": {"plots.geoaxes"},

@@ -13,7 +13,6 @@ from .layers import (
     save_layer,
     save_layers,
 )
-from .points import TABLE_SUFFIXES, frame_of, plain_table, read_data, read_points, save_points
 from .rasters import (
     GRIDS,
     RASTER_SUFFIXES,
@@ -24,6 +23,7 @@ from .rasters import (
     save_raster,
     save_sheet,
 )
+from .reading import TABLE_SUFFIXES, frame_of, plain_table, read_data, read_points, save_points
 from .weights import weighted
 
 __all__ = [

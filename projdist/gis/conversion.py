@@ -14,8 +14,8 @@ import numpy as np
 
 from projdist._typing import FloatArray, IntArray
 from projdist.gis.layers import needed_for, save_layer, write_layer
-from projdist.gis.points import read_data
 from projdist.gis.rasters import BESIDE, FLAVOURS, RASTER_SUFFIXES, flavour_of
+from projdist.gis.reading import read_data
 from projdist.projections import (
     CRS,
     Projection,

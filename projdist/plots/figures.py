@@ -26,7 +26,14 @@ from projdist.plots.basemap import check_context
 from projdist.plots.colours import ColourScale, Levels
 from projdist.plots.ground_distortion import GroundMap, LocalField
 from projdist.plots.layouts import BAR, FOOT, arranged, bar_axes, check_dpi, fit_titles
-from projdist.plots.pictures import AnyMeasure, check_exaggeration, draw_colourbar, draw_heatmap, draw_tissot, words_of
+from projdist.plots.map_drawing import (
+    AnyMeasure,
+    check_exaggeration,
+    draw_colourbar,
+    draw_heatmap,
+    draw_tissot,
+    words_of,
+)
 from projdist.plots.style import Look, StyledFigure, look_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, Place, RegionLike, region_for, region_title

@@ -14,7 +14,7 @@ from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
 from projdist.matrices import get_measure
 from projdist.plots.colours import ColourScale, Levels
-from projdist.plots.pictures import AnyMeasure, draw_bar_below, draw_ellipses, draw_field
+from projdist.plots.map_drawing import AnyMeasure, draw_bar_below, draw_ellipses, draw_field
 from projdist.projections import ProjectedCrs, Projection, ProjectionError, ProjectionLike, projected_crs_of
 from projdist.regions import Box, RegionLike, region_for
 from projdist.support import check_instance

@@ -19,7 +19,7 @@ from projdist.matrices import MEASURES, Measure, get_measure
 from projdist.numerics import quantiles
 from projdist.plots.colours import ColourScale, level_labels, round_values
 from projdist.plots.layouts import check_dpi, check_size
-from projdist.plots.pictures import AnyMeasure
+from projdist.plots.map_drawing import AnyMeasure
 from projdist.plots.style import FigureStyle, Look, StyledFigure, look_for, scale_for, style_of, titles_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for

@@ -16,7 +16,7 @@ from projdist.matrices import Measure, areal_scale, decompose
 from projdist.plots.basemap import CONTEXTS, draw_basemap, region_clip, triangulation
 from projdist.plots.colours import ColourScale
 from projdist.plots.layouts import draw_title
-from projdist.plots.pictures import check_axes, draw_bar_below, draw_heatmap, words_of
+from projdist.plots.map_drawing import check_axes, draw_bar_below, draw_heatmap, words_of
 from projdist.plots.style import add_lines, add_polygons
 from projdist.projections import ProjectionLike
 from projdist.regions import RegionLike

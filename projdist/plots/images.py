@@ -20,7 +20,7 @@ from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap, scan_extent
 from projdist.plots.basemap import draw_triangles
 from projdist.plots.colours import ColourScale, level_labels, shown_levels
 from projdist.plots.layouts import arranged, check_dpi, check_size, draw_title, fit_titles
-from projdist.plots.pictures import draw_colourbar, draw_isolines
+from projdist.plots.map_drawing import draw_colourbar, draw_isolines
 from projdist.plots.style import FigureStyle, Look, StyledFigure, add_lines, add_polygons, look_for, scale_for, style_of
 from projdist.support import check_instance, check_path, check_text, listed_values
 from projdist.surfaces import Ellipses, close_pairs, ellipses

@@ -22,7 +22,7 @@ from projdist.field import drawn, evaluate, jacobian
 from projdist.matrices import Measure, get_measure
 from projdist.plots.colours import ColourScale
 from projdist.plots.layouts import check_dpi, check_size
-from projdist.plots.pictures import AnyMeasure, draw_colourbar
+from projdist.plots.map_drawing import AnyMeasure, draw_colourbar
 from projdist.plots.style import FigureStyle, Look, StyledFigure, add_lines, look_for, scale_for
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import GLOBE, Place, RegionLike, region_for

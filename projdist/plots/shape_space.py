@@ -21,7 +21,7 @@ from projdist.field import Field, sample
 from projdist.matrices import areal_scale, get_measure
 from projdist.plots.colours import ColourScale, level_labels
 from projdist.plots.layouts import BAR, arranged, bar_axes, draw_title, fit_titles
-from projdist.plots.pictures import draw_colourbar
+from projdist.plots.map_drawing import draw_colourbar
 from projdist.plots.style import Look, add_lines, look_for, style_of, title_of, titles_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for, region_title

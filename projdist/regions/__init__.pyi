@@ -3,7 +3,6 @@ from .caps import Cap, reaches
 from .cells import cells_of
 from .combinations import RegionEdges, combine, geojson_of, polygons_of
 from .countries import folded, full_name, region_names
-from .files import crs_name, features_from_file, polygons_from_geojson, tell_of_geojson_in_degrees, with_gpx_heights
 from .language import (
     HasGeometry,
     Place,
@@ -23,6 +22,13 @@ from .parts import main_part, share_in
 from .points import PointSet
 from .polygons import Polygons
 from .region import ChartPoints, Clips, Region
+from .vector_files import (
+    crs_name,
+    features_from_file,
+    polygons_from_geojson,
+    tell_of_geojson_in_degrees,
+    with_gpx_heights,
+)
 
 __all__ = [
     "GLOBE",

@@ -126,7 +126,7 @@ def _region_of_any(region: RegionLike, body: Body | None) -> Place:
         return cast(Place, region)
     shape = getattr(region, "__geo_interface__", region)
     if isinstance(shape, Mapping):
-        from projdist.regions.files import (
+        from projdist.regions.vector_files import (
             polygons_from_geojson,  # shapely is slow to load
             tell_of_geojson_in_degrees,
         )
@@ -186,7 +186,7 @@ def weighted_points(text: str, column: str) -> PointSet:
     kind, _, argument = text.strip().partition(":")
     if kind.lower() != "points":
         raise ValueError(f"Invalid weight '{column}'. It must be a raster, or, of points:PATH, the name of a column.")
-    from projdist.regions.files import points_from_file  # as above
+    from projdist.regions.vector_files import points_from_file  # as above
 
     return points_from_file(*_path(text, argument.strip()), text.strip(), column)
 
@@ -413,7 +413,7 @@ def _path(text: str, argument: str) -> tuple[Path, str]:
 
 def _file(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     """The polygons of a file, with straight or geodesic edges."""
-    from projdist.regions.files import polygons_from_file  # as above
+    from projdist.regions.vector_files import polygons_from_file  # as above
 
     if text.partition(":")[0].lower() == "file":
         return polygons_from_file(*_path(text, argument), text)
@@ -421,7 +421,7 @@ def _file(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
 
 
 def _points(text: str, argument: str, ellipsoid: Ellipsoid | None) -> PointSet:
-    from projdist.regions.files import points_from_file  # as above
+    from projdist.regions.vector_files import points_from_file  # as above
 
     return points_from_file(*_path(text, argument), text)
 

@@ -14,7 +14,7 @@ from projdist.regions.language import layer_path
 from projdist.support import quoted
 
 if TYPE_CHECKING:
-    from projdist.regions.files import ReadShapes
+    from projdist.regions.vector_files import ReadShapes
 
 _ALLOWED = "LON,LAT,LON,LAT,..., positions (n, 2) or (n, 3), a line, or the path of a file with one"
 _LARGEST = 360.0  # degrees of longitude
@@ -26,7 +26,7 @@ def line_of(line: Any) -> FloatArray:
         return _of_text(os.fspath(line))
     shape = getattr(line, "__geo_interface__", line)
     if isinstance(shape, Mapping):
-        from projdist.regions.files import (  # shapely is slow to load
+        from projdist.regions.vector_files import (  # shapely is slow to load
             ReadShapes,
             shapes_of,
             stated_transform,
@@ -55,7 +55,7 @@ def _of_text(text: Any) -> FloatArray:
     if unread and len(unread) < 0.5 * len(words) and not os.path.exists(text):
         raise ValueError(f"{said} Coordinates must be numbers LON,LAT,LON,LAT,...; {quoted(unread[0])} is none.")
     if unread:
-        from projdist.regions.files import read  # as above
+        from projdist.regions.vector_files import read  # as above
 
         path, layer = layer_path(text)
         said = f"Invalid line file '{path}'."
@@ -108,7 +108,7 @@ def _chained(line: FloatArray, other: FloatArray) -> FloatArray | None:
 
 def _vertices(given: Any, text: str) -> FloatArray:
     """Positions with two or three numbers as an array (n, 3)."""
-    from projdist.regions.files import positions  # as above
+    from projdist.regions.vector_files import positions  # as above
 
     plane = positions(given, text)
     heights = [position[2] if len(position) > 2 else np.nan for position in given]

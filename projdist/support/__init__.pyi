@@ -27,8 +27,8 @@ from .executors import (
     run_all,
     without_processes,
 )
-from .files import is_stream, refuse_existing, replacing
 from .messages import NEAR, Notice, close_words, did_you_mean, listed, notices_kept, one_line, shown, suggestion, tell
+from .safe_writing import is_stream, refuse_existing, replacing
 from .signals import end_if_told, orderly_end
 from .text_tables import (
     MISSING,

@@ -11,7 +11,7 @@ from tables import each
 from projdist import plots
 from projdist.matrices import get_measure
 from projdist.plots.colours import ColourScale
-from projdist.plots.pictures import draw_colourbar, label_isolines
+from projdist.plots.map_drawing import draw_colourbar, label_isolines
 from projdist.support import Notice
 
 EUROPE = "box:-10,35,40,70"

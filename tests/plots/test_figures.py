@@ -15,7 +15,7 @@ from matplotlib.image import imread
 from matplotlib.tri import Triangulation
 
 from projdist import plots
-from projdist.plots import pictures
+from projdist.plots import map_drawing
 from projdist.plots.basemap import closed_path
 
 GOLDEN = Path(__file__).parents[1] / "golden"
@@ -228,7 +228,7 @@ def test_angles_have_no_jump_where_they_turn() -> None:
     """Between 170 and -170 degrees an isoline is at 180, and none at 0: triangles there have vertices of their own."""
     values = np.array([170.0, -170.0, -160.0, 100.0])
     mapped = Triangulation([0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], [[0, 1, 2], [0, 1, 3]])
-    parted, found = pictures._without_turn(mapped, values)
+    parted, found = map_drawing._without_turn(mapped, values)
     for triangle, whole in zip(parted.triangles, mapped.triangles, strict=True):
         assert np.ptp(found[triangle]) <= 180.0
         np.testing.assert_allclose(np.mod(found[triangle] - values[whole], 360.0), 0.0)

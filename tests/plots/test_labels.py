@@ -13,7 +13,7 @@ from matplotlib.text import Text
 
 from projdist import plots
 from projdist.plots.basemap import crossings
-from projdist.plots.pictures import label_isolines
+from projdist.plots.map_drawing import label_isolines
 
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
 ROUND = np.column_stack([np.interp(np.arange(0.0, 4.01, 0.02), np.arange(5.0), column) for column in CORNERS.T])

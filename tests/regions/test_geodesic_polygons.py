@@ -13,9 +13,9 @@ from projdist.earth.natural_earth import chords
 from projdist.projections.coordinates import geodesics
 from projdist.regions import Box
 from projdist.regions.combinations import polygons_of
-from projdist.regions.files import polygons_from_geojson
 from projdist.regions.language import get_region
 from projdist.regions.polygons import Polygons
+from projdist.regions.vector_files import polygons_from_geojson
 
 GEOD = pyproj.Geod(ellps="WGS84")
 Ring = list[list[float]]

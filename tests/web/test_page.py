@@ -4,10 +4,13 @@ import base64
 import hashlib
 import re
 from html.parser import HTMLParser
+from importlib.resources import files
 
 import pytest
 
+from projdist.matrices import MEASURES
 from projdist.web import Cell, Page, PageTable, draw_maps, page_html
+from projdist.web.page import SHOWN_MEASURES
 
 VOID = {"meta", "link", "br", "img", "input", "hr"}
 EVIL = '<script>alert("x")</script>&\'</title></pre>'
@@ -168,3 +171,11 @@ def test_a_map_that_shows_nothing_is_told() -> None:
     assert maps.measure == "fisher"
     assert "No part of it can be projected." in maps.notes[0]
     assert maps.notes[0].replace("'", "&#x27;") in page_html(Page(title="", maps=maps))
+
+
+def test_the_menu_has_every_measure_of_a_jacobian() -> None:
+    """A measure that is added to the registry needs its place in the menu and its formula in the page's script."""
+    names = {name for name, measure in MEASURES.items() if not measure.needs_hessian and name != "orientation"}
+    script = (files("projdist") / "web" / "measures.js").read_text(encoding="utf-8")
+    assert {*SHOWN_MEASURES} == names
+    assert [name for name in names if f"  {name}:" not in script] == []

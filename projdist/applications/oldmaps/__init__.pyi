@@ -1,6 +1,6 @@
+from .control_points import ControlPoints, read_control_points
 from .field import LOCAL_MEASURES, OUTLIERS, RECTIFICATIONS, OldMap, Rectification, isolines, old_map
 from .fits import MODELS, Fit, affine_fit, fit, helmert_fit
-from .points import ControlPoints, read_control_points
 from .rectifying import RECTIFIED_BY, CommonGround, RectifiedScan, common_ground, rectify, scan_extent
 
 __all__ = [

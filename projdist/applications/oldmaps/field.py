@@ -14,8 +14,8 @@ import numpy as np
 
 from projdist import matrices
 from projdist._typing import AnyArray, BoolArray, FloatArray
+from projdist.applications.oldmaps.control_points import ControlPoints
 from projdist.applications.oldmaps.fits import Fit, affine_fit, fit, helmert_fit, wrong_points
-from projdist.applications.oldmaps.points import ControlPoints
 from projdist.matrices import Affine, Measure, areal_scale, fisher
 from projdist.numerics import quantiles
 from projdist.support import Answer, check_choice, check_instance, check_number, plain

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
-from projdist.applications.oldmaps.points import ControlPoints
+from projdist.applications.oldmaps.control_points import ControlPoints
 from projdist.matrices import Affine
 from projdist.support import check_choice, check_number
 
