@@ -65,11 +65,11 @@ HOMES = {
         ),
     },
     "shapely": {
-        *("earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "regions"),
+        *("earth.natural_earth", "regions"),
         *("decisions.data_edges", "designs.base_maps"),
         *("surfaces.surface", "surfaces.domain", "surfaces.land", "surfaces.regional", "surfaces.tissot_ellipses"),
         *("plots.basemap", "plots.geoaxes", "plots.morphs"),
-        *("gis.layers", "gis.layers", "gis.layers", "gis.reading", "gis.conversion", "web.outlines", "web.live"),
+        *("gis.layers", "gis.reading", "gis.conversion", "web.outlines", "web.live"),
     },
     "matplotlib": {"plots"},
     "cartopy": {"plots.geoaxes"},
@@ -95,7 +95,7 @@ EVERYWHERE = {"numpy", "lazy_loader", "projdist", *sys.stdlib_module_names}
 
 
 def module_name(path: Path) -> str:
-    """`plots.fields` of projdist/plots/fields.py, `plots` of its __init__.py."""
+    """`plots.style` of projdist/plots/style.py, `plots` of its __init__.py."""
     parts = path.relative_to(PACKAGE).with_suffix("").parts
     return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
 

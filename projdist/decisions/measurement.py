@@ -255,7 +255,8 @@ def _figures(task: FullMeasurement, field: Field, figures: Sequence[Figure]) -> 
         inner = task.probe.weight > 0
         weight = task.probe.weight[inner]
         J = jacobian(field.projection, task.probe.lon[inner], task.probe.lat[inner])
-        found |= {one.name: Estimate(*2 * [one(J, weight)]) for one in vanishing}
+        values = {one.name: one(J, weight) for one in vanishing}
+        found |= {name: Estimate(value, value) for name, value in values.items()}
     if means:
         terms = [_squared(one.measure) if one.statistic == "rms" else one.measure for one in means]
         levels = [mean(field.values(term), field.weight) for term in terms]

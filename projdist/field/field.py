@@ -79,7 +79,7 @@ _STEEPNESS = 2.0  # derivative of a measure by the logarithms of the scales, ove
 _NOISE = 1e-7  # of logarithms of scales, as interpolation leaves them
 # Of a square about r^-1.67, the strongest singularity that counts as convergent, the Gauss rule misses 16 %.
 _MISSED = 0.16
-_SURE = 0.01  # error of an extreme over itself: noise alone, as beside the rim of Guyou's map, makes no infinity
+_BOUNDED = 0.01  # error of an extreme over itself: noise alone, as beside the rim of Guyou's map, makes no infinity
 _SLACK = 0.5  # of the tolerance that would be enough if the error were proportional to it
 
 AnyMeasure = str | Measure | Callable[..., FloatArray]
@@ -384,7 +384,7 @@ class Field:
 
     def _unbounded(self, goal: Goal, found: Extreme) -> Extreme:
         """An extreme, infinite where no search bounds it and the integral of its measure diverges to that side."""
-        is_sure = goal.measure.bounded or found.error <= _SURE * abs(found.value)
+        is_sure = goal.measure.bounded or found.error <= _BOUNDED * abs(found.value)
         if is_sure or not self._samples.diverges(goal.values):
             return found
         upward = np.nansum(self._samples.weight * goal.values) >= 0

@@ -26,7 +26,7 @@ def draw_title(ax: Axes, title: str, below: str) -> None:
         return
     if below and style.is_one_line:
         title, below = f"{title} · {with_minus(below)}", ""
-    pad = style.scale * (_TIGHT_PADS if style.is_tight else _PADS)[bool(below)]
+    pad = style.scale * (_TIGHT_PADS if style.is_tight else _PADS)[1 if below else 0]
     size = style.scale * _TITLE_SIZE
     ax.set_title(check_text("title", title), fontsize=size, pad=pad, y=1.0, color=style.colours.text)
     if below:

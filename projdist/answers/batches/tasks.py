@@ -133,7 +133,8 @@ def map_text(projection: ProjectionLike) -> str:
     found = Projection.from_user_input(projection)
     lon, lat = (axis.ravel() for axis in np.meshgrid(np.linspace(-160.0, 160.0, 9), np.linspace(-70.0, 80.0, 9)))
     with contextlib.suppress(ValueError):  # the definition of a function does not make the projection again
-        if np.array_equal(found(lon, lat), Projection.from_user_input(found.definition)(lon, lat), equal_nan=True):
+        again = Projection.from_user_input(found.definition)
+        if np.array_equal(found(lon, lat), again(lon, lat), equal_nan=True):
             return found.definition
     raise ValueError(
         f"Invalid projection {quoted(found.label)} of a batch. It must have a text: a name, a PROJ string, a code or "

@@ -303,7 +303,8 @@ def kept_clouds(points: FloatArray, weights: FloatArray, *, first_only: bool = F
             reasons[i] = _reason(int((weights[i] > 0.0).sum()), dimensions, n, "it has")
     able = [i for i in range(len(points)) if i not in reasons]
     best: list[int] = []
-    for seed in able[:1] if first_only and able[:1] == [0] else [] if first_only else able:
+    seeds = [i for i in able if i == 0] if first_only else able
+    for seed in seeds:
         found = _grown(points, weights, able, seed, first_only)
         if len(found) > len(best):
             best = found

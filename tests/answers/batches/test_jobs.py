@@ -1,6 +1,7 @@
 """Functions of many regions: answers as those of one, on whatever they run, through crashes."""
 
 import json
+import math
 import os
 import pickle
 import signal
@@ -150,6 +151,19 @@ def test_wrong_projections_and_executors():
     for executor in ("two", 2):
         with pytest.raises(ValueError, match=rf"^Invalid executor '{executor}'. It must be "):
             batch(name_of, BANDS, executor=executor)
+
+
+def test_functions_of_numbers_alone_are_refused():
+    """A function has no text, whatever it would say of arrays."""
+    with pytest.raises(
+        ValueError, match=r"^Invalid projection 'of_numbers' of a batch\. It must have a text: a name, "
+    ):
+        batch(projdist.summarize, BANDS, [of_numbers])
+
+
+def of_numbers(lon, lat):
+    """A map that takes no arrays."""
+    return math.radians(lon), math.radians(lat)
 
 
 @pytest.mark.slow
