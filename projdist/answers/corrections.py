@@ -75,7 +75,7 @@ class Correction(Answer):
     the best linear map, and that of `corrected`, measured anew; `error_estimate` bounds the error of all four.
     `matrix_error` is the error of the logarithms of the matrix's scales. `parameters` is the corrected map by the
     projection's own parameters, `pipeline` its PROJ pipeline, `wkt` its WKT2; each is None if there is none, with the
-    `wkt_reason`. With the criterion "median" the three `spread`s, else None, have the mean and the median of the Fisher
+    `wkt_reason`. With the criterion "median" the three spreads, else None, have the mean and the median of the Fisher
     distortion by area: of the projection as it is, after the best linear map (the MDT), and corrected.
     """
 

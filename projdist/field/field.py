@@ -443,8 +443,8 @@ def sample(
         Anything that `get_region` takes. Without one it is the area of use of a CRS, and the globe for other
         projections.
     measures : iterable of str, Measure or callable, or one of them
-        Measures whose means m are resolved to max(tolerance, 1e-6) * max(1, |m|), those of second derivatives to 1e-5.
-        The field gives other measures, too; their errors tell how well they are resolved.
+        Measures whose means m are resolved to max(tolerance, 1e-6) * max(1, abs(m)), those of second derivatives to
+        1e-5. The field gives other measures, too; their errors tell how well they are resolved.
     tolerance : float, default 1e-8
         The error to which the Airy-Kavrayskiy errors are resolved, if the projection's rounding allows.
 
