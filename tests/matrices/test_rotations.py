@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from projdist.matrices.mean_transformation import mdt
-from projdist.matrices.rotations import ROTATIONS, axes_shift, mean_rotation
+from projdist.matrices.rotations import ROTATIONS, Affine, axes_shift, mean_rotation
 from projdist.matrices.spd import lq
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -263,3 +263,9 @@ def test_half_turns_about_three_axes():
     assert found.mean_resultant_length == pytest.approx(1.0 / 9.0, abs=1e-12)
     assert np.linalg.det(found.q) == pytest.approx(1.0)
     assert np.mean([np.trace(found.q @ turn) / 3.0 for turn in matrices]) == pytest.approx(1.0 / 9.0, abs=1e-12)
+
+
+def test_affine_maps_shift_after_the_matrix() -> None:
+    """The map of p is matrix p + shift, by hand."""
+    there = Affine(np.array([[2.0, 1.0], [0.0, 4.0]]), np.array([1.0, -3.0]))
+    np.testing.assert_array_equal(there(np.array([[3.0, 5.0], [0.0, 0.0]])), [[12.0, 17.0], [1.0, -3.0]])

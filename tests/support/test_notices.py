@@ -12,7 +12,7 @@ from PIL import Image
 
 from projdist import Notice
 from projdist.cli.errors import notices_said
-from projdist.support.messages import tell
+from projdist.support.messages import listed, tell
 
 
 def test_a_notice_names_the_line_of_the_caller() -> None:
@@ -83,3 +83,10 @@ def test_a_broken_picture_has_one_line(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-m", "projdist", *words], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert re.fullmatch(r"projdist: Invalid image '[^\n]*broken.tif'. It cannot be read: [^\n]+\n", done.stderr)
+
+
+def test_words_are_listed_as_people_do() -> None:
+    """Commas between all but the last two."""
+    assert [listed(words, "and") for words in ([], ["a"], ["a", "b"], ["a", "b", "c", "d"])] == [
+        *("", "a", "a and b", "a, b, c and d")
+    ]
