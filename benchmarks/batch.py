@@ -20,8 +20,8 @@ from typing import Any
 
 import projdist
 from projdist.answers import areas_of, batch
-from projdist.answers.batches.jobs import _tasks
-from projdist.answers.batches.tasks import Job, run_tasks
+from projdist.answers.batch_tasks import Job, run_tasks
+from projdist.answers.batches import _tasks
 from projdist.regions import region_names
 
 LOOP = """

@@ -1,17 +1,10 @@
-from .batches import Area, Batch, BatchFailure, BatchResult, areas_of, batch
-from .corrections import (
-    CONSTRAINTS,
-    CORRECTION_CRITERIA,
-    Correction,
-    LocalCorrections,
-    correct,
-    local_corrections,
-)
+from .batch_tasks import Area, areas_of
+from .batches import Batch, BatchFailure, BatchResult, batch
+from .corrections import CONSTRAINTS, CORRECTION_CRITERIA, Correction, LocalCorrections, correct, local_corrections
 from .distances import DISTANCE_MEASURES, FiniteDistortion, distance_distortion, great_circle_bending
 from .point_factors import Factors, factors
 from .profiles import Profile, elevation_factor, profile
 from .published_indices import (
-    GROUPS,
     INDICES,
     Index,
     IndexSummary,
@@ -22,6 +15,7 @@ from .published_indices import (
 )
 from .published_tables import TABLES, PublishedRow, PublishedTable, tables
 from .summaries import (
+    GROUPS,
     SORTS,
     STATISTICS,
     Comparison,

@@ -17,32 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from projdist import earth, matrices, projections, regions, support
 from projdist._typing import BoolArray, FloatArray
 from projdist.answers.summaries import summary_of
-from projdist.earth import Ellipsoid, destination
 from projdist.field import Spread, field_resolving, jacobian, sample
-from projdist.matrices import (
-    Decomposition,
-    Rotation,
-    areal_scale,
-    decompose,
-    factor_distance,
-    field_rotation,
-    mdt,
-    orientation,
-)
-from projdist.projections import (
-    Projection,
-    ProjectionError,
-    ProjectionLike,
-    compose,
-    parameters_of,
-    pipeline_of,
-    uncomposed,
-    wkt_of,
-)
-from projdist.regions import Place, RegionLike, reaches, region_for
-from projdist.support import HIDDEN, Answer, FieldSchema, check_bool, check_choice, check_degrees, check_number, schema
 
 # The matrix is as good as the integrals: near the minimum the cost changes in second order, its gradient in first.
 _TOLERANCE = 1e-10
@@ -61,13 +39,14 @@ CONSTRAINTS: dict[str, Callable[[FloatArray], FloatArray]] = {
 """The linear maps that are allowed, each with the best one for a mean T."""
 
 
-def _fisher(suffix: str) -> dict[str, FieldSchema]:
-    """Metadata of the mean and median Fisher distortion."""
-    return schema(of={f"fisher_{name}{suffix}": f"{name}.value" for name in Spread._fields}, spread=True)
+_FISHER, _FISHER_AFFINE, _FISHER_CORRECTED = (
+    support.schema(of={f"fisher_{name}{suffix}": f"{name}.value" for name in Spread._fields}, spread=True)
+    for suffix in ("", "_affine", "_corrected")
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Correction(Answer):
+class Correction(support.Answer):
     """A projection, the linear map that corrects it, and the corrected map.
 
     x, y in metres are multiplied by `matrix` (2, 2), whose `parts` are scale, stretch and its azimuth on the map, shear
@@ -79,25 +58,25 @@ class Correction(Answer):
     distortion by area: of the projection as it is, after the best linear map (the MDT), and corrected.
     """
 
-    given: str = field(metadata=schema("projection"))
-    projection: Projection = field(metadata=schema(of=("name", "definition"), spread=True))
-    region: Place = field(metadata=schema(of=("name", "area_km2")))
+    given: str = field(metadata=support.schema("projection"))
+    projection: projections.Projection = field(metadata=support.schema(of=("name", "definition"), spread=True))
+    region: regions.Place = field(metadata=support.schema(of=("name", "area_km2")))
     criterion: str
     constraint: str
     keep_north: bool
     coverage: float
     matrix: FloatArray
-    corrected: Projection = field(metadata=HIDDEN)
+    corrected: projections.Projection = field(metadata=support.HIDDEN)
     airy_kavrayskiy: float
     airy_kavrayskiy_scaled: float
     airy_kavrayskiy_affine: float
     airy_kavrayskiy_corrected: float
     error_estimate: float
     matrix_error: float
-    spread: Spread | None = field(metadata=_fisher(""))
-    spread_affine: Spread | None = field(metadata=_fisher("_affine"))
-    spread_corrected: Spread | None = field(metadata=_fisher("_corrected"))
-    parts: Decomposition = field(metadata=schema(spread=True))
+    spread: Spread | None = field(metadata=_FISHER)
+    spread_affine: Spread | None = field(metadata=_FISHER_AFFINE)
+    spread_corrected: Spread | None = field(metadata=_FISHER_CORRECTED)
+    parts: matrices.Decomposition = field(metadata=support.schema(spread=True))
     note: str
     parameters: str | None
     pipeline: str | None
@@ -140,8 +119,8 @@ def _direction(azimuth: float) -> str:
 
 
 def correct(
-    projection: ProjectionLike,
-    region: RegionLike | None = None,
+    projection: projections.ProjectionLike,
+    region: regions.RegionLike | None = None,
     *,
     criterion: str = "mean",
     constraint: str = "affine",
@@ -205,15 +184,15 @@ def correct(
     >>> round(float(correct("plate-carree", criterion="median").matrix[0, 0]), 3)
     0.866
     """
-    check_choice("criterion of a correction", criterion, CORRECTION_CRITERIA)
-    check_choice("constraint", constraint, CONSTRAINTS)
+    support.check_choice("criterion of a correction", criterion, CORRECTION_CRITERIA)
+    support.check_choice("constraint", constraint, CONSTRAINTS)
     if criterion == "median" and constraint != "affine":
         raise ValueError(f"Invalid constraint '{constraint}' with the median. It must be affine.")
-    check_bool("keep_north", keep_north)
+    support.check_bool("keep_north", keep_north)
     given = projection if isinstance(projection, str) else None
-    projection = Projection.from_user_input(projection)
-    place = region_for(region, [projection])
-    before = summary_of(projection, place, tolerance=tolerance)
+    projection = projections.Projection.from_user_input(projection)
+    place = regions.region_for(region, [projection])
+    before = summary_of(projection, place, tolerance)
     T, matrix_error, notes, field = before.mdt, before.error_estimate, [], None
     if before.mirrored > _TURNED_OVER:
         notes.append(f"The map mirrors {100.0 * before.mirrored:.4g} % of the region; no distortion sees that.")
@@ -229,14 +208,14 @@ def correct(
         notes.append(rotation.note)
     matrix = _without_noise(matrix, max(tolerance, before.error_estimate, matrix_error))
     name = f"{projection.name}, corrected"
-    corrected = compose(projection, matrix, name)
-    after = summary_of(corrected, place, tolerance=tolerance)
+    corrected = projections.compose(projection, matrix, name)
+    after = summary_of(corrected, place, tolerance)
     error = max(before.error_estimate, after.error_estimate)
     if error > _POOR * before.airy_kavrayskiy:
         notes.append("The errors are hardly known, and neither is the matrix.")
     matrix.setflags(write=False)
-    base, total = uncomposed(projection, matrix)
-    wkt, reason = wkt_of(base, total, name)
+    base, total = projections.uncomposed(projection, matrix)
+    wkt, reason = projections.wkt_of(base, total, name)
     return Correction(
         projection=projection,
         given=given or projection.label,
@@ -246,7 +225,7 @@ def correct(
         keep_north=keep_north,
         coverage=before.coverage,
         matrix=matrix,
-        parts=decompose(matrix),
+        parts=matrices.decompose(matrix),
         corrected=corrected,
         airy_kavrayskiy=before.airy_kavrayskiy,
         airy_kavrayskiy_scaled=before.airy_kavrayskiy_scaled,
@@ -258,8 +237,8 @@ def correct(
         spread_affine=None if field is None else field.spread(before.mdt),
         spread_corrected=None if field is None else field.spread(np.linalg.inv(matrix)),
         note=" ".join(filter(None, notes)),
-        parameters=parameters_of(base, total),
-        pipeline=pipeline_of(base, total),
+        parameters=projections.parameters_of(base, total),
+        pipeline=projections.pipeline_of(base, total),
         wkt=wkt,
         wkt_reason=reason,
     )
@@ -267,24 +246,26 @@ def correct(
 
 def _without_noise(matrix: FloatArray, noise: float) -> FloatArray:
     """The matrix without rotation, shear or stretch below the noise, so that simple maps stay simple."""
-    scale = float(np.sqrt(areal_scale(matrix)))
+    scale = float(np.sqrt(matrices.areal_scale(matrix)))
     cleaned = np.where(np.abs(matrix) > noise * scale, matrix, 0.0)
     return scale * np.eye(2) if np.abs(cleaned - scale * np.eye(2)).max() <= noise * scale else cleaned
 
 
-def _rotation(projection: Projection, region: Place, T: FloatArray, tolerance: float) -> Rotation:
+def _rotation(
+    projection: projections.Projection, region: regions.Place, T: FloatArray, tolerance: float
+) -> matrices.Rotation:
     """The rotation after which the corrected map's mean orientation is north."""
     field = field_resolving(projection, region, tolerance=tolerance)
-    side = orientation(field.jacobian)
+    side = matrices.orientation(field.jacobian)
     # Mirrored maps get their east reversed, so that their north gives the orientation.
     common = 1.0 if np.sum(field.weight * np.nan_to_num(side)) > 0 else -1.0
     defined = side == common
     if field.weight[side == -common].sum() > _TURNED_OVER * field.weight.sum():
-        raise ProjectionError(
+        raise projections.ProjectionError(
             f"Invalid projection '{projection.label}' for a free rotation. It mirrors a part of the region, so that "
             "it has no mean orientation; keep north."
         )
-    return field_rotation(field.jacobian[defined] * [common, 1.0], field.weight[defined], T)
+    return matrices.field_rotation(field.jacobian[defined] * [common, 1.0], field.weight[defined], T)
 
 
 # ---- local corrections ---------------------------------------------------------------------------
@@ -311,55 +292,45 @@ _LARGEST = 10_000.0  # km, nearly half of the globe: a larger correction is hard
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class LocalCorrections(Answer):
+class LocalCorrections(support.Answer):
     """The corrections at points, for caps of `radius_km` about them.
 
-    `matrix` (..., 2, 2) is symmetric and positive definite, NaN where less than half of a cap is on the map. `error`
-    (...) estimates its relative error, by its change with fewer nodes.
+    `matrix` (..., 2, 2) is symmetric and positive definite, NaN where less than half of a cap is on the map; its
+    `parts` are scale, and stretch with its azimuth on the map. `error` (...) estimates its relative error, by its
+    change with fewer nodes.
     """
 
-    projection: Projection
+    projection: projections.Projection = field(
+        metadata=support.schema(of={"projection": "label", "name": "name", "definition": "definition"}, spread=True)
+    )
     radius_km: float
-    lon: FloatArray
-    lat: FloatArray
-    matrix: FloatArray
-    error: FloatArray
-
-    @property
-    def parts(self) -> Decomposition:
-        """Scale, and stretch with its azimuth on the map, of the matrices."""
-        return decompose(self.matrix)
+    lon: FloatArray = field(metadata=support.COLUMN)
+    lat: FloatArray = field(metadata=support.COLUMN)
+    parts: matrices.Decomposition = field(
+        metadata=support.schema(of=("scale", "stretch", "stretch_azimuth"), column=True, spread=True)
+    )
+    error: FloatArray = field(metadata=support.COLUMN)
+    matrix: FloatArray = field(metadata=support.HIDDEN)
 
     def take(self, keep: BoolArray) -> LocalCorrections:
         """The corrections at some of the points."""
-        names = ("lon", "lat", "matrix", "error")
-        return replace(self, **{name: getattr(self, name)[keep] for name in names})
+        taken = {name: getattr(self, name)[keep] for name in ("lon", "lat", "matrix", "error")}
+        return replace(self, **taken, parts=matrices.decompose(taken["matrix"]))
 
     def _line(self) -> str:
         return f"{self.projection.name}: {self.lon.size} caps of {self.radius_km:g} km"
 
     def to_dict(self) -> dict[str, Any]:
         """`{"projection", "name", "definition", "radius_km", "results": [{"lon", "lat", "scale", ..., "matrix"}]}`."""
-        results = [
-            row | {"matrix": matrix.tolist() if np.isfinite(matrix).all() else None}
-            for row, matrix in zip(self.plain_rows(), self.matrix.reshape(-1, 2, 2), strict=True)
-        ]
-        return {
-            "projection": self.projection.label,
-            "name": self.projection.name,
-            "definition": self.projection.definition,
-            "radius_km": self.radius_km,
-            "results": results,
-        }
-
-    def _table(self) -> dict[str, FloatArray]:
-        parts = self.parts
-        columns = {"lon": self.lon, "lat": self.lat, "scale": parts.scale, "stretch": parts.stretch}
-        columns |= {"stretch_azimuth": parts.stretch_azimuth, "error": self.error}
-        return {name: np.ravel(values) for name, values in columns.items()}
+        found = super().to_dict()
+        for row, matrix in zip(found["results"], self.matrix.reshape(-1, 2, 2), strict=True):
+            row["matrix"] = matrix.tolist() if np.isfinite(matrix).all() else None
+        return found
 
 
-def local_corrections(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike, radius_km: float) -> LocalCorrections:
+def local_corrections(
+    projection: projections.ProjectionLike, lon: ArrayLike, lat: ArrayLike, radius_km: float
+) -> LocalCorrections:
     """The corrections of a projection over caps about points in degrees.
 
     Parameters
@@ -398,32 +369,34 @@ def local_corrections(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike
     array([[0.5, 0. ],
            [0. , 1. ]])
     """
-    radius_km = check_number("radius", radius_km)
+    radius_km = support.check_number("radius", radius_km)
     if not 0.0 < radius_km <= _LARGEST:
         raise ValueError(f"Invalid radius '{radius_km}'. It must be above 0 and at most {_LARGEST:,.0f} km.")
-    projection = Projection.from_user_input(projection)
-    lon, lat = check_degrees(lon, lat)
+    projection = projections.Projection.from_user_input(projection)
+    lon, lat = support.check_degrees(lon, lat)
     lons, lats, share = _cap_nodes(projection.ellipsoid.ground, lon.ravel(), lat.ravel(), radius_km)
     J = jacobian(projection, lons, lats)
     meridian, vertical = projection.ellipsoid.radii(lats)
     area = share * meridian * vertical
-    defined = np.isfinite(J).all(axis=(-1, -2)) & (areal_scale(J) > 0)
+    defined = np.isfinite(J).all(axis=(-1, -2)) & (matrices.areal_scale(J) > 0)
     weights = np.where(defined, area, 0.0)
     known = (weights.sum(axis=-1) >= _ENOUGH * area.sum(axis=-1)) & (np.abs(lat.ravel()) <= 90.0)
     matrix, error = np.full((lon.size, 2, 2), np.nan), np.full(lon.size, np.nan)
     if known.any():
         J, weights = np.where(defined[..., None, None], J, np.eye(2))[known], weights[known]
-        T = mdt(J, weights).T
+        T = matrices.mdt(J, weights).T
         U, scales, _ = np.linalg.svd(T)
         matrix[known] = (U / scales[:, None, :]) @ np.swapaxes(U, 1, 2)
         error[known] = _change(T, J, weights)
     shape = lon.shape
+    matrix = matrix.reshape(*shape, 2, 2)
     return LocalCorrections(
         projection=projection,
         radius_km=radius_km,
         lon=lon,
         lat=lat,
-        matrix=matrix.reshape(*shape, 2, 2),
+        matrix=matrix,
+        parts=matrices.decompose(matrix),
         error=error.reshape(shape),
     )
 
@@ -434,13 +407,15 @@ def _change(T: FloatArray, J: FloatArray, weights: FloatArray) -> FloatArray:
     for rule in _POORER:
         part = weights * rule
         some = part.sum(axis=-1) > 0
-        change[some] = np.maximum(change[some], 0.5 * factor_distance(T[some], mdt(J[some], part[some]).T))
+        change[some] = np.maximum(
+            change[some], 0.5 * matrices.factor_distance(T[some], matrices.mdt(J[some], part[some]).T)
+        )
         change[~some] = np.inf
     return change
 
 
 def _cap_nodes(
-    ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, radius_km: float
+    ellipsoid: earth.Ellipsoid, lon: FloatArray, lat: FloatArray, radius_km: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Longitudes, latitudes and weights (n, nodes) of the nodes of caps about places (n,).
 
@@ -448,11 +423,11 @@ def _cap_nodes(
     """
     azimuth = 360.0 * np.arange(_AZIMUTHS) / _AZIMUTHS
     # Caps are symmetric about their meridian.
-    half = reaches(ellipsoid, lon[:, None], lat[:, None], azimuth[: _AZIMUTHS // 2 + 1], 1000.0 * radius_km)
+    half = regions.reaches(ellipsoid, lon[:, None], lat[:, None], azimuth[: _AZIMUTHS // 2 + 1], 1000.0 * radius_km)
     sine = np.sin(np.radians(0.5 * np.hstack([half, half[:, -2:0:-1]])))[:, None, :]
     # The area within c is as sin^2(c / 2).
     distance = np.degrees(2.0 * np.arcsin(np.sqrt(0.5 * (1.0 + _NODES))[:, None] * sine))
-    lons, lats = destination(lon[:, None, None], lat[:, None, None], azimuth, distance)
+    lons, lats = earth.destination(lon[:, None, None], lat[:, None, None], azimuth, distance)
     share = 0.5 * _GAUSS[:, None] / _AZIMUTHS * np.square(sine / sine.max(initial=0.0))
     shape = lon.size, _NODES.size * _AZIMUTHS
     return lons.reshape(shape), lats.reshape(shape), share.reshape(shape)

@@ -9,11 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from projdist import earth, support
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import Ellipsoid, chord_angle, destination, unit_vectors
 from projdist.projections import Projection, ProjectionLike, geodesic_lengths, geodesic_points
 from projdist.regions import Box, Cap, Place, PointSet, Region, RegionLike, cells_of, region_for
-from projdist.support import Answer, check_choice, check_number, check_whole_number, quoted, schema, values_of
 
 # Points in a set, for spheres (True), on which distances cost a twentieth, and for other ellipsoids.
 _SIZES = {True: (1024, 2048), False: (512, 1024)}
@@ -22,16 +21,16 @@ _TOLERANCE = 5e-3  # of the value, for polygons; on whole globes the first sets 
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class FiniteDistortion(Answer):
+class FiniteDistortion(support.Answer):
     """A measure of finite distortion, its standard error, and the number of `pairs` of points; NaN if undefined.
 
     `coverage` is the share of the region's area that is on the map, of `great_circle_bending` that of geodesics; pairs
     beyond it do not count.
     """
 
-    given: str = field(metadata=schema("projection"))
-    projection: Projection = field(metadata=schema(of=("name", "definition"), spread=True))
-    region: Place = field(metadata=schema(of=("name", "area_km2")))
+    given: str = field(metadata=support.schema("projection"))
+    projection: Projection = field(metadata=support.schema(of=("name", "definition"), spread=True))
+    region: Place = field(metadata=support.schema(of=("name", "area_km2")))
     measure: str
     value: float
     error: float
@@ -42,7 +41,7 @@ class FiniteDistortion(Answer):
         return f"{self.projection.name} over {self.region.name}: {self.measure} {self.value:.4g} ± {self.error:.1g}"
 
     def _table(self) -> list[dict[str, Any]]:
-        return [values_of(self) | {"region": self.region.name}]
+        return [support.values_of(self) | {"region": self.region.name}]
 
 
 # ---- distance measures ---------------------------------------------------------------------------
@@ -203,11 +202,11 @@ def distance_distortions(
     names, functions = [], []
     for measure in measures:
         if not callable(measure):
-            check_choice("measure", measure, DISTANCE_MEASURES, also=", or a function of ratios and weights")
+            support.check_choice("measure", measure, DISTANCE_MEASURES, also=", or a function of ratios and weights")
         names.append(getattr(measure, "__name__", type(measure).__name__) if callable(measure) else measure)
         functions.append(measure if callable(measure) else DISTANCE_MEASURES[measure])
     if map_distance is not None and not callable(map_distance):
-        raise ValueError(f"Invalid map_distance {quoted(map_distance)}. It must be a function.")
+        raise ValueError(f"Invalid map_distance {support.quoted(map_distance)}. It must be a function.")
     figures = functools.partial(_over_pairs, functions, map_distance or _straight)
     return _answers(projection, region, names, figures, _SIZES, tolerance, seed, exact=_EXACT)
 
@@ -258,8 +257,8 @@ def _globe_distances(projection: Projection, one: ScatteredPoints, other: Scatte
     """True distances in metres from points (n,) to points (m,), shape (n, m)."""
     ellipsoid = projection.ellipsoid
     if ellipsoid.is_sphere:
-        vectors = unit_vectors(one.lon, one.lat)[:, :, None]
-        return ellipsoid.a * chord_angle(vectors, unit_vectors(other.lon, other.lat)[:, None])
+        vectors = earth.unit_vectors(one.lon, one.lat)[:, :, None]
+        return ellipsoid.a * earth.chord_angle(vectors, earth.unit_vectors(other.lon, other.lat)[:, None])
     ends = np.broadcast_arrays(one.lon[:, None], one.lat[:, None], other.lon, other.lat)
     return geodesic_lengths(ellipsoid, *ends)
 
@@ -358,8 +357,8 @@ def _along(
     """Longitudes and latitudes (n, k) at shares (n, k) of geodesics."""
     if not projection.ellipsoid.is_sphere:
         return geodesic_points(projection.ellipsoid, ends, shares)
-    start, end = unit_vectors(*ends[:2]), unit_vectors(*ends[2:])
-    angle = chord_angle(start, end)[:, None]
+    start, end = earth.unit_vectors(*ends[:2]), earth.unit_vectors(*ends[2:])
+    angle = earth.chord_angle(start, end)[:, None]
     # The sum of sines is a multiple of the point; its length does not matter.
     X, Y, Z = start[:, :, None] * np.sin((1.0 - shares) * angle) + end[:, :, None] * np.sin(shares * angle)
     return np.degrees(np.arctan2(Y, X)), np.degrees(np.arctan2(Z, np.hypot(X, Y)))
@@ -403,9 +402,9 @@ def _answers(
         points = ScatteredPoints(place.lon, place.lat, place.weight)
         found, errors = figures(projection, points, points, None), np.zeros(len(measures))
     else:
-        if not check_number("tolerance", tolerance) > 0.0:
+        if not support.check_number("tolerance", tolerance) > 0.0:
             raise ValueError(f"Invalid tolerance '{tolerance:g}'. It must be positive.")
-        rng = np.random.default_rng(check_whole_number("seed", seed))
+        rng = np.random.default_rng(support.check_whole_number("seed", seed))
         draw = scatter_over(place, projection.ellipsoid)
         for size in sizes[projection.ellipsoid.is_sphere]:
             draws = [figures(projection, draw(size, rng), draw(size, rng), rng) for _ in range(_DRAWS)]
@@ -452,7 +451,7 @@ Draw = Callable[[int, np.random.Generator], ScatteredPoints]
 """Function that scatters about the given number of points."""
 
 
-def scatter_over(region: Place, ellipsoid: Ellipsoid) -> Draw:
+def scatter_over(region: Place, ellipsoid: earth.Ellipsoid) -> Draw:
     """A function that scatters points over a region by area on an ellipsoid, those of a set by their weights."""
     if isinstance(region, PointSet):
         return functools.partial(_among_points, region)
@@ -467,18 +466,18 @@ def _among_points(points: PointSet, count: int, rng: np.random.Generator) -> Sca
     return ScatteredPoints(points.lon[k], points.lat[k], np.ones(count))
 
 
-def _in_cap(cap: Cap, ellipsoid: Ellipsoid, count: int, rng: np.random.Generator) -> ScatteredPoints:
+def _in_cap(cap: Cap, ellipsoid: earth.Ellipsoid, count: int, rng: np.random.Generator) -> ScatteredPoints:
     """Points that are even by area in each direction, on the sphere that has the cap's latitudes."""
     along, across = _even(count, rng)
     azimuth = 360.0 * across
     # The area within c is as sin^2(c / 2).
     widest, reach = (np.sin(np.radians(0.5 * one)) for one in (cap.angle, cap.reach(azimuth)))
     distance = 2.0 * np.degrees(np.arcsin(np.sqrt(along) * reach))
-    points = _weighted(*destination(cap.lon, cap.lat, azimuth, distance), ellipsoid)
+    points = _weighted(*earth.destination(cap.lon, cap.lat, azimuth, distance), ellipsoid)
     return points._replace(weight=points.weight * np.square(reach / widest))
 
 
-def _in_boxes(region: Region, ellipsoid: Ellipsoid) -> Draw:
+def _in_boxes(region: Region, ellipsoid: earth.Ellipsoid) -> Draw:
     """Points in the boxes that cover a region.
 
     Polygons are covered by cells, and points beside them are dropped, not moved. So coasts have their share of points,
@@ -522,7 +521,7 @@ def _even(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]
     return (index + rng.random(count)) / count, np.mod(index * _GOLDEN + rng.random(), 1.0)
 
 
-def _weighted(lon: FloatArray, lat: FloatArray, ellipsoid: Ellipsoid) -> ScatteredPoints:
+def _weighted(lon: FloatArray, lat: FloatArray, ellipsoid: earth.Ellipsoid) -> ScatteredPoints:
     """Points that are even on a sphere, with weights that make means those by area on the ellipsoid."""
     meridian, vertical = ellipsoid.radii(lat)
     return ScatteredPoints(lon, lat, meridian * vertical / ellipsoid.a**2)

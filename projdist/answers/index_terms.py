@@ -10,13 +10,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from projdist import matrices, numerics, projections, regions
 from projdist._typing import BoolArray, FloatArray
 from projdist.answers import distances
 from projdist.field import FIGURES, Extreme, Field, Figure, evaluate, find_tears
-from projdist.matrices import principal_scales
-from projdist.numerics import Estimate, least_between
-from projdist.projections import Projection
-from projdist.regions import GLOBE, Place
 
 T = TypeVar("T")
 Scales = Callable[[FloatArray, FloatArray], FloatArray]
@@ -29,8 +26,8 @@ _STEP = 1e-3  # of the logarithms of the scales, for slopes that enter errors on
 class ScaleField:
     """The principal scales of a field, with the means, extremes and shares that indices are made of."""
 
-    projection: Projection
-    region: Place
+    projection: projections.Projection
+    region: regions.Place
     jacobians: Field
     known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -43,14 +40,14 @@ class ScaleField:
     @functools.cached_property
     def scales(self) -> tuple[FloatArray, FloatArray]:
         """The principal scales a and b (n,) at the nodes; NaN where the map is singular."""
-        scales = principal_scales(self.jacobians.jacobian)
+        scales = matrices.principal_scales(self.jacobians.jacobian)
         scales[~(scales[..., 1] > 0)] = np.nan
         return scales[..., 0], scales[..., 1]
 
-    def mean(self, term: Scales, scale: float = 1.0) -> Estimate:
+    def mean(self, term: Scales, scale: float = 1.0) -> numerics.Estimate:
         """The mean of a term by true area, of the map enlarged by a scale."""
         if not np.isfinite(scale):
-            return Estimate(np.nan, np.nan)
+            return numerics.Estimate(np.nan, np.nan)
         a, b = (scale * value for value in self.scales)
         up, down = 1.0 + _STEP, 1.0 - _STEP
         slope = np.abs(term(up * a, b) - term(down * a, b)) + np.abs(term(a, up * b) - term(a, down * b))
@@ -76,11 +73,11 @@ class ScaleField:
         """The scales a, b and weights that sum to 1 at many points, for shares of the area."""
         # Not the scales are interpolated but the Jacobian, which is smooth where they cross.
         J, weights = self.jacobians.dense_jacobian
-        a, b = principal_scales(J).T
+        a, b = matrices.principal_scales(J).T
         return a, b, weights / weights.sum()
 
 
-Value = Callable[[ScaleField, float], Estimate]
+Value = Callable[[ScaleField, float], numerics.Estimate]
 """An index of the map enlarged by a scale."""
 
 # ---- functions of the scales ---------------------------------------------------------------------
@@ -122,22 +119,22 @@ def value_of(figure: Figure, factor: float = 1.0) -> Value:
     """A figure of a field, times a factor."""
     term = term_of(figure)
 
-    def value(field: ScaleField, scale: float) -> Estimate:
+    def value(field: ScaleField, scale: float) -> numerics.Estimate:
         found = field.mean(term, scale)
-        return Estimate(*(factor * part for part in (found.root() if figure.statistic == "rms" else found)))
+        return numerics.Estimate(*(factor * part for part in (found.root() if figure.statistic == "rms" else found)))
 
     return value
 
 
-def deviation_of_log_area(field: ScaleField, scale: float) -> Estimate:
+def deviation_of_log_area(field: ScaleField, scale: float) -> numerics.Estimate:
     """The standard deviation of ln(ab), which does not depend on the scale."""
     level, level_error = field.mean(log_area)
     square, square_error = field.mean(log_area_squared)
     variance, error = square - level**2, square_error + 2.0 * abs(level) * level_error
     # For an equal-area map there is nothing but rounding; its squares do not cancel.
     if variance <= error:
-        return Estimate(0.0, math.sqrt(max(variance, 0.0) + error))
-    return Estimate(variance, error).root()
+        return numerics.Estimate(0.0, math.sqrt(max(variance, 0.0) + error))
+    return numerics.Estimate(variance, error).root()
 
 
 def second_order(measure: str) -> Value:
@@ -145,28 +142,28 @@ def second_order(measure: str) -> Value:
     return lambda field, scale: field.jacobians.mean(measure, slope=np.abs(field.jacobians.values(measure)))
 
 
-def largest_error(field: ScaleField, scale: float) -> Estimate:
+def largest_error(field: ScaleField, scale: float) -> numerics.Estimate:
     """The largest |ln scale| in any place and direction."""
     least = scale * field.smallest.value
     worst = max(math.log(scale * field.largest.value), -math.log(least) if least > 0 else math.inf)
     return _extreme(worst, field)
 
 
-def scale_ratio(field: ScaleField, scale: float) -> Estimate:
+def scale_ratio(field: ScaleField, scale: float) -> numerics.Estimate:
     """The largest scale over the smallest."""
     ratio = field.largest.value / field.smallest.value if field.smallest.value > 0 else math.inf
     return _extreme(ratio, field, ratio)
 
 
-def log_scale_ratio(field: ScaleField, scale: float) -> Estimate:
+def log_scale_ratio(field: ScaleField, scale: float) -> numerics.Estimate:
     """Logarithm of the largest scale over the smallest."""
     return _extreme(math.log(scale_ratio(field, scale).value), field)
 
 
-def _extreme(value: float, field: ScaleField, factor: float = 1.0) -> Estimate:
+def _extreme(value: float, field: ScaleField, factor: float = 1.0) -> numerics.Estimate:
     """A figure with a factor times the relative errors of the largest and the smallest scale; NaN if infinite."""
     relative = sum(one.error / one.value if one.value > 0 else math.nan for one in (field.largest, field.smallest))
-    return Estimate(value, factor * relative if math.isfinite(value) else math.nan)
+    return numerics.Estimate(value, factor * relative if math.isfinite(value) else math.nan)
 
 
 def _logs(values: FloatArray) -> FloatArray:
@@ -179,7 +176,7 @@ _KNOWN = 0.1  # of the smallest areal scale: with a larger error it is unknown
 _THINNED = 2
 
 
-def share_above_smallest(field: ScaleField, scale: float) -> Estimate:
+def share_above_smallest(field: ScaleField, scale: float) -> numerics.Estimate:
     """Percentage of the area with omega <= 40 degrees and s <= 1.5 times the least s."""
     a, b, weights = field.dense
     least = field.jacobians.minimum("areal_scale")
@@ -188,18 +185,18 @@ def share_above_smallest(field: ScaleField, scale: float) -> Estimate:
     return _share((omega(a, b) <= _MOST_OMEGA) & (a * b <= _MOST_RATIO * smallest), weights)
 
 
-def share_near_nominal(field: ScaleField, scale: float) -> Estimate:
+def share_near_nominal(field: ScaleField, scale: float) -> numerics.Estimate:
     """Percentage of the area with omega <= 40 degrees and s within a factor of 1.5 of 1."""
     a, b, weights = field.dense
     good = (omega(a, b) <= _MOST_OMEGA) & (np.abs(_logs(scale**2 * a * b)) <= math.log(_MOST_RATIO))
     return _share(good, weights)
 
 
-def _share(good: BoolArray, weights: FloatArray) -> Estimate:
+def _share(good: BoolArray, weights: FloatArray) -> numerics.Estimate:
     """The weight of some points in per cent; the error is the difference from that of every second point."""
     share = 100.0 * float(weights[good].sum())
     half = weights[::_THINNED]
-    return Estimate(share, abs(share - 100.0 * float(half[good[::_THINNED]].sum() / half.sum())))
+    return numerics.Estimate(share, abs(share - 100.0 * float(half[good[::_THINNED]].sum() / half.sum())))
 
 
 # ---- best scales ----------------------------------------------------------------------------
@@ -264,7 +261,9 @@ def searched(figure: Figure) -> Callable[[ScaleField], float]:
         if not math.isfinite(field.mean(term).value):
             return math.nan
         middle = math.log(best_for_logarithms(field))
-        return math.exp(least_between(lambda x: field.sum(term, math.exp(x)), middle - _REACH, middle + _REACH))
+        return math.exp(
+            numerics.least_between(lambda x: field.sum(term, math.exp(x)), middle - _REACH, middle + _REACH)
+        )
 
     return best
 
@@ -284,15 +283,15 @@ _TOGETHER = 1e-6  # degrees, between the two sides of one tear
 _WHOLE = 0.999  # of the globe
 
 
-def boundary_cuts(field: ScaleField, scale: float) -> Estimate:
+def boundary_cuts(field: ScaleField, scale: float) -> numerics.Estimate:
     """The length of the cuts over 4 pi; NaN unless the region is the globe and the map shows all of it."""
-    if field.region != GLOBE or field.jacobians.coverage < _WHOLE:
-        return Estimate(math.nan, math.nan)
+    if field.region != regions.GLOBE or field.jacobians.coverage < _WHOLE:
+        return numerics.Estimate(math.nan, math.nan)
     length, error = cut_length(field.projection)
-    return Estimate(length / (4.0 * math.pi), error / (4.0 * math.pi))
+    return numerics.Estimate(length / (4.0 * math.pi), error / (4.0 * math.pi))
 
 
-def cut_length(projection: Projection) -> tuple[float, float]:
+def cut_length(projection: projections.Projection) -> tuple[float, float]:
     """The length of a map's cuts on the unit sphere, and its estimated error."""
     cells = _CutCells(projection)
     parents = cells.first()
@@ -326,7 +325,7 @@ def _size(cells: FloatArray) -> FloatArray:
 class _CutCells:
     """Cells in the longitude u and the latitude v of a turned grid."""
 
-    def __init__(self, projection: Projection) -> None:
+    def __init__(self, projection: projections.Projection) -> None:
         self.projection, self.radius = projection, projection.ellipsoid.a
         lon, lat, _ = np.radians(_POLE)
         up = np.array([math.cos(lat) * math.cos(lon), math.cos(lat) * math.sin(lon), math.sin(lat)])
@@ -409,7 +408,7 @@ class _CutCells:
 # ---- finite distances ----------------------------------------------------------------------------
 
 
-def pairs(field: ScaleField, scale: float) -> list[Estimate]:
+def pairs(field: ScaleField, scale: float) -> list[numerics.Estimate]:
     """Gott's and Peters' measures at a scale, and ln of the scale that minimises the latter, all of the same pairs."""
     found = distances.distance_distortions(
         field.projection,
@@ -420,23 +419,23 @@ def pairs(field: ScaleField, scale: float) -> list[Estimate]:
             distances.best_scale_of_distances,
         ],
     )
-    return [Estimate(one.value, one.error) for one in found]
+    return [numerics.Estimate(one.value, one.error) for one in found]
 
 
-def spread(field: ScaleField, scale: float) -> Estimate:
+def spread(field: ScaleField, scale: float) -> numerics.Estimate:
     """The standard deviation of ln(d_map / d_globe), which does not depend on the scale."""
     return field.once(pairs)[0]
 
 
-def distance_index(field: ScaleField, scale: float) -> Estimate:
+def distance_index(field: ScaleField, scale: float) -> numerics.Estimate:
     """The distance index of Peters."""
     return field.once(pairs, scale)[1]
 
 
-def finite_scale_factor(field: ScaleField, scale: float) -> Estimate:
+def finite_scale_factor(field: ScaleField, scale: float) -> numerics.Estimate:
     """Canters' mean finite scale factor (1 + D) / (1 - D), with D the index of Peters."""
     index, error = distance_index(field, scale)
-    return Estimate((1.0 + index) / (1.0 - index), 2.0 * error / (1.0 - index) ** 2)
+    return numerics.Estimate((1.0 + index) / (1.0 - index), 2.0 * error / (1.0 - index) ** 2)
 
 
 def best_for_distances(field: ScaleField) -> float:
@@ -444,7 +443,7 @@ def best_for_distances(field: ScaleField) -> float:
     return math.exp(field.once(pairs)[2].value)
 
 
-def bending(field: ScaleField, scale: float) -> Estimate:
+def bending(field: ScaleField, scale: float) -> numerics.Estimate:
     """Mean distance of great circles from straight lines."""
     found = distances.great_circle_bending(field.projection, field.region)
-    return Estimate(found.value, found.error)
+    return numerics.Estimate(found.value, found.error)

@@ -3,63 +3,56 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from projdist import regions, support
 from projdist._typing import AnyArray, FloatArray
 from projdist.field import Quality, check_declared_property, derivatives, measure_at, named_measures
-from projdist.matrices import FACTORS, Measure, factors_of
+from projdist.matrices import Measure, factors_of
 from projdist.projections import FrameLike, Projection, ProjectionLike, add_columns, is_frame, places
-from projdist.regions import Box
-from projdist.support import Answer, check_degrees, tell
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Factors(Answer):
+class Factors(support.Answer):
     """Distortion at points: arrays of one shape, NaN where undefined.
 
     `quality` holds the labels of `Quality`; `error` is the estimated relative error of the Jacobian; `extra` are the
     further measures by name.
     """
 
-    projection: Projection
-    lon: FloatArray
-    lat: FloatArray
-    x: FloatArray
-    y: FloatArray
-    h: FloatArray
-    k: FloatArray
-    a: FloatArray
-    b: FloatArray
-    s: FloatArray
-    omega: FloatArray
-    theta: FloatArray
-    convergence: FloatArray
-    fisher: FloatArray
-    quality: np.typing.NDArray[np.str_]
-    error: FloatArray
-    jacobian: FloatArray
-    extra: dict[str, FloatArray]
+    projection: Projection = field(
+        metadata=support.schema(
+            of={"projection": "definition", "name": "name", "definition": "definition"}, spread=True
+        )
+    )
+    lon: FloatArray = field(metadata=support.COLUMN)
+    lat: FloatArray = field(metadata=support.COLUMN)
+    x: FloatArray = field(metadata=support.COLUMN)
+    y: FloatArray = field(metadata=support.COLUMN)
+    h: FloatArray = field(metadata=support.COLUMN)
+    k: FloatArray = field(metadata=support.COLUMN)
+    a: FloatArray = field(metadata=support.COLUMN)
+    b: FloatArray = field(metadata=support.COLUMN)
+    s: FloatArray = field(metadata=support.COLUMN)
+    omega: FloatArray = field(metadata=support.COLUMN)
+    theta: FloatArray = field(metadata=support.COLUMN)
+    convergence: FloatArray = field(metadata=support.COLUMN)
+    fisher: FloatArray = field(metadata=support.COLUMN)
+    quality: np.typing.NDArray[np.str_] = field(metadata=support.COLUMN)
+    extra: dict[str, FloatArray] = field(metadata=support.schema(column=True, spread=True))
+    error: FloatArray = field(metadata=support.HIDDEN)
+    jacobian: FloatArray = field(metadata=support.HIDDEN)
 
     def _line(self) -> str:
         return f"{self.projection.name} at {self.lon.size} points"
 
-    def to_dict(self) -> dict[str, Any]:
-        """`{"projection", "name", "definition", "results": [{"lon", ...}]}`, a result for each point; NaN is None."""
-        definition = self.projection.definition
-        named = {"projection": definition, "name": self.projection.name, "definition": definition}
-        return named | {"results": self.plain_rows()}
-
-    def _table(self) -> dict[str, AnyArray]:
-        return {"lon": np.ravel(self.lon), "lat": np.ravel(self.lat)} | self.columns()
-
     def columns(self) -> dict[str, AnyArray]:
         """x, y, the measures and the quality by name, each of shape (n,), as they are added to a frame of points."""
-        columns = {name: getattr(self, name) for name in ("x", "y", *FACTORS, "quality")}
-        return {name: np.ravel(values) for name, values in (columns | self.extra).items()}
+        return {name: values for name, values in self._table().items() if name not in ("lon", "lat")}
 
 
 _AnyFrame = TypeVar("_AnyFrame", bound=FrameLike)
@@ -139,7 +132,7 @@ def factors(
             "projdist.gis.factor_arrays takes arrays of xarray with their dimensions."
         )
     chosen = named_measures(measures)
-    lon, lat = check_degrees(lon, lat)
+    lon, lat = support.check_degrees(lon, lat)
     found = derivatives(projection, lon, lat)
     J = found.jacobian
     _warn_of_points_outside(projection, lon, lat)
@@ -164,7 +157,7 @@ def _warn_of_points_outside(projection: Projection, lon: FloatArray, lat: FloatA
     """Warn of points outside the area of use of a CRS, and say if swapped coordinates would lie inside."""
     if projection.area_of_use is None:
         return
-    area = Box(*projection.area_of_use)
+    area = regions.Box(*projection.area_of_use)
     there = np.isfinite(lon) & np.isfinite(lat)
     outside = there & ~area.contains(lon, lat)
     if not outside.any():
@@ -173,4 +166,4 @@ def _warn_of_points_outside(projection: Projection, lon: FloatArray, lat: FloatA
     swapped = int(area.contains(lat[outside], lon[outside]).sum())
     inside = "it lies" if lon.size == 1 else f"{swapped} of them lie"
     hint = f" With longitude and latitude swapped {inside} inside: longitudes come first." if swapped else ""
-    tell(f"{projection.label} is for {area.name}: {points} outside its area of use.{hint}")
+    support.tell(f"{projection.label} is for {area.name}: {points} outside its area of use.{hint}")

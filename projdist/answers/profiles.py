@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist._typing import AnyArray, FloatArray, IntArray
-from projdist.earth import Ellipsoid
+from projdist import earth, matrices, numerics, projections, regions, support
+from projdist._typing import FloatArray, IntArray
 from projdist.field import check_declared_property, derivatives, measure_at, named_measures
-from projdist.matrices import Measure
-from projdist.numerics import NODES, WEIGHTS
-from projdist.projections import Projection, ProjectionLike, geodesic_courses, geodesic_lengths
-from projdist.regions import HasGeometry, line_of
-from projdist.support import Answer, check_degrees, check_instance, check_number, check_numbers, plain, tell
 
 
-def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid) -> FloatArray:
+def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: earth.Ellipsoid) -> FloatArray:
     """R_G / (R_G + h), by which distances at a height h are multiplied to get those on the ellipsoid.
 
     R_G = sqrt(M N) is the Gaussian mean radius of curvature.
@@ -55,8 +50,10 @@ def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid) ->
     >>> round(float(elevation_factor(39.2, 1610.152, WGS84)), 8)
     0.99974744
     """
-    check_instance("ellipsoid", ellipsoid, Ellipsoid, "an Ellipsoid of projdist")
-    lat, height = check_degrees(check_numbers("latitudes", lat), check_numbers("heights", height))
+    support.check_instance("ellipsoid", ellipsoid, earth.Ellipsoid, "an Ellipsoid of projdist")
+    lat, height = support.check_degrees(
+        support.check_numbers("latitudes", lat), support.check_numbers("heights", height)
+    )
     meridian, vertical = ellipsoid.radii(lat)
     radius = np.sqrt(meridian * vertical)
     return np.asarray(radius / (radius + height))
@@ -71,10 +68,11 @@ _LOWEST, _HIGHEST = -12_000.0, 9_000.0  # metres
 _SMALL = 1e-11  # of the line's length, as exact as derivatives: difference between a piece and the sum of its halves
 _HALVINGS = 12
 _JUMP = 3.0  # times the distance by the scale
+_IF_KNOWN = support.schema(column=True, optional=True)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Profile(Answer):
+class Profile(support.Answer):
     """A map along a line: arrays (n,) with a value for each point; NaN where undefined.
 
     `distance_km` is the distance along the line; `azimuth` the line's direction in degrees clockwise from north, at a
@@ -87,19 +85,21 @@ class Profile(Answer):
     and `mean_combined_factor`, None without heights.
     """
 
-    projection: Projection
-    vertices: FloatArray
-    distance_km: FloatArray
-    lon: FloatArray
-    lat: FloatArray
-    x: FloatArray
-    y: FloatArray
-    azimuth: FloatArray
-    scale: FloatArray
-    measures: dict[str, FloatArray]
-    height: FloatArray | None
-    elevation_factor: FloatArray | None
-    combined_factor: FloatArray | None
+    projection: projections.Projection = field(
+        metadata=support.schema(of={"projection": "definition", "name": "name"}, spread=True)
+    )
+    vertices: FloatArray = field(metadata=support.HIDDEN)
+    distance_km: FloatArray = field(metadata=support.COLUMN)
+    lon: FloatArray = field(metadata=support.COLUMN)
+    lat: FloatArray = field(metadata=support.COLUMN)
+    x: FloatArray = field(metadata=support.COLUMN)
+    y: FloatArray = field(metadata=support.COLUMN)
+    azimuth: FloatArray = field(metadata=support.COLUMN)
+    scale: FloatArray = field(metadata=support.COLUMN)
+    height: FloatArray | None = field(metadata=_IF_KNOWN)
+    elevation_factor: FloatArray | None = field(metadata=_IF_KNOWN)
+    combined_factor: FloatArray | None = field(metadata=_IF_KNOWN)
+    measures: dict[str, FloatArray] = field(metadata=support.schema(column=True, spread=True))
     length_m: float
     map_length_m: float
     mean_scale: float
@@ -118,32 +118,12 @@ class Profile(Answer):
     def _line(self) -> str:
         return f"{self.projection.name} along {self.length_m / 1e3:.6g} km: mean scale {self.mean_scale:.9g}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """The projection, the figures of the whole line, and `results` for each point; NaN and infinity are None."""
-        named = {"projection": self.projection.definition, "name": self.projection.name}
-        whole = {name: plain(getattr(self, name)) for name in _OF_THE_LINE}
-        return named | whole | {"results": self.plain_rows()}
-
-    def _table(self) -> dict[str, AnyArray]:
-        columns = {name: getattr(self, name) for name in _OF_A_POINT} | self.measures
-        return {name: values for name, values in columns.items() if values is not None}
-
-
-_OF_THE_LINE = (
-    *("length_m", "map_length_m", "mean_scale", "error", "grid_distance_m"),
-    *("ground_length_m", "mean_combined_factor"),
-)
-_OF_A_POINT = (
-    *("distance_km", "lon", "lat", "x", "y", "azimuth", "scale"),
-    *("height", "elevation_factor", "combined_factor"),
-)
-
 
 def profile(
-    projection: ProjectionLike,
-    line: str | os.PathLike[str] | ArrayLike | HasGeometry | Mapping[str, Any],
+    projection: projections.ProjectionLike,
+    line: str | os.PathLike[str] | ArrayLike | regions.HasGeometry | Mapping[str, Any],
     *,
-    measures: Iterable[str | Measure] = ("convergence",),
+    measures: Iterable[str | matrices.Measure] = ("convergence",),
     spacing_km: float | None = None,
     height: float | None = None,
 ) -> Profile:
@@ -193,9 +173,9 @@ def profile(
     >>> found.scale.round(6).tolist(), round(found.mean_scale, 6)
     ([0.9996, 0.999723, 1.000091, 1.000168], 0.999789)
     """
-    projection = Projection.from_user_input(projection)
+    projection = projections.Projection.from_user_input(projection)
     chosen = named_measures(measures)
-    course = _Course(projection, line_of(line), height)
+    course = _Course(projection, regions.line_of(line), height)
     at = course.distances(spacing_km)
     lon, lat, azimuth = course.places(at)
     found = derivatives(projection, lon, lat)
@@ -233,10 +213,10 @@ def profile(
 class _Course:
     """A line of geodesics by the distance along it in metres; `ends` (m,) are the distances of its vertices."""
 
-    def __init__(self, projection: Projection, line: FloatArray, height: float | None) -> None:
+    def __init__(self, projection: projections.Projection, line: FloatArray, height: float | None) -> None:
         self.projection = projection
         lon, lat, own = line.T
-        lengths = geodesic_lengths(projection.ellipsoid, lon[:-1], lat[:-1], lon[1:], lat[1:])
+        lengths = projections.geodesic_lengths(projection.ellipsoid, lon[:-1], lat[:-1], lon[1:], lat[1:])
         moves = np.append(True, lengths > 0.0)  # a vertex may repeat the one before a turn away
         self.lon, self.lat, own = lon[moves], lat[moves], own[moves]
         self.ends = np.append(0.0, np.cumsum(lengths[lengths > 0.0]))
@@ -247,7 +227,7 @@ class _Course:
     def distances(self, spacing_km: float | None) -> FloatArray:
         """Distances of the points: regular ones, and those of the vertices."""
         total = float(self.ends[-1])
-        step = _round_step(total / _POINTS) if spacing_km is None else 1e3 * check_number("spacing", spacing_km)
+        step = _round_step(total / _POINTS) if spacing_km is None else 1e3 * support.check_number("spacing", spacing_km)
         if not step > 0.0 or total > _MOST_POINTS * step:
             raise ValueError(
                 f"Invalid spacing '{spacing_km}'. It must be positive and make at most {_MOST_POINTS:,.0f} points."
@@ -262,7 +242,7 @@ class _Course:
         """Longitudes, latitudes and azimuths at distances; vertices are as given, to the last bit."""
         k = np.clip(np.searchsorted(self.ends, at, side="right") - 1, 0, len(self.ends) - 2)
         ends = (self.lon[k], self.lat[k], self.lon[k + 1], self.lat[k + 1])
-        lon, lat, azimuth = geodesic_courses(self.projection.ellipsoid, ends, at - self.ends[k])
+        lon, lat, azimuth = projections.geodesic_courses(self.projection.ellipsoid, ends, at - self.ends[k])
         for number in (k, k + 1):
             vertex = at == self.ends[number]
             lon[vertex], lat[vertex] = self.lon[number[vertex]], self.lat[number[vertex]]
@@ -297,10 +277,12 @@ class _Course:
 def _heights(own: FloatArray, height: float | None) -> FloatArray | None:
     """The heights of vertices: one for all, or their own if all have one."""
     if height is not None:
-        own = np.full(len(own), check_number("height", height))
+        own = np.full(len(own), support.check_number("height", height))
     elif np.isnan(own).any():
         if not np.isnan(own).all():
-            tell(f"{int(np.isnan(own).sum())} of {len(own)} vertices of the line have no height; no heights are used.")
+            support.tell(
+                f"{int(np.isnan(own).sum())} of {len(own)} vertices of the line have no height; no heights are used."
+            )
         return None
     if not ((own >= _LOWEST) & (own <= _HIGHEST)).all():
         wrong = own[np.argmax(~((own >= _LOWEST) & (own <= _HIGHEST)))]
@@ -343,5 +325,5 @@ def _integral(function: Callable[[FloatArray], FloatArray], ends: FloatArray) ->
 def _gauss(function: Callable[[FloatArray], FloatArray], left: FloatArray, right: FloatArray) -> FloatArray:
     """The integral over each interval by Gauss's rule."""
     half = 0.5 * (right - left)
-    at = 0.5 * (left + right)[:, None] + half[:, None] * NODES
-    return half * (function(at.ravel()).reshape(at.shape) @ WEIGHTS)
+    at = 0.5 * (left + right)[:, None] + half[:, None] * numerics.NODES
+    return half * (function(at.ravel()).reshape(at.shape) @ numerics.WEIGHTS)

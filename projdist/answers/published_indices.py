@@ -12,25 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from projdist import projections, regions, support
 from projdist._typing import FloatArray
 from projdist.answers import index_terms as terms
 from projdist.answers.index_terms import ScaleField, Scales, Value
+from projdist.answers.summaries import GROUPS
 from projdist.field import FIGURES, Figure, field_resolving
 from projdist.matrices import get_measure, principal_scales
 from projdist.numerics import Estimate
-from projdist.projections import Projection, ProjectionLike
-from projdist.regions import GLOBE, Box, Place, RegionLike, region_for
-from projdist.support import (
-    HIDDEN,
-    Answer,
-    Record,
-    Registry,
-    check_number,
-    check_text,
-    listed_values,
-    quoted,
-    schema,
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,27 +103,17 @@ def goldberg_gott_score(values: Mapping[str, float], normalisers: Mapping[str, f
     """
     for thing, table in (("values", values), ("normalisers", normalisers)):
         if not isinstance(table, Mapping):
-            raise ValueError(f"Invalid {thing} {quoted(table)}. They must be figures by symbol, as {{'I': 0.51}}.")
+            raise ValueError(
+                f"Invalid {thing} {support.quoted(table)}. They must be figures by symbol, as {{'I': 0.51}}."
+            )
     missing = [symbol for symbol in normalisers if symbol not in values]
     if missing:
         symbols = ", ".join(normalisers)
         raise ValueError(f"Invalid values for the score. There must be {symbols}; {missing[0]} is missing.")
     return sum(
-        (check_number("value", values[symbol]) / check_number("normaliser", scale)) ** 2
+        (support.check_number("value", values[symbol]) / support.check_number("normaliser", scale)) ** 2
         for symbol, scale in normalisers.items()
     )
-
-
-def score_of(values: Mapping[str, Value]) -> Value:
-    """The score of a field by the functions of its six indices, by symbol; NaN if one of them is undefined."""
-
-    def score(field: ScaleField, scale: float) -> Estimate:
-        found = {symbol: field.once(value) for symbol, value in values.items()}
-        # Six errors that may all have one sign.
-        error = sum(2.0 * abs(one.value) * one.error / NORMALISERS[symbol] ** 2 for symbol, one in found.items())
-        return Estimate(goldberg_gott_score({symbol: one.value for symbol, one in found.items()}), error)
-
-    return score
 
 
 # ---- the indices ---------------------------------------------------------------------------------
@@ -152,15 +131,23 @@ def _of_figure(
 
 _RESOLVED = ("fisher", "kavrayskiy")  # measures that all samples resolve
 _FLEXION, _SKEWNESS = terms.second_order("flexion"), terms.second_order("skewness")
-_ISOTROPY = FIGURES["isotropy"]
 _SCORE = {
-    "I": terms.value_of(_ISOTROPY),
+    "I": terms.value_of(FIGURES["isotropy"]),
     "A": terms.deviation_of_log_area,
     "F": _FLEXION,
     "S": _SKEWNESS,
     "D": terms.spread,
     "B": terms.boundary_cuts,
 }
+
+
+def _score(field: ScaleField, scale: float) -> Estimate:
+    """The score of a field; NaN if one of its six indices is undefined."""
+    found = {symbol: field.once(value) for symbol, value in _SCORE.items()}
+    # Six errors that may all have one sign.
+    error = sum(2.0 * abs(one.value) * one.error / NORMALISERS[symbol] ** 2 for symbol, one in found.items())
+    return Estimate(goldberg_gott_score({symbol: one.value for symbol, one in found.items()}), error)
+
 
 # How each index of published/indices.csv is computed. The definition and source of a figure are its own unless stated.
 _COMPUTED: dict[str, dict[str, Any]] = {
@@ -180,11 +167,7 @@ _COMPUTED: dict[str, dict[str, Any]] = {
     "canters_ar": _of_figure("canters_ar", terms.searched(FIGURES["canters_ar"]), kinked=True),
     "canters_an": _of_figure("mean_omega"),
     "capek": {"value": terms.share_above_smallest, "terms": (terms.omega,)},
-    "capek_nominal": {
-        "value": terms.share_near_nominal,
-        "best_scale": terms.best_for_share,
-        "terms": (terms.omega,),
-    },
+    "capek_nominal": {"value": terms.share_near_nominal, "best_scale": terms.best_for_share, "terms": (terms.omega,)},
     "francula": _of_figure("airy", terms.best_for_airy),
     "kunimune_area": {"value": terms.deviation_of_log_area, "terms": (terms.log_area_squared,)},
     "kunimune_shape": _of_figure("kunimune_shape"),
@@ -195,8 +178,8 @@ _COMPUTED: dict[str, dict[str, Any]] = {
     "distances": {"value": terms.spread},
     "boundary_cuts": {"value": terms.boundary_cuts},
     "goldberg_gott_score": {
-        "value": score_of(_SCORE),
-        "terms": (terms.term_of(_ISOTROPY), terms.log_area_squared),
+        "value": _score,
+        "terms": (terms.term_of(FIGURES["isotropy"]), terms.log_area_squared),
         "second_order": ("flexion", "skewness"),
     },
     "peters_distance": {"value": terms.distance_index, "best_scale": terms.best_for_distances},
@@ -212,8 +195,8 @@ def _index(row: dict[str, str]) -> Index:
         name=row["name"],
         symbol=row["symbol"],
         group=row["group"],
-        definition=row["definition"] or (figure.description if figure else ""),
         normalisation=row["normalisation"],
+        definition=row["definition"] or (figure.description if figure else ""),
         source=row["source"] or (figure.source if figure else ""),
         band=float(row["band"]) if row["band"] else None,
         # 88 degrees were found by experiment (published/conventions.csv), the authors do not state it.
@@ -231,9 +214,7 @@ def read_published(name: str) -> tuple[dict[str, str], ...]:
 
 _INDICES = {row["name"]: _index(row) for row in read_published("indices.csv")}
 
-GROUPS: tuple[str, ...] = tuple(dict.fromkeys(index.group for index in _INDICES.values()))
-
-INDICES: Registry[Index] = Registry(
+INDICES: support.Registry[Index] = support.Registry(
     "index",
     _INDICES,
     aliases={name: index.name for index in reversed(_INDICES.values()) for name in (index.symbol, index.name)},
@@ -242,21 +223,16 @@ INDICES: Registry[Index] = Registry(
 )
 
 
-def get_index(name: str) -> Index:
-    """The index of a name or symbol; raises ValueError with close matches."""
-    return INDICES.named(name)
-
-
 def get_indices(names: str | Iterable[str] = "all") -> list[Index]:
     """The indices of groups, names and symbols, or "all", each once; raises ValueError with close matches.
 
     A name that a group and an index have is the group's.
     """
     chosen: dict[str, Index] = {}
-    for name in listed_values(names):
-        check_text("index", name)
+    for name in support.listed_values(names):
+        support.check_text("index", name)
         found = [index for index in INDICES.values() if name in ("all", index.group)]
-        chosen |= {index.name: index for index in found or [get_index(name)]}
+        chosen |= {index.name: index for index in found or [INDICES.named(name)]}
     return list(chosen.values())
 
 
@@ -268,7 +244,7 @@ _MAX_EVALUATIONS = 400_000  # a quarter more for each mean; diverging ones take 
 
 
 @dataclass(frozen=True)
-class IndexValue(Record):
+class IndexValue(support.Record):
     """An index at the map's nominal scale, and `best` at the scale that makes it best.
 
     The errors are estimates; NaN if the index diverges, infinite if it has no bound. If the index does not depend on
@@ -283,19 +259,19 @@ class IndexValue(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class IndexSummary(Answer):
+class IndexSummary(support.Answer):
     """Indices of a projection over a region, by name."""
 
-    given: str = field(metadata=schema("projection"))
-    projection: Projection = field(metadata=schema(of=("name", "definition"), spread=True))
-    region: Place = field(metadata=HIDDEN)
+    given: str = field(metadata=support.schema("projection"))
+    projection: projections.Projection = field(metadata=support.schema(of=("name", "definition"), spread=True))
+    region: regions.Place = field(metadata=support.HIDDEN)
     coverage: float
     evaluations: int
-    values: dict[str, IndexValue] = field(metadata=schema("indices"))
+    values: dict[str, IndexValue] = field(metadata=support.schema("indices"))
 
     def __getitem__(self, name: str) -> IndexValue:
         """The index of a name or symbol."""
-        return self.values[get_index(name).name]
+        return self.values[INDICES.named(name).name]
 
     def _line(self) -> str:
         return f"{self.projection.name} over {self.region.name}: {', '.join(self.values)}"
@@ -310,8 +286,8 @@ class IndexSummary(Answer):
 
 
 def indices(
-    projection: ProjectionLike,
-    region: RegionLike | None = None,
+    projection: projections.ProjectionLike,
+    region: regions.RegionLike | None = None,
     names: str | Iterable[str] = "all",
     *,
     tolerance: float = _TOLERANCE,
@@ -354,16 +330,16 @@ def indices(
     0.52124
     """
     given = projection if isinstance(projection, str) else None
-    projection = Projection.from_user_input(projection)
-    place = region_for(region, [projection])
+    projection = projections.Projection.from_user_input(projection)
+    place = regions.region_for(region, [projection])
     chosen = get_indices(names)
     if not chosen:
-        raise ValueError(f"Invalid indices {quoted(names)}. There must be at least one.")
+        raise ValueError(f"Invalid indices {support.quoted(names)}. There must be at least one.")
     fields: dict[float | None, ScaleField] = {}
     values: dict[str, IndexValue] = {}
     for band in dict.fromkeys(index.band for index in chosen):
         together = [index for index in chosen if index.band == band]
-        within = Box(-180.0, -band, 180.0, band) if band is not None and place == GLOBE else place
+        within = regions.Box(-180.0, -band, 180.0, band) if band is not None and place == regions.GLOBE else place
         fields[band] = _field(projection, within, together, tolerance)
         values |= {index.name: _value(index, fields[band], tolerance) for index in together}
     whole = fields.get(None) or next(iter(fields.values()))
@@ -378,7 +354,7 @@ def indices(
 
 
 def _field(
-    projection: Projection, region: Place, chosen: list[Index], tolerance: float, scale: float = 1.0
+    projection: projections.Projection, region: regions.Place, chosen: list[Index], tolerance: float, scale: float = 1.0
 ) -> ScaleField:
     """The scales at nodes that resolve the means of some indices at a scale."""
 

@@ -10,15 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from projdist import earth, matrices, projections, regions, support
 from projdist.answers.distances import distance_distortion
 from projdist.answers.point_factors import factors
 from projdist.answers.published_indices import goldberg_gott_score, indices, read_published
-from projdist.earth import MEAN_EARTH_RADIUS
-from projdist.matrices import get_measure
 from projdist.numerics import Estimate
-from projdist.projections import distance_around_edge
-from projdist.regions import GLOBE, Box, Place, PointSet
-from projdist.support import HIDDEN, Answer, Record, check_choice, plain, schema, values_of
 
 TABLES: dict[str, str] = {
     "goldberg-gott": "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth",
@@ -42,17 +38,17 @@ class Printed:
     says how the figure was read, `convention` by which other convention or sampling it comes out, if not by ours.
     """
 
-    table: str = field(metadata=HIDDEN)
+    table: str = field(metadata=support.HIDDEN)
     source: str
     projection: str
     definition: str
     lon: float
     lat: float
     measure: str
-    value: float = field(metadata=schema("published"))
+    value: float = field(metadata=support.schema("published"))
     decimals: int
     status: str
-    convention: str = field(metadata=HIDDEN)
+    convention: str = field(metadata=support.HIDDEN)
 
     @property
     def at_point(self) -> bool:
@@ -98,7 +94,7 @@ def conventions() -> dict[str, tuple[float, str]]:
 _COARSE = 1e-6  # of means; printed are four digits at most
 
 
-def index_figures(definition: str, region: Place, symbols: Sequence[str]) -> dict[str, Estimate]:
+def index_figures(definition: str, region: regions.Place, symbols: Sequence[str]) -> dict[str, Estimate]:
     """Indices of a map over a region, by symbol, at the scale that their authors take."""
     found = indices(definition, region, symbols, tolerance=_COARSE)
     values = {symbol: Estimate(found[symbol].value, found[symbol].error) for symbol in symbols}
@@ -120,8 +116,8 @@ def figure_of_others(row: Printed, value: float) -> float:
         figures = {one.measure: one.value for one in printed("goldberg-gott") if one.definition == row.definition}
         return goldberg_gott_score(figures)
     if row.convention == "over-the-edge":  # the score of a map with two sides, which has no cuts
-        figures = {symbol: one.value for symbol, one in index_figures(row.definition, GLOBE, [*"IAFS"]).items()}
-        edge = functools.partial(distance_around_edge, edge=0.5 * math.pi * MEAN_EARTH_RADIUS)
+        figures = {symbol: one.value for symbol, one in index_figures(row.definition, regions.GLOBE, [*"IAFS"]).items()}
+        edge = functools.partial(projections.distance_around_edge, edge=0.5 * math.pi * earth.MEAN_EARTH_RADIUS)
         distances = distance_distortion(row.definition, map_distance=edge)
         return goldberg_gott_score(figures | {"D": distances.value, "B": 0.0})
     return math.nan
@@ -133,10 +129,10 @@ def _elsewhere(definition: str, convention: str, symbols: tuple[str, ...]) -> di
 
 
 _LON, _LAT = (axis.ravel() for axis in np.meshgrid(np.arange(-178.75, 180.0, 2.5), np.arange(-88.75, 90.0, 2.5)))
-_REGIONS: dict[str, Place] = {
-    "without-poles": Box(-180.0, -88.0, 180.0, 88.0),
-    "band-85.05": Box(-180.0, -85.0511287798066, 180.0, 85.0511287798066),
-    "cells-2.5": PointSet(_LON, _LAT, np.cos(np.radians(_LAT))),  # the centres of cells, weighted by area
+_REGIONS: dict[str, regions.Place] = {
+    "without-poles": regions.Box(-180.0, -88.0, 180.0, 88.0),
+    "band-85.05": regions.Box(-180.0, -85.0511287798066, 180.0, 85.0511287798066),
+    "cells-2.5": regions.PointSet(_LON, _LAT, np.cos(np.radians(_LAT))),  # the centres of cells, weighted by area
 }
 
 
@@ -146,59 +142,40 @@ _REGIONS: dict[str, Place] = {
 _ROUNDING = 1e-9  # of half a unit of the last decimal
 
 
-@dataclass(frozen=True)
-class PublishedRow(Record):
+@dataclass(frozen=True, kw_only=True)
+class PublishedRow(support.Record):
     """A printed figure, ours with its estimated error, and the figure by the convention that explains the difference.
 
-    `reproduced` is True if the first two agree to half a unit of the last printed decimal; `explained` if the figure by
-    the other convention does, with the allowed difference of the convention; that figure is NaN if there is none.
+    `difference` is our figure less the printed one; `reproduced` is True if they agree to half a unit of the last
+    printed decimal; `explained` if the figure by the other convention does, with the allowed difference of the
+    convention; that figure is NaN if there is none. `explanation` is the convention or sampling by which the printed
+    figure comes out, if it does not by ours; else "".
     """
 
-    printed: Printed
+    printed: Printed = field(metadata=support.schema(spread=True))
     value: float
     error: float
+    difference: float
+    reproduced: bool
+    convention: str
     value_by_convention: float
     explained: bool
-
-    @property
-    def difference(self) -> float:
-        """Our figure less the printed one."""
-        return self.value - self.printed.value
-
-    @property
-    def reproduced(self) -> bool:
-        """True if the figures agree."""
-        return _agrees(self.printed, self.value)
-
-    @property
-    def explanation(self) -> str:
-        """The convention or sampling by which the printed figure comes out, if it does not by ours; else ""."""
-        return conventions()[self.printed.convention][1] if self.printed.convention else ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """The figures by name; NaN and infinity become None."""
-        return {name: plain(value) for name, value in self.columns().items()}
-
-    def columns(self) -> dict[str, Any]:
-        """The figures by name, as they are."""
-        ours = {name: getattr(self, name) for name in ("value", "error", "difference", "reproduced")}
-        other = {name: getattr(self, name) for name in ("value_by_convention", "explained", "explanation")}
-        return values_of(self.printed) | ours | {"convention": self.printed.convention} | other
+    explanation: str
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class PublishedTable(Answer):
+class PublishedTable(support.Answer):
     """A table of the literature, a row for each figure."""
 
     name: str
     source: str
-    rows: tuple[PublishedRow, ...] = field(metadata=schema("results"))
+    rows: tuple[PublishedRow, ...] = field(metadata=support.schema("results"))
 
     def _line(self) -> str:
         return f"{self.name}: {len(self.rows)} rows"
 
     def _table(self) -> list[dict[str, Any]]:
-        return [row.columns() for row in self.rows]
+        return [support.values_of(row) for row in self.rows]
 
 
 def tables(name: str) -> PublishedTable:
@@ -230,7 +207,7 @@ def tables(name: str) -> PublishedTable:
     >>> [(round(row.printed.value, 3), round(row.value, 3)) for row in tables("kunimune").rows]
     [(0.259, 0.259), (0.364, 0.364), (0.614, 0.614)]
     """
-    rows = printed(check_choice("table", name, TABLES))
+    rows = printed(support.check_choice("table", name, TABLES))
     groups: dict[tuple[str, bool], list[Printed]] = {}
     for row in rows:
         groups.setdefault((row.definition, row.at_point), []).append(row)
@@ -239,13 +216,26 @@ def tables(name: str) -> PublishedTable:
         if at_point:
             ours |= _at_points(definition, group)
         else:
-            found = index_figures(definition, GLOBE, list(dict.fromkeys(row.measure for row in group)))
+            found = index_figures(definition, regions.GLOBE, list(dict.fromkeys(row.measure for row in group)))
             ours |= {row: found[row.measure] for row in group}
     compared = []
     for row in rows:
         other = figure_of_others(row, ours[row].value)
-        slack = conventions()[row.convention][0] if row.convention else 0.0
-        compared.append(PublishedRow(row, *ours[row], other, _agrees(row, other, slack)))
+        slack, explanation = conventions()[row.convention] if row.convention else (0.0, "")
+        value, error = ours[row]
+        compared.append(
+            PublishedRow(
+                printed=row,
+                value=value,
+                error=error,
+                difference=value - row.value,
+                reproduced=_agrees(row, value),
+                convention=row.convention,
+                value_by_convention=other,
+                explained=_agrees(row, other, slack),
+                explanation=explanation,
+            )
+        )
     return PublishedTable(name=name, source=TABLES[name], rows=tuple(compared))
 
 
@@ -259,7 +249,7 @@ def _at_points(definition: str, rows: Sequence[Printed]) -> dict[Printed, Estima
     found = factors(definition, [row.lon for row in rows], [row.lat for row in rows])
     ours = {}
     for i, row in enumerate(rows):
-        measure = get_measure(row.measure)
+        measure = matrices.get_measure(row.measure)
         value, error = float(measure(found.jacobian[i])), float(found.error[i])
         # The error of J is the relative error of scales; twice that is the error of angles in radians.
         ours[row] = Estimate(value, math.degrees(2.0 * error) if measure.unit == "deg" else error * abs(value))

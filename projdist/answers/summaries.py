@@ -8,18 +8,19 @@ from typing import Any
 
 import numpy as np
 
+from projdist import answers, matrices, numerics, regions
 from projdist._typing import FloatArray
-from projdist.answers.published_indices import Index, IndexSummary, get_indices
-from projdist.answers.published_indices import indices as published_indices
 from projdist.field import DEFAULT_TOLERANCE, Extreme, Field, named_measures, sample
-from projdist.matrices import Measure, Modes, listed_measures
-from projdist.numerics import median, p95
 from projdist.projections import Projection, ProjectionError, ProjectionLike, listed_projections
-from projdist.regions import Box, Place, PointSet, RegionLike, region_for, share_in
-from projdist.support import HIDDEN, Answer, Record, check_bool, schema, shown, tell
+from projdist.support import HIDDEN, Answer, Record, check_bool, listed_values, schema, shown, tell
 
 STATISTICS = ("mean", "rms", "median", "p95", "max", "min")
 """The statistics of a measure over a region."""
+GROUPS = (
+    *("airy", "jordan", "kavrayskiy", "klingatsch", "chebyshev", "canters", "capek", "francula", "kunimune"),
+    *("goldberg-gott", "finite"),
+)
+"""The groups of published indices."""
 SORTS = (
     "given",
     "name",
@@ -73,7 +74,7 @@ class Summary(Answer):
 
     given: str = field(metadata=schema("projection"))
     projection: Projection = field(metadata=schema(of=("name", "definition"), spread=True))
-    region: Place = field(metadata=HIDDEN)
+    region: regions.Place = field(metadata=HIDDEN)
     coverage: float
     airy_kavrayskiy: float
     airy_kavrayskiy_scaled: float
@@ -84,8 +85,8 @@ class Summary(Answer):
     mdt: FloatArray = field(metadata=HIDDEN)
     mirrored: float = field(metadata=HIDDEN)
     measures: dict[str, MeasureSummary] = field(metadata=schema(spread=True))
-    indices: IndexSummary | None = field(default=None, metadata=schema(of="values", optional=True))
-    modes: Modes | None = field(default=None, metadata=schema(of="rows", optional=True))
+    indices: answers.IndexSummary | None = field(default=None, metadata=schema(of="values", optional=True))
+    modes: matrices.Modes | None = field(default=None, metadata=schema(of="rows", optional=True))
 
     def _line(self) -> str:
         return (
@@ -119,10 +120,10 @@ class Comparison(Answer):
     ellipsoid its area is. A frame has the results only.
     """
 
-    region: Place = field(metadata=schema(of=("name", "area_km2")))
+    region: regions.Place = field(metadata=schema(of=("name", "area_km2")))
     results: tuple[Summary, ...]
     failures: tuple[Failure, ...]
-    published: tuple[Index, ...] = field(default=(), metadata=HIDDEN)
+    published: tuple[answers.Index, ...] = field(default=(), metadata=HIDDEN)
 
     def _line(self) -> str:
         best = repr(self.results[0]) if self.results else "none could be measured"
@@ -131,7 +132,7 @@ class Comparison(Answer):
     def to_dict(self) -> dict[str, Any]:
         """`{"region": {"name", "area_km2"}, "results": [...], "failures": [...]}`; of points also their number."""
         found = super().to_dict()
-        if isinstance(self.region, PointSet):
+        if isinstance(self.region, regions.PointSet):
             found["region"]["points"] = int(self.region.lon.size)
         if self.published:
             found["published_over"] = {one.name: one.published_over for one in self.published if one.published_over}
@@ -143,9 +144,9 @@ class Comparison(Answer):
 
 def summarize(
     projection: ProjectionLike,
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     *,
-    measures: Iterable[str | Measure] = (),
+    measures: Iterable[str | matrices.Measure] = (),
     indices: str | Iterable[str] = (),
     modes: bool = False,
     tolerance: float = DEFAULT_TOLERANCE,
@@ -204,31 +205,30 @@ def summarize(
     >>> summarize("mollweide", modes=True).modes
     Modes(51 % shear; 49 % shape)
     """
-    found = summary_of(projection, region, measures=measures, indices=indices, modes=modes, tolerance=tolerance)
+    found = summary_of(projection, region, tolerance, measures, indices, modes)
     use = found.projection.area_of_use
-    if use is not None and (share := share_in(Box(*use), found.region)) < _MOSTLY:
+    if use is not None and (share := regions.share_in(regions.Box(*use), found.region)) < _MOSTLY:
         part = f"{100.0 * share:.2g} %" if share else "nothing"
         tell(
-            f"{found.projection.label} is for {Box(*use).name}, where {part} of {shown(found.region.name)} lies: its "
-            "figures are mostly of places outside its area of use."
+            f"{found.projection.label} is for {regions.Box(*use).name}, where {part} of {shown(found.region.name)} "
+            "lies: its figures are mostly of places outside its area of use."
         )
     return found
 
 
 def summary_of(
     projection: ProjectionLike,
-    region: RegionLike | None,
-    *,
-    measures: Iterable[str | Measure] = (),
+    region: regions.RegionLike | None,
+    tolerance: float,
+    measures: Iterable[str | matrices.Measure] = (),
     indices: str | Iterable[str] = (),
     modes: bool = False,
-    tolerance: float = DEFAULT_TOLERANCE,
 ) -> Summary:
     """The summary of `summarize`, without a notice on the area of use."""
     given = projection if isinstance(projection, str) else None
     projection = Projection.from_user_input(projection)
-    place = region_for(region, [projection])
-    names, with_modes = [index.name for index in get_indices(indices)], check_bool("modes", modes)
+    place = regions.region_for(region, [projection])
+    names, with_modes = [index.name for index in _listed_indices(indices)], check_bool("modes", modes)
     field = sample(projection, place, measures=measures, tolerance=tolerance)
     found = field.airy_kavrayskiy
     extremes = field.extremes(field.measures.values())
@@ -249,9 +249,15 @@ def summary_of(
         measures={
             name: _summarize_measure(field, name, *pair) for name, pair in zip(field.measures, extremes, strict=True)
         },
-        indices=published_indices(projection, place, names, tolerance=least) if names else None,
+        indices=answers.indices(projection, place, names, tolerance=least) if names else None,
         modes=field.modes if with_modes else None,
     )
+
+
+def _listed_indices(names: str | Iterable[str]) -> list[answers.Index]:
+    """The published indices of names; without names they are not loaded."""
+    given = listed_values(names)
+    return answers.get_indices(given) if given else []
 
 
 def _summarize_measure(field: Field, name: str, bottom: Extreme, top: Extreme) -> MeasureSummary:
@@ -260,8 +266,8 @@ def _summarize_measure(field: Field, name: str, bottom: Extreme, top: Extreme) -
     return MeasureSummary(
         mean=average.value,
         rms=root.value,
-        median=median(many, weights),
-        p95=p95(many, weights),
+        median=numerics.median(many, weights),
+        p95=numerics.p95(many, weights),
         max=top.value,
         max_at=(top.lon, top.lat),
         max_error=top.error,
@@ -275,9 +281,9 @@ def _summarize_measure(field: Field, name: str, bottom: Extreme, top: Extreme) -
 
 def compare(
     projections: ProjectionLike | Iterable[ProjectionLike],
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     *,
-    measures: Iterable[str | Measure] = (),
+    measures: Iterable[str | matrices.Measure] = (),
     indices: str | Iterable[str] = (),
     modes: bool = False,
     sort: str = "airy_kavrayskiy",
@@ -333,7 +339,7 @@ def compare(
     >>> [(one.given, round(one.airy_kavrayskiy, 6)) for one in found.results]
     [('plate-carree', 0.52124), ('mercator', 0.737145)]
     """
-    chosen, published = listed_measures(measures), get_indices(indices)
+    chosen, published = matrices.listed_measures(measures), _listed_indices(indices)
     check_bool("modes", modes)
     names = [index.name for index in published]
     column = sort_column(sort, named_measures(chosen), names)  # an error here is not one of the projections
@@ -347,7 +353,7 @@ def compare(
             failures.append(Failure(one if isinstance(one, str) else getattr(one, "name", str(one)), str(error)))
             continue
         maps.append((one if isinstance(one, str) else projection.label, projection))
-    place = region_for(region, [projection for _, projection in maps])
+    place = regions.region_for(region, [projection for _, projection in maps])
     for number, (given, projection) in enumerate(maps, start=1):
         try:
             found = summarize(projection, place, measures=chosen, indices=names, modes=modes, tolerance=tolerance)

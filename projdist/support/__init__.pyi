@@ -1,4 +1,4 @@
-from .answers import HIDDEN, Answer, FieldSchema, Record, plain, schema, schema_of, values_of
+from .answers import COLUMN, HIDDEN, Answer, FieldSchema, Record, plain, schema, schema_of, values_of
 from .checks import (
     Registry,
     check_bool,
@@ -27,25 +27,28 @@ from .executors import (
     run_all,
     without_processes,
 )
-from .messages import NEAR, Notice, close_words, did_you_mean, listed, notices_kept, one_line, shown, suggestion, tell
-from .safe_writing import is_stream, refuse_existing, replacing
-from .signals import end_if_told, orderly_end
-from .text_tables import (
+from .files import (
     MISSING,
     cells_of,
     comma_hint,
     has_decimal_comma,
     is_number,
+    is_stream,
     number_of,
     numbered_rows,
     read_text,
+    refuse_existing,
+    replacing,
     rows_of_text,
     separator_of,
     split_rows,
     with_decimal_points,
 )
+from .messages import NEAR, Notice, close_words, did_you_mean, listed, notices_kept, one_line, shown, suggestion, tell
+from .signals import end_if_told, orderly_end
 
 __all__ = [
+    "COLUMN",
     "HIDDEN",
     "MISSING",
     "NEAR",

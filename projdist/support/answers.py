@@ -31,6 +31,7 @@ class FieldSchema(NamedTuple):
     spread: bool = False
     hidden: bool = False
     optional: bool = False
+    column: bool = False
     title: str = ""
     unit: str = ""
     show: Callable[..., str] = str
@@ -42,15 +43,15 @@ def schema(key: str = "", **parts: Any) -> dict[str, FieldSchema]:
 
     `key` is the field's key in JSON, by default its name. `of` is the attribute of the value that is shown, or several,
     by their own keys if they differ: `of=("name", "area_km2")` or `of={"wkt": "wkt2"}`. Several make an object in JSON,
-    with `spread` keys beside the others. A `hidden` field is not shown, an `optional` one only if it is not None.
-    `title`, `unit`, the function `show` that makes its text, and the name of the field that is its `error` are for
-    tables.
+    with `spread` keys beside the others. A `hidden` field is not shown, an `optional` one only if it is not None. A
+    `column` has a value for each point: the points are the rows of tables, and `"results"` in JSON. `title`, `unit`,
+    the function `show` that makes its text, and the name of the field that is its `error` are for tables.
     """
     return {"schema": FieldSchema(key, **parts)}
 
 
-HIDDEN = schema(hidden=True)
-"""Metadata of a field that neither JSON nor tables show."""
+HIDDEN, COLUMN = schema(hidden=True), schema(column=True)
+"""Metadata of a field that neither JSON nor tables show, and of one with a value for each point."""
 
 
 @functools.cache
@@ -59,12 +60,12 @@ def schema_of(kind: type) -> dict[str, FieldSchema]:
     return {one.name: one.metadata.get("schema", FieldSchema()) for one in fields(kind)}
 
 
-def values_of(record: Any) -> dict[str, Any]:
-    """The values of a dataclass by their keys in JSON, as they are."""
+def values_of(record: Any, *, columns: bool = False) -> dict[str, Any]:
+    """The values of a dataclass by their keys in JSON, as they are; only its columns, or all others."""
     found: dict[str, Any] = {}
     for name, shown in schema_of(record.__class__).items():
         value = getattr(record, name)
-        if shown.hidden or (shown.optional and value is None):
+        if shown.hidden or shown.column != columns or (shown.optional and value is None):
             continue
         if shown.of and isinstance(shown.of, str):
             value = None if value is None else attrgetter(shown.of)(value)
@@ -131,7 +132,13 @@ class Answer(Record, ABC):
 
     def _table(self) -> Any:
         """Columns by name, or a list of rows, with unrounded numbers."""
-        return [self._flat()]
+        columns = values_of(self, columns=True)
+        return {name: values.ravel() for name, values in columns.items()} or [self._flat()]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The values with the keys of the command line's JSON; NaN and infinity are None."""
+        columns = {"results": self.plain_rows()} if any(one.column for one in schema_of(type(self)).values()) else {}
+        return super().to_dict() | columns
 
     def to_json(self, *, indent: int | None = None) -> str:
         """`to_dict` as JSON with numbers in full precision; NaN and infinity are null."""

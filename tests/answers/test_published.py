@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from projdist import get_measure, tables
-from projdist.answers.published_indices import get_index
+from projdist.answers.published_indices import INDICES
 from projdist.answers.published_tables import TABLES, conventions, printed
 from projdist.cli.app import app
 
@@ -134,7 +134,7 @@ def test_the_data_are_complete():
     assert len(rows) == 456
     assert sum(row.at_point for row in rows) == 360
     for row in rows:
-        assert get_measure(row.measure).name if row.at_point else get_index(row.measure).name
+        assert get_measure(row.measure).name if row.at_point else INDICES.named(row.measure).name
         assert row.source
         assert row.status
     assert {row.convention for row in rows} == {"", *conventions()}

@@ -13,7 +13,7 @@ from commands import refusal
 from full_disks import room_for
 
 from projdist.cli import formats
-from projdist.support.safe_writing import is_stream, replacing
+from projdist.support.files import is_stream, replacing
 
 
 def test_a_file_appears_when_it_is_complete(tmp_path: Path) -> None:

@@ -24,16 +24,16 @@ pytestmark = pytest.mark.usefixtures("default_signals")
 
 WRITING = """
 import sys, time
-from projdist.support import safe_writing
+from projdist.support import files
 from projdist.cli import app
 
 def write(text, output, overwrite):
-    with safe_writing.replacing(output, overwrite=overwrite) as new:
+    with files.replacing(output, overwrite=overwrite) as new:
         new.write_text("half")
         print("writing", flush=True)
         time.sleep(60)
 
-app.app = lambda: write("", safe_writing.Path(sys.argv[1]), True)
+app.app = lambda: write("", files.Path(sys.argv[1]), True)
 app.main()
 """
 LOADED = "import projdist, signal; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"

@@ -19,8 +19,8 @@ from dask_clusters import dask_cluster
 
 import projdist
 from projdist.answers import areas_of, batch
-from projdist.answers.batches.jobs import _tasks
-from projdist.answers.batches.tasks import Job, run_tasks
+from projdist.answers.batch_tasks import Job, run_tasks
+from projdist.answers.batches import _tasks
 from projdist.regions import region_for
 
 BANDS = [f"box:{k},0,{k + 1},1" for k in range(8)]

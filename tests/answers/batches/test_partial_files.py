@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from projdist.answers.batches.jobs import open_partial
+from projdist.answers.batches import open_partial
 
 HEADER = {"projdist": "1", "PROJ": "9", "function": "f", "options": {"a": 1}, "tasks": 3, "digest": "abc"}
 LINES = [json.dumps({"task": n, "answer": 1 / (n + 3)}) for n in range(3)]

@@ -6,8 +6,8 @@ from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future,
 import pytest
 from batch_functions import name_of, wrong
 
-from projdist.answers.batches.jobs import run_job
-from projdist.answers.batches.tasks import Job, Task
+from projdist.answers.batch_tasks import Job, Task
+from projdist.answers.batches import run_job
 
 TASKS = [Task(number, f"r{number}", f"box:{number},0,{number + 1},1") for number in range(60)]
 

@@ -17,10 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist.earth import Ellipsoid
-from projdist.projections import Projection, ProjectionLike, proj_version
-from projdist.regions import Box, Cap, Place, RegionLike, get_region, is_region_text, layer_path
-from projdist.support import Answer, notices_kept, quoted, read_text, without_processes
+from projdist import earth, projections, regions, support
 
 # Words for all regions of a kind, and one of them, with which a suffix is checked before the work.
 _ALL = {"countries": "country:France", "continents": "continent:Europe", "states": "state:Ohio"}
@@ -33,16 +30,14 @@ class Area(NamedTuple):
     name: str
     text: str
 
-    def place(self, ellipsoid: Ellipsoid | None = None) -> Place:
+    def place(self, ellipsoid: earth.Ellipsoid | None = None) -> regions.Place:
         """The region on the body of an ellipsoid; raises ValueError."""
         if not self.text.startswith("{"):
-            return get_region(self.text, ellipsoid)
-        from projdist.regions import polygons_from_geojson  # shapely is slow to load
-
-        return get_region(polygons_from_geojson(json.loads(self.text), self.name), ellipsoid)
+            return regions.get_region(self.text, ellipsoid)
+        return regions.get_region(regions.polygons_from_geojson(json.loads(self.text), self.name), ellipsoid)
 
 
-def areas_of(regions: RegionLike | Iterable[RegionLike | Area]) -> list[Area]:
+def areas_of(regions: regions.RegionLike | Iterable[regions.RegionLike | Area]) -> list[Area]:
     """The regions of `countries`, `continents`, `states`, of the features of a file or frame, or of a list of these.
 
     Equal names get a number. Raises ValueError for unknown regions, for none, and for points.
@@ -74,28 +69,26 @@ def _areas(region: Any) -> Iterable[Area]:
 
 def _named(text: str) -> Iterator[Area]:
     """The regions of a text: all countries or states, those of a file, or one."""
-    from projdist.regions import features_from_file, region_names  # as above
-
     word, at, resolution = text.strip().partition("@")
     if word.lower() in _ALL:
         one = _ALL[word.lower()]
         if at:
-            get_region(one + at + resolution)
-        for name in region_names():
+            regions.get_region(one + at + resolution)
+        for name in regions.region_names():
             if name.startswith(one.partition(":")[0] + ":"):
                 yield Area(name + at + resolution, name + at + resolution)
-    elif not is_region_text(text):
-        yield from (Area(name, json.dumps(shape)) for name, shape in features_from_file(*layer_path(text)))
+    elif not regions.is_region_text(text):
+        yield from (
+            Area(name, json.dumps(shape)) for name, shape in regions.features_from_file(*regions.layer_path(text))
+        )
     else:
-        area = _area(get_region(text))  # errors are raised before the work
+        area = _area(regions.get_region(text))  # errors are raised before the work
         yield area if _FROM_FILES.search(text) else Area(text.strip(), text.strip())
 
 
 def _features(collection: Mapping[str, Any], crs: Any) -> Iterator[Area]:
     """The rows of a frame or the features of GeoJSON, by name, else by id."""
-    from projdist.regions import tell_of_geojson_in_degrees  # as above
-
-    tell_of_geojson_in_degrees(collection, crs, "Invalid regions.")
+    regions.tell_of_geojson_in_degrees(collection, crs, "Invalid regions.")
     stated = collection.get("crs") if crs is None else {"type": "name", "properties": {"name": crs.to_wkt()}}
     for number, feature in enumerate(collection["features"], start=1):
         fields = feature.get("properties") or {}
@@ -106,16 +99,14 @@ def _features(collection: Mapping[str, Any], crs: Any) -> Iterator[Area]:
 
 def _area(value: Any) -> Area:
     """One region, given in any form."""
-    region = get_region(value)
+    region = regions.get_region(value)
     if not region.area_km2:
-        raise ValueError(f"Invalid region {quoted(region.name)} of a batch. It must be an area, not points.")
-    if isinstance(region, Box):
+        raise ValueError(f"Invalid region {support.quoted(region.name)} of a batch. It must be an area, not points.")
+    if isinstance(region, regions.Box):
         return Area(region.name, f"box:{region.west!r},{region.south!r},{region.east!r},{region.north!r}")
-    if isinstance(region, Cap):
+    if isinstance(region, regions.Cap):
         return Area(region.name, f"cap:{region.lon!r},{region.lat!r},{region.radius_km!r}")
-    from projdist.regions import geojson_of  # as above
-
-    return Area(region.name, json.dumps(geojson_of(region)))
+    return Area(region.name, json.dumps(regions.geojson_of(region)))
 
 
 # ---- maps as text --------------------------------------------------------------------------------
@@ -124,21 +115,21 @@ def _area(value: Any) -> Area:
 _FILES = (".prj", ".wkt", ".json")  # suffixes of files of maps, which workers may not have
 
 
-def map_text(projection: ProjectionLike) -> str:
+def map_text(projection: projections.ProjectionLike) -> str:
     """A projection as text: a name, a PROJ string, a code, WKT; raises ValueError if there is none."""
     if isinstance(projection, str | Path):
         path = Path(projection)
         is_file = len(str(projection)) < 4096 and path.suffix.lower() in _FILES and path.is_file()
-        return read_text(path, f"Invalid projection file '{path}'.").strip() if is_file else str(projection)
-    found = Projection.from_user_input(projection)
+        return support.read_text(path, f"Invalid projection file '{path}'.").strip() if is_file else str(projection)
+    found = projections.Projection.from_user_input(projection)
     lon, lat = (axis.ravel() for axis in np.meshgrid(np.linspace(-160.0, 160.0, 9), np.linspace(-70.0, 80.0, 9)))
     with contextlib.suppress(ValueError):  # the definition of a function does not make the projection again
-        again = Projection.from_user_input(found.definition)
+        again = projections.Projection.from_user_input(found.definition)
         if np.array_equal(found(lon, lat), again(lon, lat), equal_nan=True):
             return found.definition
     raise ValueError(
-        f"Invalid projection {quoted(found.label)} of a batch. It must have a text: a name, a PROJ string, a code or "
-        "WKT."
+        f"Invalid projection {support.quoted(found.label)} of a batch. It must have a text: a name, a PROJ string, a "
+        "code or WKT."
     )
 
 
@@ -191,7 +182,7 @@ class Job:
             ) from error
         header = {
             "projdist": version,
-            "PROJ": proj_version(),
+            "PROJ": projections.proj_version(),
             "function": self.name,
             "options": options,
             "tasks": len(tasks),
@@ -204,7 +195,7 @@ def run_tasks(job: Job, tasks: Sequence[Task]) -> Done:
     """The work of a worker: tasks one after the other, for `_SLICE` seconds."""
     start = time.monotonic()
     lines: list[str] = []
-    with without_processes():
+    with support.without_processes():
         for task in tasks:
             lines.append(_line(job, task))
             if time.monotonic() - start > _SLICE:
@@ -222,10 +213,10 @@ def _line(job: Job, task: Task) -> str:
     try:
         region, notices = _region(task.name, task.region, task.figure)
         words = (region,) if task.projection is None else (task.projection, region)
-        with notices_kept() as messages:
+        with support.notices_kept() as messages:
             found = job.function(*words, **job.options)
         result = {"task": task.number, "area_km2": region.area_km2, "notices": [*notices, *messages]}
-        if isinstance(found, Answer):
+        if isinstance(found, support.Answer):
             result |= {"answer": found.to_dict(), "rows": found.plain_rows()}
         else:
             result |= {"answer": found, "rows": [found] if isinstance(found, dict) else []}
@@ -235,8 +226,8 @@ def _line(job: Job, task: Task) -> str:
 
 
 @functools.lru_cache(_KEPT)
-def _region(name: str, text: str, figure: tuple[float, float] | None) -> tuple[Place, tuple[str, ...]]:
+def _region(name: str, text: str, figure: tuple[float, float] | None) -> tuple[regions.Place, tuple[str, ...]]:
     """The region of a task, and its notices."""
-    with notices_kept() as messages:
-        region = Area(name, text).place(None if figure is None else Ellipsoid(*figure))
+    with support.notices_kept() as messages:
+        region = Area(name, text).place(None if figure is None else earth.Ellipsoid(*figure))
     return region, (*messages, *region.notes)

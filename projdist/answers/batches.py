@@ -16,41 +16,25 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from projdist import __version__
-from projdist.answers.batches.tasks import Area, Done, Job, Task, areas_of, failure, map_text, run_tasks
+from projdist import __version__, support
+from projdist.answers.batch_tasks import Area, Done, Job, Task, areas_of, failure, map_text, run_tasks
 from projdist.projections import Projection, ProjectionError, ProjectionLike, listed_projections
 from projdist.regions import RegionLike, ground_of_maps
-from projdist.support import (
-    HIDDEN,
-    Answer,
-    Processes,
-    Record,
-    answering,
-    check_executor,
-    check_path,
-    is_lost,
-    is_picklable,
-    is_stream,
-    open_executor,
-    places_in,
-    quoted,
-    schema,
-)
 
 
 @dataclass(frozen=True, kw_only=True)
-class BatchResult(Record):
+class BatchResult(support.Record):
     """The answer of a function for a region, or for a map over it.
 
     `answer` is the returned value as in JSON, for answers their `to_dict()`; `rows` are those of an answer's frame,
     `notices` the warnings.
     """
 
-    region: str = field(metadata=HIDDEN)
-    area_km2: float = field(metadata=HIDDEN)
-    projection: str | None = field(metadata=schema(optional=True))
+    region: str = field(metadata=support.HIDDEN)
+    area_km2: float = field(metadata=support.HIDDEN)
+    projection: str | None = field(metadata=support.schema(optional=True))
     answer: Any
-    rows: list[dict[str, Any]] = field(metadata=HIDDEN)
+    rows: list[dict[str, Any]] = field(metadata=support.HIDDEN)
     notices: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
@@ -59,16 +43,16 @@ class BatchResult(Record):
 
 
 @dataclass(frozen=True)
-class BatchFailure(Record):
+class BatchFailure(support.Record):
     """A region, or a map over it, without an answer, and the error.
 
     It is repeated when the job goes on if it was `lost` with its processes.
     """
 
     region: str
-    projection: str | None = field(metadata=schema(optional=True))
+    projection: str | None = field(metadata=support.schema(optional=True))
     error: str
-    lost: bool = field(default=False, metadata=HIDDEN)
+    lost: bool = field(default=False, metadata=support.HIDDEN)
 
     @property
     def line(self) -> str:
@@ -78,7 +62,7 @@ class BatchFailure(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Batch(Answer):
+class Batch(support.Answer):
     """Answers for many regions, in their order, and failures; a frame has the rows of all, with the region first."""
 
     function: str
@@ -156,15 +140,17 @@ def batch(
     [0.01, 0.495]
     """
     if not callable(function) or not hasattr(function, "__qualname__"):
-        raise ValueError(f"Invalid function {quoted(function)} of a batch. It must be one of a module; see options.")
+        raise ValueError(
+            f"Invalid function {support.quoted(function)} of a batch. It must be one of a module; see options."
+        )
     given = {} if options is None else options
     if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
-        raise ValueError(f"Invalid options {quoted(given)} of a batch. They must be arguments by name.")
+        raise ValueError(f"Invalid options {support.quoted(given)} of a batch. They must be arguments by name.")
     job = Job(function, dict(given))
     tasks = _tasks(regions, projections)
     header = job.header(tasks, __version__)
     _check_executor(executor, job)
-    path = None if partial is None else check_path("partial file", partial)
+    path = None if partial is None else support.check_path("partial file", partial)
     results: dict[int, dict[str, Any]] = {}
     with open_partial(path, header) if path is not None else contextlib.nullcontext() as file:
         if file is not None:
@@ -199,14 +185,16 @@ def _check_executor(executor: Any, job: Job) -> None:
     if executor is None:
         return
     if isinstance(executor, str):
-        check_executor(executor)
+        support.check_executor(executor)
     elif not hasattr(executor, "submit"):
         raise ValueError(
-            f"Invalid executor {quoted(executor)}. It must be processes:N, dask://HOST:PORT, or one of "
+            f"Invalid executor {support.quoted(executor)}. It must be processes:N, dask://HOST:PORT, or one of "
             "concurrent.futures."
         )
-    if not is_picklable(job):
-        raise ValueError(f"Invalid function {quoted(job.name)} of a batch. Other processes must be able to import it.")
+    if not support.is_picklable(job):
+        raise ValueError(
+            f"Invalid function {support.quoted(job.name)} of a batch. Other processes must be able to import it."
+        )
 
 
 def _tasks(regions: Any, projections: Any) -> list[Task]:
@@ -257,8 +245,8 @@ def open_partial(path: str | os.PathLike[str], header: Mapping[str, Any]) -> Ite
     Raises ValueError for a file of another job, another kind of file, and if another process is writing it; OSError.
     """
     path = Path(path)
-    if is_stream(path):
-        raise ValueError(f"Invalid partial file {quoted(str(path))}. It is a device or a pipe, which keeps nothing.")
+    if support.is_stream(path):
+        raise _refused(path, "It is a device or a pipe, which keeps nothing.")
     with open(path, "ab+", buffering=0) as file:
         with contextlib.suppress(ImportError):  # on Windows
             import fcntl
@@ -266,12 +254,12 @@ def open_partial(path: str | os.PathLike[str], header: Mapping[str, Any]) -> Ite
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError as error:
-                raise ValueError(f"Invalid partial file {quoted(str(path))}. Another process is writing it.") from error
+                raise _refused(path, "Another process is writing it.") from error
         file.seek(0)
         text = file.read()
         whole = text[: text.rfind(b"\n") + 1]
         if not whole and not _MARK.startswith(text[: len(_MARK)]):
-            raise ValueError(f"Invalid partial file {quoted(str(path))}. It is none; take another name.")
+            raise _refused(path, "It is none; take another name.")
         done = _results(whole, header, path)
         if len(whole) < len(text):
             file.truncate(len(whole))
@@ -281,6 +269,10 @@ def open_partial(path: str | os.PathLike[str], header: Mapping[str, Any]) -> Ite
         yield partial
 
 
+def _refused(path: Path, text: str) -> ValueError:
+    return ValueError(f"Invalid partial file {support.quoted(str(path))}. {text}")
+
+
 def _results(text: bytes, header: Mapping[str, Any], path: Path) -> dict[int, dict[str, Any]]:
     """The results in whole lines by their tasks, without those that are to be repeated."""
     lines = text.splitlines()
@@ -288,7 +280,7 @@ def _results(text: bytes, header: Mapping[str, Any], path: Path) -> dict[int, di
         return {}
     found = _parsed(lines[0], path, 1) if lines[0].startswith(_MARK) else {}
     if "digest" not in found:
-        raise ValueError(f"Invalid partial file {quoted(str(path))}. It is none; take another name.")
+        raise _refused(path, "It is none; take another name.")
     if found["digest"] != header["digest"]:
         words = {
             "projdist": "of another version of projdist",
@@ -297,10 +289,7 @@ def _results(text: bytes, header: Mapping[str, Any], path: Path) -> dict[int, di
             "options": "with other options",
         }
         how = next((words[key] for key in words if found.get(key) != header[key]), "of other regions or maps")
-        raise ValueError(
-            f"Invalid partial file {quoted(str(path))}. It belongs to another job, {how}. Take another name, or remove "
-            "it."
-        )
+        raise _refused(path, f"It belongs to another job, {how}. Take another name, or remove it.")
     results = [_parsed(line, path, number) for number, line in enumerate(lines[1:], start=2)]
     return {result["task"]: result for result in results if not result.get("again")}
 
@@ -309,9 +298,9 @@ def _parsed(line: bytes, path: Path, number: int) -> dict[str, Any]:
     try:
         found = json.loads(line)
     except ValueError as error:
-        raise ValueError(f"Invalid partial file {quoted(str(path))}. Its line {number} is damaged.") from error
+        raise _refused(path, f"Its line {number} is damaged.") from error
     if not isinstance(found, dict) or (number > 1 and not isinstance(found.get("task"), int)):
-        raise ValueError(f"Invalid partial file {quoted(str(path))}. Its line {number} is no result.")
+        raise _refused(path, f"Its line {number} is no result.")
     return found
 
 
@@ -332,7 +321,7 @@ def run_job(job: Job, tasks: Sequence[Task], executor: Executor | str | None, ke
         if executor is None:
             executor = stack.enter_context(ThreadPoolExecutor(1))
         elif isinstance(executor, str):
-            executor = stack.enter_context(open_executor(executor))
+            executor = stack.enter_context(support.open_executor(executor))
         _Run(job, tasks, executor, keep, stack).run()
 
 
@@ -369,8 +358,8 @@ class _Run:
     def _places(self) -> int:
         """Number of groups to run at a time; the executor is asked again from time to time, as a cluster may grow."""
         if time.monotonic() >= self._ask_again:
-            with answering():
-                self._known_places = places_in(self._executor)
+            with support.answering():
+                self._known_places = support.places_in(self._executor)
             self._ask_again = time.monotonic() + _ASK
         return self._known_places
 
@@ -384,10 +373,12 @@ class _Run:
 
     def _submit(self, group: list[Task]) -> None:
         try:
-            with answering():
+            with support.answering():
                 future = self._executor.submit(run_tasks, self._job, group)
         except BrokenExecutor:  # for good: the caller's pool of processes
-            self._executor = self._stack.enter_context(Processes(max(places_in(self._executor) // 2, 1)))
+            self._executor = self._stack.enter_context(
+                support.Processes(max(support.places_in(self._executor) // 2, 1))
+            )
             future = self._executor.submit(run_tasks, self._job, group)
         self._under_way[future] = group
         future.add_done_callback(self._ended.put)
@@ -401,7 +392,7 @@ class _Run:
             self._waiting.extendleft(reversed(group[len(lines) :]))
             pace = max(seconds / len(lines), 1e-6)
             self._pace = pace if self._pace == math.inf else 0.5 * (self._pace + pace)
-        elif is_lost(error):
+        elif support.is_lost(error):
             for task in group:
                 self._losses[task.number] += 1
                 if self._losses[task.number] < _LOSSES:
