@@ -24,8 +24,8 @@ R = 6371008.7714
 RUNS = 5
 WINKEL = 50.4597762521898  # pyproj loses PROJ's default for +proj=wintri
 
-# Raw Airy-Kavrayskiy errors over the globe by quadrature of closed forms (tests/closed_errors.py). None: Robinson's
-# table has no closed form, so that projdist at 1e-10 stands in for both sides.
+# Raw Airy-Kavrayskiy errors over the globe by quadrature of closed forms (tests/field/closed_errors.py). None:
+# Robinson's table has no closed form, so that projdist at 1e-10 stands in for both sides.
 TRUTHS = {
     "merc": 0.7371453308191,
     "eqc": 0.5212404621422,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pyproj
 import pytest
-from public_calls import CALLS, CAP, SQUARE
+from public_calls import CALLS, CAP, SQUARE, parameters_of
 
 import projdist
 from projdist import plots
@@ -97,7 +97,7 @@ def test_arguments_of_any_kind(name: str, monkeypatch: pytest.MonkeyPatch) -> No
     """Each argument in turn is given numbers, text, sequences, objects, functions."""
     monkeypatch.setattr("projdist.surfaces.surface._REGION_NODES", 30)  # a fiftieth of the cells
     function, wrong = public_functions()[name], []
-    for parameter in CALLS[name]():
+    for parameter in parameters_of(name, function):
         for kind in FEW if name.startswith("plots.") else STRANGE:
             value = STRANGE[kind]
             if callable(value) and parameter in TAKES_FUNCTIONS:

@@ -4,15 +4,7 @@ from .corrections import CONSTRAINTS, CORRECTION_CRITERIA, Correction, LocalCorr
 from .distances import DISTANCE_MEASURES, FiniteDistortion, distance_distortion, great_circle_bending
 from .point_factors import Factors, factors
 from .profiles import Profile, elevation_factor, profile
-from .published_indices import (
-    INDICES,
-    Index,
-    IndexSummary,
-    IndexValue,
-    get_indices,
-    goldberg_gott_score,
-    indices,
-)
+from .published_indices import INDICES, Index, IndexSummary, IndexValue, get_indices, goldberg_gott_score, indices
 from .published_tables import TABLES, PublishedRow, PublishedTable, tables
 from .summaries import (
     GROUPS,

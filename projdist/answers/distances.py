@@ -220,7 +220,12 @@ def _over_pairs(
     rng: np.random.Generator | None = None,
 ) -> Found:
     """The measures over pairs of a point of one set and a point of another."""
-    (on, x, y), (to, to_x, to_y) = _on_map(projection, one), _on_map(projection, other)
+    shown = []
+    for points in (one, other):
+        x, y = projection(points.lon, points.lat)
+        there = np.isfinite(x)
+        shown.append((points.take(there), x[there], y[there]))
+    (on, x, y), (to, to_x, to_y) = shown
     coverage = (on.weight.sum() + to.weight.sum()) / (one.weight.sum() + other.weight.sum())
     ratios, weights = [], []
     for rows, columns in _groups(on, to, rng):
@@ -244,13 +249,6 @@ def _over_pairs(
 def _straight(x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: FloatArray) -> FloatArray:
     dx, dy = x0 - x1, y0 - y1
     return np.sqrt(dx * dx + dy * dy)
-
-
-def _on_map(projection: Projection, points: ScatteredPoints) -> tuple[ScatteredPoints, FloatArray, FloatArray]:
-    """The points that are on a map, and their coordinates."""
-    x, y = projection(points.lon, points.lat)
-    shown = np.isfinite(x)
-    return points.take(shown), x[shown], y[shown]
 
 
 def _globe_distances(projection: Projection, one: ScatteredPoints, other: ScatteredPoints) -> FloatArray:

@@ -97,11 +97,6 @@ def term_of(figure: Figure) -> Scales:
 jordan_squared, omega = term_of(FIGURES["jordan"]), term_of(FIGURES["mean_omega"])
 
 
-def log_mean_scale(a: FloatArray, b: FloatArray) -> FloatArray:
-    """ln((a + b) / 2), the mean over all directions of ln of the scale."""
-    return np.log(0.5 * (a + b))
-
-
 def log_area(a: FloatArray, b: FloatArray) -> FloatArray:
     """ln(a b)."""
     return np.log(a * b)
@@ -202,30 +197,25 @@ def _share(good: BoolArray, weights: FloatArray) -> numerics.Estimate:
 # ---- best scales ----------------------------------------------------------------------------
 
 
-def best_for_airy(field: ScaleField) -> float:
-    """sum (a + b) / sum (a^2 + b^2), a linear least-squares problem."""
-    return field.mean(lambda a, b: a + b).value / field.mean(lambda a, b: a * a + b * b).value
-
-
-def best_for_balance(field: ScaleField) -> float:
-    """The same for areas: the square of the scale."""
-    return math.sqrt(field.mean(lambda a, b: a * b).value / field.mean(lambda a, b: (a * b) ** 2).value)
+BEST_SCALES: dict[str, Callable[[ScaleField], float]] = {
+    # sum (a + b) / sum (a^2 + b^2), a linear least-squares problem
+    "airy": lambda field: field.mean(lambda a, b: a + b).value / field.mean(lambda a, b: a * a + b * b).value,
+    # the same for areas: the square of the scale
+    "areas": lambda field: math.sqrt(
+        field.mean(lambda a, b: a * b).value / field.mean(lambda a, b: (a * b) ** 2).value
+    ),
+    # exp(-mean ln of the scale) over all places and directions, where ln((a + b) / 2) is the mean over directions
+    "directions": lambda field: math.exp(-field.mean(lambda a, b: np.log(0.5 * (a + b))).value),
+    # exp(-mean ln(ab) / 2), the geometric mean
+    "logarithms": lambda field: math.exp(-0.5 * field.mean(log_area).value),
+}
+"""The scales that make a map best by least squares, of the scale, of areas, and of logarithms."""
 
 
 def best_for_jordan(field: ScaleField) -> float:
     """The mean of the scale over that of its square, both over all places and directions."""
     square = 0.5 * field.mean(lambda a, b: a * a + b * b).value
     return 0.5 * (square + 1.0 - field.mean(jordan_squared).value) / square
-
-
-def best_for_jordan_kavrayskiy(field: ScaleField) -> float:
-    """exp(-mean ln of the scale)."""
-    return math.exp(-field.mean(log_mean_scale).value)
-
-
-def best_for_logarithms(field: ScaleField) -> float:
-    """exp(-mean ln(ab) / 2), the geometric mean."""
-    return math.exp(-0.5 * field.mean(log_area).value)
 
 
 def best_for_largest(field: ScaleField) -> float:
@@ -260,7 +250,7 @@ def searched(figure: Figure) -> Callable[[ScaleField], float]:
     def best(field: ScaleField) -> float:
         if not math.isfinite(field.mean(term).value):
             return math.nan
-        middle = math.log(best_for_logarithms(field))
+        middle = math.log(BEST_SCALES["logarithms"](field))
         return math.exp(
             numerics.least_between(lambda x: field.sum(term, math.exp(x)), middle - _REACH, middle + _REACH)
         )

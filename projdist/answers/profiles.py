@@ -182,10 +182,11 @@ def profile(
     J = found.jacobian
     check_declared_property(projection, J)
     scale = _along(J, azimuth)
-    reduced = course.reduction(at, lat)
+    height = course.heights_at(at)
+    reduced = None if height is None else elevation_factor(lat, height, projection.ellipsoid)
     map_length, error = _integral(course.scale, course.ends)
-    ground, _ = (None, 0.0) if reduced is None else _integral(course.raised, course.ends)
-    grid_distance = course.grid_distance()
+    ground = None if height is None else _integral(course.raised, course.ends)[0]
+    x, y = projection(course.lon, course.lat)
     return Profile(
         projection=projection,
         vertices=course.ends / 1e3,
@@ -197,14 +198,14 @@ def profile(
         azimuth=azimuth,
         scale=scale,
         measures={name: measure_at(projection, measure, lon, lat, J) for name, measure in chosen.items()},
-        height=None if reduced is None else course.heights(at),
+        height=height,
         elevation_factor=reduced,
         combined_factor=None if reduced is None else scale * reduced,
         length_m=float(course.ends[-1]),
         map_length_m=map_length,
         mean_scale=map_length / float(course.ends[-1]),
         error=error / float(course.ends[-1]),
-        grid_distance_m=grid_distance,
+        grid_distance_m=float(np.hypot(np.diff(x), np.diff(y)).sum()),
         ground_length_m=ground,
         mean_combined_factor=None if ground is None else map_length / ground,
     )
@@ -222,7 +223,7 @@ class _Course:
         self.ends = np.append(0.0, np.cumsum(lengths[lengths > 0.0]))
         if len(self.ends) < 2:
             raise ValueError("Invalid line. It must have two places or more.")
-        self.own = _heights(own, height)
+        self.heights = _heights(own, height)
 
     def distances(self, spacing_km: float | None) -> FloatArray:
         """Distances of the points: regular ones, and those of the vertices."""
@@ -253,25 +254,15 @@ class _Course:
         lon, lat, azimuth = self.places(at)
         return _along(derivatives(self.projection, lon, lat).jacobian, azimuth)
 
-    def heights(self, at: FloatArray) -> FloatArray | None:
+    def heights_at(self, at: FloatArray) -> FloatArray | None:
         """Heights, linear from vertex to vertex."""
-        return None if self.own is None else np.interp(at, self.ends, self.own)
-
-    def reduction(self, at: FloatArray, lat: FloatArray) -> FloatArray | None:
-        """R / (R + h)."""
-        height = self.heights(at)
-        return None if height is None else elevation_factor(lat, height, self.projection.ellipsoid)
+        return None if self.heights is None else np.interp(at, self.ends, self.heights)
 
     def raised(self, at: FloatArray) -> FloatArray:
         """(R + h) / R."""
-        lat = self.places(at)[1]
-        reduced = self.reduction(at, lat)
-        return np.ones(len(at)) if reduced is None else 1.0 / reduced
-
-    def grid_distance(self) -> float:
-        """Sum of straight distances on the map between vertices."""
-        x, y = self.projection(self.lon, self.lat)
-        return float(np.hypot(np.diff(x), np.diff(y)).sum())
+        height = self.heights_at(at)
+        assert height is not None
+        return 1.0 / elevation_factor(self.places(at)[1], height, self.projection.ellipsoid)
 
 
 def _heights(own: FloatArray, height: float | None) -> FloatArray | None:

@@ -16,15 +16,8 @@ from projdist.answers.summaries import compare, sort_order, summarize
 from projdist.projections import Projection, ProjectionError
 
 SUMMARY_KEYS = [
-    "projection",
-    "name",
-    "definition",
-    "coverage",
-    "airy_kavrayskiy",
-    "airy_kavrayskiy_scaled",
-    "airy_kavrayskiy_affine",
-    "error_estimate",
-    "evaluations",
+    *("projection", "name", "definition", "coverage", "airy_kavrayskiy", "airy_kavrayskiy_scaled"),
+    *("airy_kavrayskiy_affine", "error_estimate", "evaluations"),
 ]
 ERRORS = ["mean_error", "rms_error", "max_error", "min_error"]
 FRAME_STATISTICS = ["mean", "rms", "median", "p95", "max", "min", *ERRORS, "max_lon", "max_lat", "min_lon", "min_lat"]
@@ -32,48 +25,35 @@ STATISTICS_KEYS = {"mean", "rms", "median", "p95", "max", "min", "max_at", "min_
 EUROPE = "box:-10,35,40,70"
 
 
-def test_summary_to_dict():
-    """A summary as a dictionary has the documented keys, then the measures by the text that they were asked for."""
+def test_a_summary_as_a_dictionary_and_a_frame():
+    """Documented keys, then the measures by the text that they were asked for; a row, each statistic a column."""
+    pytest.importorskip("pandas")
     found = summarize("mercator", "box:0,0,40,60", measures=["k", "areal_scale", "scale@45"], tolerance=1e-6)
-    result = found.to_dict()
+    result, frame = found.to_dict(), found.to_frame()
     assert list(result) == [*SUMMARY_KEYS, "k", "areal_scale", "scale@45"]
-    assert result["projection"] == "mercator"
+    assert (result["projection"], result["coverage"]) == ("mercator", 1.0)
     assert result["definition"] == f"+proj=merc +R={R}"
-    assert result["coverage"] == 1.0
     assert result["airy_kavrayskiy"] == found.airy_kavrayskiy
     assert set(result["k"]) == STATISTICS_KEYS
     assert result["k"]["max"] == pytest.approx(2.0, rel=1e-9)
     assert json.loads(json.dumps(result, allow_nan=False)) == result
-
-
-def test_summary_to_frame():
-    """A summary is a row of its numbers as they are, each statistic of a measure a column."""
-    pytest.importorskip("pandas")
-    found = summarize("mercator", "box:0,0,40,60", measures=["k", "s"], tolerance=1e-6)
-    frame = found.to_frame()
-    statistics_columns = [f"{name}_{key}" for name in ("k", "s") for key in FRAME_STATISTICS]
-    assert list(frame.columns) == [*SUMMARY_KEYS, *statistics_columns]
+    columns = [f"{name}_{key}" for name in ("k", "areal_scale", "scale@45") for key in FRAME_STATISTICS]
+    assert list(frame.columns) == [*SUMMARY_KEYS, *columns]
     assert len(frame) == 1
     row = frame.iloc[0]
-    assert row["projection"] == "mercator"
-    assert row["airy_kavrayskiy"] == found.airy_kavrayskiy
+    assert (row["projection"], row["airy_kavrayskiy"]) == ("mercator", found.airy_kavrayskiy)
     assert row["k_max"] == found.measures["k"].max
-    assert (row["s_max_lon"], row["s_max_lat"]) == found.measures["s"].max_at
+    assert (row["areal_scale_max_lon"], row["areal_scale_max_lat"]) == found.measures["areal_scale"].max_at
 
 
-def test_frames_of_what_is_undefined():
-    """In a frame an undefined mean is NaN, and a measure without bound has the maximum infinity."""
+def test_what_is_undefined():
+    """A mean is NaN and a maximum without bound infinity in a frame; both are None in a dictionary, for valid JSON."""
     pytest.importorskip("pandas")
-    row = summarize("mercator", measures=["s"], tolerance=1e-6).to_frame().iloc[0]
+    found = summarize("mercator", measures=["s"], tolerance=1e-6)
+    row, result = found.to_frame().iloc[0], found.to_dict()
     assert math.isnan(row["s_mean"])
     assert row["s_max"] == math.inf
-
-
-def test_undefined_is_none():
-    """NaN and infinity are None in a dictionary, so that it is valid JSON."""
-    result = summarize("mercator", measures=["s"], tolerance=1e-6).to_dict()
-    assert result["s"]["mean"] is None
-    assert result["s"]["max"] is None
+    assert (result["s"]["mean"], result["s"]["max"]) == (None, None)
     json.dumps(result, allow_nan=False)
 
 
@@ -92,10 +72,13 @@ def test_undefined_factors_are_none():
     json.dumps(result, allow_nan=False)
 
 
-def test_factors_to_frame():
-    """A frame of factors has a row a point in the order of the raveled arrays, and a column a number or measure."""
+def test_factors_of_a_grid():
+    """Arrays of its shape, k of Mercator's map is sec(latitude); a frame has a row a point, raveled."""
     pytest.importorskip("pandas")
     lon, lat = np.meshgrid([-120.0, 0.0, 35.0], [-50.0, 20.0])
+    found = factors("mercator", lon, lat)
+    assert (found.k.shape, found.quality.shape, found.jacobian.shape) == ((2, 3), (2, 3), (2, 3, 2, 2))
+    np.testing.assert_allclose(found.k, 1 / np.cos(np.radians(lat)), rtol=1e-11)
     found = factors(f"+proj=ortho +R={R}", lon, lat, measures=["areal_error_ppm"])
     frame = found.to_frame()
     assert list(frame.columns) == list(found.to_dict()["results"][0])
@@ -103,15 +86,6 @@ def test_factors_to_frame():
         np.testing.assert_array_equal(frame[name], getattr(found, name).ravel())
     assert frame["h"].isna().tolist() == [True, False, False, True, False, False]
     assert frame["h"].dtype == float
-
-
-def test_factors_keep_their_shape():
-    """Factors of a grid have the grid's shape: k of Mercator's map is sec(latitude)."""
-    lon, lat = np.meshgrid([-120.0, 0.0, 35.0], [-50.0, 20.0])
-    found = factors("mercator", lon, lat)
-    assert found.k.shape == found.quality.shape == (2, 3)
-    assert found.jacobian.shape == (2, 3, 2, 2)
-    np.testing.assert_allclose(found.k, 1 / np.cos(np.radians(lat)), rtol=1e-11)
 
 
 def my_plate_carree(lon, lat):
@@ -192,23 +166,18 @@ def test_failures_stand_beside_results():
     assert all("\n" not in message for message in messages)
 
 
-def test_comparison_to_dict():
-    """A comparison as a dictionary: the region with its area, results, failures."""
-    result = compare(["no-such-map", "mercator"], EUROPE, measures=["omega"], tolerance=1e-4).to_dict()
+def test_a_comparison_as_a_dictionary_and_a_frame():
+    """The region with its area, results, failures; a frame has the results in their order, none if all fail."""
+    pytest.importorskip("pandas")
+    found = compare(["mercator", "no-such-map", "laea"], EUROPE, measures=["omega"], tolerance=1e-4)
+    result, frame = found.to_dict(), found.to_frame()
     assert list(result) == ["region", "results", "failures"]
     assert list(result["region"]) == ["name", "area_km2"]
     assert result["region"]["name"] == EUROPE
-    assert [list(entry) for entry in result["results"]] == [[*SUMMARY_KEYS, "omega"]]
+    assert [list(entry) for entry in result["results"]] == [[*SUMMARY_KEYS, "omega"]] * 2
     assert [list(entry) for entry in result["failures"]] == [["projection", "error"]]
     assert result["failures"][0]["projection"] == "no-such-map"
     json.dumps(result, allow_nan=False)
-
-
-def test_comparison_to_frame():
-    """A frame of a comparison has its results in their order, and not its failures; of failures alone it is empty."""
-    pytest.importorskip("pandas")
-    found = compare(["mercator", "no-such-map", "laea"], EUROPE, measures=["omega"], tolerance=1e-4)
-    frame = found.to_frame()
     assert frame["projection"].tolist() == [result.given for result in found.results]
     assert frame["omega_p95"].tolist() == [result.measures["omega"].p95 for result in found.results]
     assert compare(["no-such-map"], EUROPE, tolerance=1e-4).to_frame().empty
@@ -222,9 +191,9 @@ ANSWERS = {
 }
 
 
-@pytest.mark.parametrize("kind", ANSWERS)
-def test_to_json(kind):
-    """JSON is the dictionary to the last bit, valid with its nulls, on one line or indented."""
+@each("kind", ANSWERS)
+def test_json_and_frames(kind, monkeypatch):
+    """JSON is the dictionary to the last bit, valid with its nulls, on one line or indented; frames need pandas."""
     answer = ANSWERS[kind]()
     text = answer.to_json()
     assert json.loads(text, parse_constant=pytest.fail) == answer.to_dict()
@@ -232,24 +201,12 @@ def test_to_json(kind):
     assert "\n" not in text
     assert json.loads(answer.to_json(indent=2)) == answer.to_dict()
     assert answer.to_json(indent=2).count("\n") > 10
-
-
-@pytest.mark.parametrize("kind", ANSWERS)
-def test_frames_need_pandas(kind, monkeypatch):
-    """Without pandas `to_frame` says in one line what to install; the rest works."""
-    answer = ANSWERS[kind]()
-    monkeypatch.setitem(sys.modules, "pandas", None)
+    assert isinstance(answer.to_frame(), pytest.importorskip("pandas").DataFrame)
     match = r"^Invalid call of to_frame\. It needs pandas: pip install 'projdist\[gis\]'\.$"
-    with pytest.raises(ImportError, match=match):
-        answer.to_frame()
-    answer.to_json()
-
-
-@pytest.mark.parametrize("kind", ANSWERS)
-def test_frames_are_pandas_frames(kind):
-    """An answer's frame is a DataFrame of pandas."""
-    pd = pytest.importorskip("pandas")
-    assert isinstance(ANSWERS[kind]().to_frame(), pd.DataFrame)
+    with monkeypatch.context() as patch:
+        patch.setitem(sys.modules, "pandas", None)
+        with pytest.raises(ImportError, match=match):
+            answer.to_frame()
 
 
 @pytest.mark.parametrize(
@@ -269,37 +226,30 @@ def test_the_area_of_the_region_is_that_on_its_body(projection, area):
     assert result["region"]["area_km2"] == pytest.approx(area, abs=1e-3)
 
 
-@pytest.mark.parametrize(
-    "question", [summarize, lambda p, *args, **kw: compare([p], *args, **kw)], ids=["one", "several"]
+BEYOND = r"^Invalid region 'box:120,-30,150,30' for Orthographic\. No point of it can be projected\.$"
+
+
+@each(
+    ("projection", "options", "message"),
+    [
+        ("mercator", {"measures": ["omgea"]}, r"^Invalid measure 'omgea'\. Did you mean omega"),
+        ("mercator", {"region": "globus"}, r"^Invalid region 'globus'\. It must be globe, "),
+        *(
+            ("mercator", {"tolerance": value}, rf"^Invalid tolerance '{value}'\. It must be above 0\.$")
+            for value in (0, 0.0, -1e-8, math.nan)
+        ),
+        ("mercatro", {}, r"^Invalid projection 'mercatro'\. Did you mean mercator"),
+        (f"+proj=ortho +R={R}", {"region": "box:120,-30,150,30"}, BEYOND),
+    ],
 )
-def test_unknown_words(question):
-    """An unknown measure or region is an error of the question, not a failure of one projection."""
-    with pytest.raises(ValueError, match=r"^Invalid measure 'omgea'\. Did you mean omega"):
-        question("mercator", measures=["omgea"])
-    with pytest.raises(ValueError, match=r"^Invalid region 'globus'\. It must be globe, "):
-        question("mercator", "globus")
-    with pytest.raises(ValueError, match=r"^Invalid tolerance '0'\. It must be above 0\.$"):
-        question("mercator", tolerance=0)
-
-
-def test_unknown_projection():
-    """An unknown projection is a ProjectionError of `summarize`, with close matches."""
-    with pytest.raises(ProjectionError, match=r"^Invalid projection 'mercatro'\. Did you mean mercator"):
-        summarize("mercatro")
-
-
-def test_a_region_that_cannot_be_projected():
-    """A region beyond the horizon is an error that names the region and the projection."""
-    match = r"^Invalid region 'box:120,-30,150,30' for Orthographic\. No point of it can be projected\.$"
-    with pytest.raises(ProjectionError, match=match):
-        summarize(f"+proj=ortho +R={R}", "box:120,-30,150,30")
-
-
-@pytest.mark.parametrize("tolerance", [0.0, -1e-8, math.nan])
-def test_invalid_tolerance(tolerance):
-    """A tolerance must be positive."""
-    with pytest.raises(ValueError, match=rf"^Invalid tolerance '{tolerance}'\. It must be above 0\.$"):
-        summarize("mercator", tolerance=tolerance)
+def test_refused(projection, options, message):
+    """What is wrong with the question is an error of a comparison, too, and none of one projection."""
+    of_the_map = projection != "mercator"
+    with pytest.raises(ProjectionError if of_the_map else ValueError, match=message):
+        summarize(projection, **options)
+    if not of_the_map:
+        with pytest.raises(ValueError, match=message):
+            compare([projection], **options)
 
 
 @pytest.mark.parametrize("flat", [lambda lon, lat: (111e3 * lon, 0.0 * lat), lambda lon, lat: (0.0 * lon, 0.0 * lat)])

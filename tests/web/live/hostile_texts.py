@@ -239,7 +239,7 @@ def outcomes(texts: Sequence[str], how: str, folder: Path, before: Sequence[str]
     given = folder / "texts.json"
     given.write_text(json.dumps([text.replace("/h0stile/", f"{folder}/h0stile/") for text in texts]))
     env = os.environ | {"PROJ_NETWORK": "OFF", "HOME": str(folder / "home")}
-    env |= {"PROJ_USER_WRITABLE_DIRECTORY": str(folder / "user"), "PYTHONPATH": str(Path(__file__).parents[1])}
+    env |= {"PROJ_USER_WRITABLE_DIRECTORY": str(folder / "user"), "PYTHONPATH": str(Path(__file__).parents[3])}
     found = subprocess.run(
         [*before, sys.executable, str(Path(__file__).resolve()), str(folder), how],
         env=env,
