@@ -149,7 +149,17 @@ def batch(
     job = Job(function, dict(given))
     tasks = _tasks(regions, projections)
     header = job.header(tasks, __version__)
-    _check_executor(executor, job)
+    if isinstance(executor, str):
+        support.check_executor(executor)
+    elif executor is not None and not hasattr(executor, "submit"):
+        raise ValueError(
+            f"Invalid executor {support.quoted(executor)}. It must be processes:N, dask://HOST:PORT, or one of "
+            "concurrent.futures."
+        )
+    if executor is not None and not support.is_picklable(job):
+        raise ValueError(
+            f"Invalid function {support.quoted(job.name)} of a batch. Other processes must be able to import it."
+        )
     path = None if partial is None else support.check_path("partial file", partial)
     results: dict[int, dict[str, Any]] = {}
     with open_partial(path, header) if path is not None else contextlib.nullcontext() as file:
@@ -180,23 +190,6 @@ def batch(
     return Batch(function=job.name, results=tuple(done), failures=tuple(failed))
 
 
-def _check_executor(executor: Any, job: Job) -> None:
-    """Raise ValueError for an invalid executor, or one that cannot take the job."""
-    if executor is None:
-        return
-    if isinstance(executor, str):
-        support.check_executor(executor)
-    elif not hasattr(executor, "submit"):
-        raise ValueError(
-            f"Invalid executor {support.quoted(executor)}. It must be processes:N, dask://HOST:PORT, or one of "
-            "concurrent.futures."
-        )
-    if not support.is_picklable(job):
-        raise ValueError(
-            f"Invalid function {support.quoted(job.name)} of a batch. Other processes must be able to import it."
-        )
-
-
 def _tasks(regions: Any, projections: Any) -> list[Task]:
     """The tasks, those of a region one after the other, as they share computations.
 
@@ -223,19 +216,20 @@ _SYNC = 1.0  # seconds; after each line, of which a cluster sends hundreds a sec
 _MARK = b'{"projdist": '  # beginning of every such file
 
 
+@dataclass
 class PartialFile:
-    """An open file of results: those it has are `done`."""
+    """An open file of results: those it has are `done`, and it was `synced` with the disk at that time."""
 
-    def __init__(self, file: FileIO, done: dict[int, dict[str, Any]]) -> None:
-        self._file, self.done = file, done
-        self._synced = time.monotonic()
+    file: FileIO
+    done: dict[int, dict[str, Any]]
+    synced: float = field(default_factory=time.monotonic)
 
     def append(self, lines: Sequence[str]) -> None:
         """Write lines of results; from time to time also to the disk, in case the machine stops."""
-        self._file.write("".join(f"{line}\n" for line in lines).encode("ascii"))
-        if time.monotonic() - self._synced > _SYNC:
-            os.fsync(self._file.fileno())
-            self._synced = time.monotonic()
+        self.file.write("".join(f"{line}\n" for line in lines).encode("ascii"))
+        if time.monotonic() - self.synced > _SYNC:
+            os.fsync(self.file.fileno())
+            self.synced = time.monotonic()
 
 
 @contextlib.contextmanager

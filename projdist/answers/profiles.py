@@ -182,10 +182,10 @@ def profile(
     J = found.jacobian
     check_declared_property(projection, J)
     scale = _along(J, azimuth)
-    height = course.heights_at(at)
-    reduced = None if height is None else elevation_factor(lat, height, projection.ellipsoid)
+    heights = course.heights_at(at)
+    reduced = None if heights is None else elevation_factor(lat, heights, projection.ellipsoid)
     map_length, error = _integral(course.scale, course.ends)
-    ground = None if height is None else _integral(course.raised, course.ends)[0]
+    ground = None if heights is None else _integral(course.raised, course.ends)[0]
     x, y = projection(course.lon, course.lat)
     return Profile(
         projection=projection,
@@ -198,7 +198,7 @@ def profile(
         azimuth=azimuth,
         scale=scale,
         measures={name: measure_at(projection, measure, lon, lat, J) for name, measure in chosen.items()},
-        height=height,
+        height=heights,
         elevation_factor=reduced,
         combined_factor=None if reduced is None else scale * reduced,
         length_m=float(course.ends[-1]),

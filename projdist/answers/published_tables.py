@@ -94,7 +94,8 @@ def conventions() -> dict[str, tuple[float, str]]:
 _COARSE = 1e-6  # of means; printed are four digits at most
 
 
-def index_figures(definition: str, region: regions.Place, symbols: Sequence[str]) -> dict[str, Estimate]:
+@functools.lru_cache(maxsize=64)
+def index_figures(definition: str, region: regions.Place, symbols: tuple[str, ...]) -> dict[str, Estimate]:
     """Indices of a map over a region, by symbol, at the scale that their authors take."""
     found = indices(definition, region, symbols, tolerance=_COARSE)
     values = {symbol: Estimate(found[symbol].value, found[symbol].error) for symbol in symbols}
@@ -108,7 +109,7 @@ def figure_of_others(row: Printed, value: float) -> float:
     if row.convention in _REGIONS:
         same = (one for one in printed(row.table) if one.definition == row.definition)
         symbols = tuple(one.measure for one in same if one.convention == row.convention)
-        return _elsewhere(row.definition, row.convention, symbols)[row.measure].value
+        return index_figures(row.definition, _REGIONS[row.convention], symbols)[row.measure].value
     if row.convention == "cut-off":  # not rounded
         unit = 10.0**row.decimals
         return math.floor(value * unit) / unit
@@ -116,16 +117,13 @@ def figure_of_others(row: Printed, value: float) -> float:
         figures = {one.measure: one.value for one in printed("goldberg-gott") if one.definition == row.definition}
         return goldberg_gott_score(figures)
     if row.convention == "over-the-edge":  # the score of a map with two sides, which has no cuts
-        figures = {symbol: one.value for symbol, one in index_figures(row.definition, regions.GLOBE, [*"IAFS"]).items()}
+        figures = {
+            symbol: one.value for symbol, one in index_figures(row.definition, regions.GLOBE, tuple("IAFS")).items()
+        }
         edge = functools.partial(projections.distance_around_edge, edge=0.5 * math.pi * earth.MEAN_EARTH_RADIUS)
         distances = distance_distortion(row.definition, map_distance=edge)
         return goldberg_gott_score(figures | {"D": distances.value, "B": 0.0})
     return math.nan
-
-
-@functools.lru_cache(maxsize=64)
-def _elsewhere(definition: str, convention: str, symbols: tuple[str, ...]) -> dict[str, Estimate]:
-    return index_figures(definition, _REGIONS[convention], symbols)
 
 
 _LON, _LAT = (axis.ravel() for axis in np.meshgrid(np.arange(-178.75, 180.0, 2.5), np.arange(-88.75, 90.0, 2.5)))
@@ -216,7 +214,7 @@ def tables(name: str) -> PublishedTable:
         if at_point:
             ours |= _at_points(definition, group)
         else:
-            found = index_figures(definition, regions.GLOBE, list(dict.fromkeys(row.measure for row in group)))
+            found = index_figures(definition, regions.GLOBE, tuple(dict.fromkeys(row.measure for row in group)))
             ours |= {row: found[row.measure] for row in group}
     compared = []
     for row in rows:

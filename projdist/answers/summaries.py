@@ -228,7 +228,8 @@ def summary_of(
     given = projection if isinstance(projection, str) else None
     projection = Projection.from_user_input(projection)
     place = regions.region_for(region, [projection])
-    names, with_modes = [index.name for index in _listed_indices(indices)], check_bool("modes", modes)
+    names, with_modes = listed_values(indices), check_bool("modes", modes)
+    names = [index.name for index in answers.get_indices(names)] if names else []
     field = sample(projection, place, measures=measures, tolerance=tolerance)
     found = field.airy_kavrayskiy
     extremes = field.extremes(field.measures.values())
@@ -246,23 +247,14 @@ def summary_of(
         limit=field.limit or ("rounding" if found.error > tolerance else ""),
         mdt=found.mdt,
         mirrored=field.mirrored,
-        measures={
-            name: _summarize_measure(field, name, *pair) for name, pair in zip(field.measures, extremes, strict=True)
-        },
+        measures={name: _statistics(field, name, *pair) for name, pair in zip(field.measures, extremes, strict=True)},
         indices=answers.indices(projection, place, names, tolerance=least) if names else None,
         modes=field.modes if with_modes else None,
     )
 
 
-def _listed_indices(names: str | Iterable[str]) -> list[answers.Index]:
-    """The published indices of names; without names they are not loaded."""
-    given = listed_values(names)
-    return answers.get_indices(given) if given else []
-
-
-def _summarize_measure(field: Field, name: str, bottom: Extreme, top: Extreme) -> MeasureSummary:
-    average, root = field.mean(name), field.rms(name)
-    many, weights = field.many(name)
+def _statistics(field: Field, name: str, bottom: Extreme, top: Extreme) -> MeasureSummary:
+    average, root, (many, weights) = field.mean(name), field.rms(name), field.many(name)
     return MeasureSummary(
         mean=average.value,
         rms=root.value,
@@ -339,7 +331,8 @@ def compare(
     >>> [(one.given, round(one.airy_kavrayskiy, 6)) for one in found.results]
     [('plate-carree', 0.52124), ('mercator', 0.737145)]
     """
-    chosen, published = matrices.listed_measures(measures), _listed_indices(indices)
+    chosen, names = matrices.listed_measures(measures), listed_values(indices)
+    published = answers.get_indices(names) if names else []  # which are loaded only here
     check_bool("modes", modes)
     names = [index.name for index in published]
     column = sort_column(sort, named_measures(chosen), names)  # an error here is not one of the projections

@@ -171,11 +171,10 @@ def html_table(table: Mapping[str, Any] | Sequence[Mapping[str, Any]], caption: 
 
     Columns of several non-negative numbers get a bar in each cell, proportional to the number.
     """
-    if isinstance(table, Mapping):
-        columns = {name: _python(values) for name, values in table.items()}
-    else:
+    if not isinstance(table, Mapping):
         names = dict.fromkeys(name for row in table for name in row)
-        columns = {name: [_python(row.get(name)) for row in table] for name in names}
+        table = {name: [row.get(name) for row in table] for name in names}
+    columns = {name: [one.tolist() if hasattr(one, "tolist") else one for one in table[name]] for name in table}
     count = max((len(values) for values in columns.values()), default=0)
     cells = {name: _cells(values) for name, values in columns.items()}
     head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
@@ -184,11 +183,6 @@ def html_table(table: Mapping[str, Any] | Sequence[Mapping[str, Any]], caption: 
     )
     rest = f"<p>and {count - _MOST_ROWS} more rows</p>" if count > _MOST_ROWS else ""
     return f"<table><caption>{html.escape(caption)}</caption><tr>{head}</tr>{body}</table>{rest}"
-
-
-def _python(value: Any) -> Any:
-    """An array of NumPy as a list, and one of its numbers as Python's."""
-    return value.tolist() if hasattr(value, "tolist") else value
 
 
 def _cells(values: Sequence[Any]) -> list[str]:

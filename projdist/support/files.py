@@ -64,14 +64,10 @@ def rows_of_text(text: str, complaint: str, *, comments: bool = True) -> list[Nu
 def separator_of(line: str) -> str | None:
     """Separator of the cells of a line; None for blanks, also if all commas are within numbers."""
     words = line.split()
-    if not (";" in line or "\t" in line) and len(words) > 1 and all(map(_is_decimal, words)):
+    decimal = all(has_decimal_comma(word) or is_number(word) for word in words)
+    if not (";" in line or "\t" in line) and len(words) > 1 and decimal:
         return None
     return next((mark for mark in ";\t," if mark in line), None)
-
-
-def _is_decimal(word: str) -> bool:
-    """True for a number, also with a decimal comma."""
-    return has_decimal_comma(word) or is_number(word)
 
 
 def split_rows(lines: Iterable[tuple[int, str]], separator: str | None) -> list[NumberedRow]:
