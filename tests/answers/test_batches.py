@@ -222,7 +222,7 @@ def test_the_main_process_may_be_killed(tmp_path, number):
     script.write_text(textwrap.dedent(SCRIPT))
     log.touch()
     words = [sys.executable, str(script), str(log), str(part)]
-    paths = [str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    paths = [str(Path(__file__).parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
     with subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         while not (part.exists() and part.read_bytes().count(b"\n") > 10) and process.poll() is None:
