@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from syntax import statements_of
 from tables import each
 
 import projdist
@@ -108,7 +109,7 @@ INSIDE = [name for name in MODULES if name not in ("__init__", "__main__", *FOR_
 def imports(name: str) -> set[str]:
     """Dotted names of all that a module imports, wherever in it; of our own the modules only."""
     found: set[str] = set()
-    for node in ast.walk(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
+    for node in statements_of(MODULES[name]):
         if isinstance(node, ast.Import):
             found.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):

@@ -5,6 +5,7 @@ import collections
 from pathlib import Path
 
 import pytest
+from syntax import statements_of
 
 import projdist
 
@@ -62,10 +63,10 @@ def test_modules_are_of_one_topic() -> None:
 
 def test_few_lines_are_imports() -> None:
     """Many of them are a sign of modules that are too small."""
-    nodes = [node for text in SOURCES.values() for node in ast.walk(ast.parse(text))]
     imports = sum(
         node.end_lineno - node.lineno + 1
-        for node in nodes
+        for path in SOURCES
+        for node in statements_of(path)
         if isinstance(node, ast.Import | ast.ImportFrom) and node.end_lineno is not None
     )
     assert imports <= IMPORTS * sum(len(text.splitlines()) for text in SOURCES.values())
@@ -74,6 +75,6 @@ def test_few_lines_are_imports() -> None:
 def test_a_class_has_a_name_of_its_own() -> None:
     """One word is one thing in the whole package; `Explorer` without anywidget only says that it needs it."""
     names = collections.Counter(
-        node.name for text in SOURCES.values() for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ClassDef)
+        node.name for path in SOURCES for node in statements_of(path) if isinstance(node, ast.ClassDef)
     )
     assert sorted(name for name, count in names.items() if count > 1) == ["Explorer"]
