@@ -64,13 +64,7 @@ def test_what_the_issue_promises_in_python() -> None:
     assert list(inspect.signature(projdist.summarize).parameters)[:2] == ["projection", "region"]
     assert inspect.signature(projdist.summarize).parameters["tolerance"].kind is inspect.Parameter.KEYWORD_ONLY
     assert list(inspect.signature(projdist.compare).parameters)[:2] == ["projections", "region"]
-    for result in (
-        answers.Factors,
-        answers.Summary,
-        answers.Comparison,
-        answers.Failure,
-        answers.MeasureSummary,
-    ):
+    for result in (answers.Factors, answers.Summary, answers.Comparison, answers.Failure, answers.MeasureSummary):
         assert callable(getattr(result, "to_dict", None)), result
 
 

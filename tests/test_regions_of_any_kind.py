@@ -177,8 +177,7 @@ def test_answers_are_of_the_region(name: str) -> None:
 
 @pytest.mark.parametrize("doors", [DOORS[-1:], pytest.param(DOORS[:-1], marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=pytest.mark.slow) if name in (*LONG, *DRAWN_TWICE) else name for name in OTHERS],
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in (*LONG, *DRAWN_TWICE) else name for name in OTHERS]
 )
 @pytest.mark.usefixtures("few_cells")
 def test_pictures_and_files_are_of_the_region(name: str, doors: tuple[str, ...], tmp_path: Path) -> None:

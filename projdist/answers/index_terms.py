@@ -208,8 +208,10 @@ BEST_SCALES: dict[str, Callable[[ScaleField], float]] = {
     "directions": lambda field: math.exp(-field.mean(lambda a, b: np.log(0.5 * (a + b))).value),
     # exp(-mean ln(ab) / 2), the geometric mean
     "logarithms": lambda field: math.exp(-0.5 * field.mean(log_area).value),
+    # least index of Peters, and so least factor of Canters
+    "distances": lambda field: math.exp(field.once(pairs)[2].value),
 }
-"""The scales that make a map best by least squares, of the scale, of areas, and of logarithms."""
+"""The scales that make a map best, by what they make best."""
 
 
 def best_for_jordan(field: ScaleField) -> float:
@@ -412,25 +414,10 @@ def pairs(field: ScaleField, scale: float) -> list[numerics.Estimate]:
     return [numerics.Estimate(one.value, one.error) for one in found]
 
 
-def spread(field: ScaleField, scale: float) -> numerics.Estimate:
-    """The standard deviation of ln(d_map / d_globe), which does not depend on the scale."""
-    return field.once(pairs)[0]
-
-
-def distance_index(field: ScaleField, scale: float) -> numerics.Estimate:
-    """The distance index of Peters."""
-    return field.once(pairs, scale)[1]
-
-
 def finite_scale_factor(field: ScaleField, scale: float) -> numerics.Estimate:
     """Canters' mean finite scale factor (1 + D) / (1 - D), with D the index of Peters."""
-    index, error = distance_index(field, scale)
+    index, error = field.once(pairs, scale)[1]
     return numerics.Estimate((1.0 + index) / (1.0 - index), 2.0 * error / (1.0 - index) ** 2)
-
-
-def best_for_distances(field: ScaleField) -> float:
-    """The scale that minimises the index of Peters, and so Canters' factor."""
-    return math.exp(field.once(pairs)[2].value)
 
 
 def bending(field: ScaleField, scale: float) -> numerics.Estimate:

@@ -136,7 +136,7 @@ _SCORE = {
     "A": terms.deviation_of_log_area,
     "F": _FLEXION,
     "S": _SKEWNESS,
-    "D": terms.spread,
+    "D": lambda field, _: field.once(terms.pairs)[0],
     "B": terms.boundary_cuts,
 }
 
@@ -175,15 +175,18 @@ _COMPUTED: dict[str, dict[str, Any]] = {
     "area": {"value": terms.deviation_of_log_area, "terms": (terms.log_area_squared,)},
     "flexion": {"value": _FLEXION, "second_order": ("flexion",)},
     "skewness": {"value": _SKEWNESS, "second_order": ("skewness",)},
-    "distances": {"value": terms.spread},
+    "distances": {"value": _SCORE["D"]},
     "boundary_cuts": {"value": terms.boundary_cuts},
     "goldberg_gott_score": {
         "value": _score,
         "terms": (terms.term_of(FIGURES["isotropy"]), terms.log_area_squared),
         "second_order": ("flexion", "skewness"),
     },
-    "peters_distance": {"value": terms.distance_index, "best_scale": terms.best_for_distances},
-    "canters_finite": {"value": terms.finite_scale_factor, "best_scale": terms.best_for_distances},
+    "peters_distance": {
+        "value": lambda field, scale: field.once(terms.pairs, scale)[1],
+        "best_scale": terms.BEST_SCALES["distances"],
+    },
+    "canters_finite": {"value": terms.finite_scale_factor, "best_scale": terms.BEST_SCALES["distances"]},
     "great_circle_bending": {"value": terms.bending},
 }
 

@@ -73,10 +73,7 @@ def test_a_corrected_map_needs_no_correction(name):
 def test_no_other_matrix_is_better(name):
     """Small changes of the matrix make the corrected map worse, under each constraint."""
     region = GERMANY if name == "EPSG:3035" else "globe"
-    changes = {
-        "scale": [np.eye(2)],
-        "stretch": [np.diag([1.0, -1.0]), np.array([[0.0, 1.0], [1.0, 0.0]])],
-    }
+    changes = {"scale": [np.eye(2)], "stretch": [np.diag([1.0, -1.0]), np.array([[0.0, 1.0], [1.0, 0.0]])]}
     changes["affine"] = changes["scale"] + changes["stretch"]
     for constraint, directions in changes.items():
         result = correct(name, region, constraint=constraint)

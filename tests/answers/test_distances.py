@@ -132,8 +132,7 @@ def cylindrical_sigma(height, count):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "height"),
-    [("mercator", np.arctanh), ("plate-carree", np.arcsin), ("lambert-cylindrical", np.asarray)],
+    ("name", "height"), [("mercator", np.arctanh), ("plate-carree", np.arcsin), ("lambert-cylindrical", np.asarray)]
 )
 def test_cylindrical_maps_by_quadrature(name, height):
     """Product quadrature over latitudes and longitude's differences, which converges, agrees to 1e-4."""
@@ -195,8 +194,7 @@ def test_small_regions_are_nearly_true(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "region"),
-    [("moll", "globe"), ("merc", "globe"), ("igh", "box:-100,-50,120,80"), ("robin", "country:CL")],
+    ("name", "region"), [("moll", "globe"), ("merc", "globe"), ("igh", "box:-100,-50,120,80"), ("robin", "country:CL")]
 )
 def test_errors_are_honest(name, region):
     """The spread of twenty seeds is what the errors claim: a spread of twenty values is good to a sixth."""

@@ -187,10 +187,7 @@ def test_files_of_other_programs(tmp_path: Path) -> None:
             shapely.MultiLineString([[(0, 0), (1, 1)], [(2, 2), (3, 3)]]),
             r"^Invalid line\. It must hold one line, or lines that join end to end; it holds 2\.$",
         ),
-        (
-            "9,50,x,51",
-            r"^Invalid line '9,50,x,51'\. Coordinates must be numbers LON,LAT,LON,LAT,.*; 'x' is none\.$",
-        ),
+        ("9,50,x,51", r"^Invalid line '9,50,x,51'\. Coordinates must be numbers LON,LAT,LON,LAT,.*; 'x' is none\.$"),
         ("9,50,,51", r"^Invalid line '9,50,,51'\. Coordinates must be numbers .*; '' is none\.$"),
         ("9,roads", r"^Invalid line file '9,roads'\. (It cannot be read|Without pyogrio)"),
         (5, r"^Invalid line '5'\. It must be LON,LAT,LON,LAT,\.\.\., positions"),

@@ -16,14 +16,7 @@ from scipy.special import ellipe
 from projdist import FIGURES, Projection, distance_distortion, sample
 from projdist.answers import index_terms as terms
 from projdist.answers.index_terms import ScaleField, boundary_cuts
-from projdist.answers.published_indices import (
-    GROUPS,
-    INDICES,
-    NORMALISERS,
-    get_indices,
-    goldberg_gott_score,
-    indices,
-)
+from projdist.answers.published_indices import GROUPS, INDICES, NORMALISERS, get_indices, goldberg_gott_score, indices
 from projdist.numerics.statistics import Estimate
 from projdist.projections import compose
 from projdist.regions import GLOBE, get_region
@@ -270,7 +263,7 @@ def test_errors_are_what_errors_of_parts_make():
     found = terms.finite_scale_factor(field, 1.0)
     assert found.value == pytest.approx(1.5)
     assert found.error == pytest.approx((1.2 + 1e-7) / (0.8 - 1e-7) - 1.5, rel=1e-5)
-    assert terms.best_for_distances(field) == pytest.approx(math.exp(0.1))
+    assert terms.BEST_SCALES["distances"](field) == pytest.approx(math.exp(0.1))
 
 
 def test_shares_by_hand():
