@@ -104,7 +104,20 @@ class Record:
 
     def to_dict(self) -> dict[str, Any]:
         """The values with the keys of the command line's JSON; NaN and infinity are None."""
-        return {key: plain(value) for key, value in values_of(self).items()}
+        found = {key: plain(value) for key, value in values_of(self).items()}
+        return found | {"results": self.plain_rows()} if values_of(self, columns=True) else found
+
+    def plain_rows(self) -> list[dict[str, Any]]:
+        """The rows of the table for JSON; NaN and infinity are None."""
+        table = self._table()
+        if not isinstance(table, dict):
+            return [{name: plain(value) for name, value in row.items()} for row in table]
+        return [dict(zip(table, row, strict=True)) for row in zip(*map(plain, table.values()), strict=True)]
+
+    def _table(self) -> Any:
+        """Columns by name, or a list of rows, with unrounded numbers."""
+        columns = values_of(self, columns=True)
+        return {name: values.ravel() for name, values in columns.items()} or [self._flat()]
 
     def _flat(self) -> dict[str, Any]:
         """The texts and numbers among the values, as they are: a row of a table."""
@@ -130,26 +143,9 @@ class Answer(Record, ABC):
     def _line(self) -> str:
         """The answer in a few words and numbers."""
 
-    def _table(self) -> Any:
-        """Columns by name, or a list of rows, with unrounded numbers."""
-        columns = values_of(self, columns=True)
-        return {name: values.ravel() for name, values in columns.items()} or [self._flat()]
-
-    def to_dict(self) -> dict[str, Any]:
-        """The values with the keys of the command line's JSON; NaN and infinity are None."""
-        columns = {"results": self.plain_rows()} if any(one.column for one in schema_of(type(self)).values()) else {}
-        return super().to_dict() | columns
-
     def to_json(self, *, indent: int | None = None) -> str:
         """`to_dict` as JSON with numbers in full precision; NaN and infinity are null."""
         return json.dumps(self.to_dict(), indent=indent, allow_nan=False)
-
-    def plain_rows(self) -> list[dict[str, Any]]:
-        """The rows of `to_frame` for JSON; NaN and infinity are None."""
-        table = self._table()
-        if not isinstance(table, dict):
-            return [{name: plain(value) for name, value in row.items()} for row in table]
-        return [dict(zip(table, row, strict=True)) for row in zip(*map(plain, table.values()), strict=True)]
 
     def to_frame(self) -> pd.DataFrame:
         """A pandas DataFrame with a row per point or projection, NaN if undefined; raises ImportError without pandas.
