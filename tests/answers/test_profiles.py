@@ -149,12 +149,9 @@ def test_lines_of_any_kind(tmp_path: Path) -> None:
     expected = profile(UTM, points)
     path = tmp_path / "road.geojson"
     path.write_text(shapely.to_geojson(shapely.force_2d(line)))
-    same(profile(UTM, "9,48,9.5,48.3,10.4,48.2"), expected)
-    same(profile(UTM, np.array(points)), expected)
-    same(profile(UTM, line), expected)
-    same(profile(UTM, shapely.geometry.mapping(line)), expected)
-    same(profile(UTM, str(path)), expected)
-    same(profile(UTM, path), expected)
+    text = "9,48,9.5,48.3,10.4,48.2"
+    for given in (text, np.array(points), line, shapely.geometry.mapping(line), str(path), path):
+        same(profile(UTM, given), expected)
     assert profile(UTM, line).height is not None
 
 
@@ -199,7 +196,7 @@ def test_what_is_no_line(line: object, message: str) -> None:
         profile("robin", line)
 
 
-@pytest.mark.parametrize(
+@each(
     ("options", "message"),
     [
         ({"spacing_km": 0}, r"^Invalid spacing '0'\. It must be positive"),
@@ -234,6 +231,13 @@ def ways(kind: str, heights: int = len(PLACES)) -> str:
     return f"<trk><trkseg>{points[0]}{points[1]}</trkseg><trkseg>{points[1]}{points[2]}</trkseg></trk>"
 
 
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """Of a file of GPX, which needs pyogrio."""
+    pytest.importorskip("pyogrio")
+    return tmp_path / "way.gpx"
+
+
 @pytest.mark.parametrize(
     ("content", "layer"),
     [
@@ -244,10 +248,8 @@ def ways(kind: str, heights: int = len(PLACES)) -> str:
         (ways("trk") + ways("rte", 0), "#tracks"),
     ],
 )
-def test_ways_of_gpx(content: str, layer: str, tmp_path: Path) -> None:
+def test_ways_of_gpx(content: str, layer: str, path: Path) -> None:
     """Tracks and routes with their heights are what the same points are that are given as numbers."""
-    pytest.importorskip("pyogrio")
-    path = tmp_path / "way.gpx"
     path.write_text(GPX.format(content))
     found, truth = profile(UTM, f"{path}{layer}"), profile(UTM, PLACES)
     assert_allclose(found.elevation_factor, truth.elevation_factor, rtol=1e-12)
@@ -257,10 +259,8 @@ def test_ways_of_gpx(content: str, layer: str, tmp_path: Path) -> None:
     assert found.elevation_factor[0] == pytest.approx(radius / (radius + 1000.0), rel=1e-12)
 
 
-def test_ways_of_gpx_without_all_heights(tmp_path: Path) -> None:
+def test_ways_of_gpx_without_all_heights(path: Path) -> None:
     """GDAL's 0 m, where a point has no height, is none: there are no heights, which is told."""
-    pytest.importorskip("pyogrio")
-    path = tmp_path / "way.gpx"
     path.write_text(GPX.format(ways("trk", 2)))
     with pytest.warns(Notice, match=r"^1 of 4 points of '.*way\.gpx#tracks' have no height; no heights are used\.$"):
         assert profile(UTM, path).height is None
@@ -268,10 +268,8 @@ def test_ways_of_gpx_without_all_heights(tmp_path: Path) -> None:
     assert profile(UTM, path).height is None
 
 
-def test_gpx_with_several_ways(tmp_path: Path) -> None:
+def test_gpx_with_several_ways(path: Path) -> None:
     """The layer must be named, and is no other than that with something in it."""
-    pytest.importorskip("pyogrio")
-    path = tmp_path / "way.gpx"
     path.write_text(GPX.format(ways("trk") + ways("rte")))
     message = r"It must name a layer, as '.*way\.gpx#routes'; it has routes, tracks\.$"
     with pytest.raises(ValueError, match=message):

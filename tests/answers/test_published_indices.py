@@ -202,17 +202,16 @@ def test_what_diverges():
 
 
 def test_the_registry_is_complete():
-    """Each index says what it is, how it is normalised, whether it knows the scale, and where it is from."""
+    """Each index says what it is, how it is normalised, and where from; Goldberg and Gott's are of |lat| <= 88."""
     assert list(GROUPS) == list(dict.fromkeys(index.group for index in INDICES.values()))
     for name, index in INDICES.items():
         assert index.name == name
         assert index.definition.endswith(".")
-        assert index.normalisation
-        assert index.source
-        assert index.symbol
-        assert index.scale_dependence
+        assert all((index.normalisation, index.source, index.symbol, index.scale_dependence)), name
     symbols = [index.symbol for index in INDICES.values()]
     assert len({*symbols, *INDICES}) == len(symbols) + len(INDICES)
+    parts = {name: index.published_over for name, index in INDICES.items() if index.published_over}
+    assert parts == dict.fromkeys(("isotropy", "area", "flexion", "skewness", "goldberg_gott_score"), "|lat| <= 88")
 
 
 def test_names_symbols_and_groups():
@@ -438,12 +437,6 @@ def test_equal_area_maps_have_no_deviation_of_areas(name):
     assert found["sd ln s"].value == 0.0
     assert found["sd ln s"].error < 2e-4
     assert found["canters_ar"].value == pytest.approx(0.0, abs=1e-6)
-
-
-def test_published_over():
-    """The indices of Goldberg and Gott say that their published figures are of |lat| <= 88; others are of the globe."""
-    parts = {name: index.published_over for name, index in INDICES.items() if index.published_over}
-    assert parts == dict.fromkeys(("isotropy", "area", "flexion", "skewness", "goldberg_gott_score"), "|lat| <= 88")
 
 
 def test_cuts_are_of_the_globe():

@@ -126,14 +126,10 @@ def test_wrong_addresses(text):
         check_executor(text)
 
 
-def test_addresses():
-    """As Dask takes them, also of IPv6."""
+def test_addresses_and_numbers_of_processes(monkeypatch):
+    """As Dask takes them, also of IPv6; without a number as many as this process may use cores."""
     assert check_executor("dask://localhost:8786") == "tcp://localhost:8786"
     assert check_executor("dask://[::1]:8786/") == "tcp://[::1]:8786"
-
-
-def test_numbers_of_processes(monkeypatch):
-    """As they are given, and without one as many as this process may use cores."""
     assert check_executor("processes:12") == 12
     monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 2, 3}, raising=False)
     assert check_executor("processes") == 3
