@@ -16,16 +16,12 @@ def flexion(J: FloatArray, H: FloatArray) -> FloatArray:
     v is the velocity and w the acceleration on the map of a unit-speed great circle; the
     unit is one per radian of arc when J and H are per radian. Goldberg & Gott 2007, section 3.
     """
-    return _mean_over_directions(J, H, _cross)
+    return _mean_over_directions(J, H, lambda v, w: np.asarray(v[..., 0] * w[..., 1] - v[..., 1] * w[..., 0]))
 
 
 def skewness(J: FloatArray, H: FloatArray) -> FloatArray:
     """Goldberg and Gott's skewness |v . w| / |v|^2, the mean over all directions (as `flexion`)."""
     return _mean_over_directions(J, H, _dot)
-
-
-def _cross(v: FloatArray, w: FloatArray) -> FloatArray:
-    return np.asarray(v[..., 0] * w[..., 1] - v[..., 1] * w[..., 0])
 
 
 def _dot(v: FloatArray, w: FloatArray) -> FloatArray:
@@ -77,9 +73,6 @@ def _in_principal_axes(J: FloatArray, H: FloatArray, product: Callable[[FloatArr
     return _Form(*(part[..., None] for part in parts))
 
 
-# ---- the antiderivative ---------------------------------------------------------------------
-
-
 def _antiderivative(form: _Form, angle: FloatArray) -> FloatArray:
     """Of the form over a^2 cos^2 + b^2 sin^2.
 
@@ -114,9 +107,6 @@ def _fractions(x: FloatArray, complement: FloatArray) -> tuple[FloatArray, Float
     first[small] = series
     zeroth[small] = 1.0 + near * series
     return zeroth, first
-
-
-# ---- the zeros ------------------------------------------------------------------------------
 
 
 def _roots(form: _Form) -> FloatArray:

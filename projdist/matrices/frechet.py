@@ -15,17 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.matrices.spd import (
-    EPS,
-    JacobiSet,
-    LapackSets,
-    View,
-    WhitenedSets,
-    lower_factor,
-    pieces,
-    symmetric_exp,
-    transposed,
-)
+from projdist.matrices.spd import EPS, JacobiSet, LapackSets, View, lower_factor, pieces, symmetric_exp, transposed
 
 _NEWTON_STEPS = 100  # 3 to 5 suffice, from far away about 15
 _GRADIENT_STEPS = 1000  # about 15 suffice; conditions of 1e6 take 300
@@ -61,13 +51,13 @@ def newton(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
 def gradient(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """The gradient method with the automatic step 2 / (1 + mean of r coth r) (Bini & Iannazzo 2013)."""
 
-    def step(_: WhitenedSets, view: View) -> FloatArray:
+    def step(_: LapackSets | JacobiSet, view: View) -> FloatArray:
         return view.logarithm * (2.0 / (1.0 + view.bend))[:, None, None]
 
     return _refined(A, w, _descend(LapackSets(A, w, start), step, _GRADIENT_STEPS))
 
 
-def _newton_step(sets: WhitenedSets, view: View) -> FloatArray:
+def _newton_step(sets: LapackSets | JacobiSet, view: View) -> FloatArray:
     V = sets.newton_step(view.logarithm)
     if np.abs(V).max() * V.shape[-1] < 1.0:
         return V  # all eigenvalues are below 1
@@ -93,7 +83,10 @@ def settled(size: FloatArray, previous: FloatArray, floor: FloatArray) -> BoolAr
     return (size <= np.minimum(floor, 1e-6)) | ((size <= np.minimum(4.0 * floor, 1e-4)) & (size > 0.5 * previous))
 
 
-def _descend(sets: WhitenedSets, step: Callable[[WhitenedSets, View], FloatArray], limit: int) -> Mean:
+_Step = Callable[[LapackSets | JacobiSet, View], FloatArray]
+
+
+def _descend(sets: LapackSets | JacobiSet, step: _Step, limit: int) -> Mean:
     """Steps until each set has settled; half of a step that raised the cost is undone."""
     b, n, _ = sets.T.shape
     active, iterations = np.ones(b, dtype=bool), np.zeros(b, dtype=int)
@@ -135,9 +128,6 @@ def _refined(A: FloatArray, w: FloatArray, mean: Mean) -> Mean:
     refined = mean.T.copy()
     refined[poor] += T @ K
     return mean._replace(T=refined, iterations=mean.iterations + poor)
-
-
-# ---- starts ---------------------------------------------------------------------------------
 
 
 def middle(A: FloatArray, w: FloatArray) -> tuple[FloatArray, BoolArray]:
@@ -263,7 +253,6 @@ METHODS: dict[str, Callable[[FloatArray, FloatArray, FloatArray], Mean]] = {
 
 # ---- 2 x 2 matrices ------------------------------------------------------------------------------
 
-
 # Doubles of one array, of which a dozen are in use; BLAS starts no threads for the product of so few.
 _CHUNK = 10_000
 _MANY_POINTS, _STRIDE = 8192, 8  # above this number every eighth matrix gives the start
@@ -290,10 +279,7 @@ class _Plane(NamedTuple):
 
     def mean(self, values: FloatArray) -> FloatArray:
         """Weighted means of values (B, N)."""
-        total = np.zeros(len(self.w))
-        for part in _slices(self.w):
-            total += _dot(self.w[:, part], values[:, part])
-        return total
+        return sum((_dot(self.w[:, part], values[:, part]) for part in _slices(self.w)), np.zeros(len(self.w)))
 
 
 class _Moments(NamedTuple):

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.matrices import frechet
+from projdist.matrices import frechet, spd
 from projdist.matrices.spd import EPS, logarithms, lower_factor, pieces, place, refuse, symmetric_exp, transposed
 from projdist.support import Answer, check_choice, check_numbers
 
@@ -202,7 +202,6 @@ def check_weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> FloatArr
 
 # ---- geometric medians ---------------------------------------------------------------------------
 
-
 _STEPS = 500  # about ten suffice; more if many matrices are near the median
 _WHOLE = 20  # largest n for which the full Hessian, n (n + 1) / 2 on a side, is used
 _SAME = 64.0 * EPS  # times the condition: matrices nearer than that are equal
@@ -249,7 +248,8 @@ def medians(A: FloatArray, w: FloatArray, start: FloatArray, noise: float = 0.0)
             T, count = _descend(some, counting, T, noise)
         T = lower_factor(T)
         view = _look(some, counting, T)
-        distances = 0.25 * _squares(logarithms(_whitened(T, every))[0])
+        Z = logarithms(_whitened(T, every))[0]
+        distances = 0.25 * spd.dot(Z, Z)
         found.append((T, 0.5 * view.total, view.size, count, view.floor, distances, is_unique))
     return frechet.Mean(*(np.array(values) for values in zip(*found, strict=True)))
 
@@ -286,7 +286,7 @@ def _steps(view: _View, w: FloatArray) -> list[FloatArray]:
     """Candidate steps: Newton's if it exists, and Weiszfeld's corrected for curvature."""
     away = view.far > 0
     pull, ratio = view.pull, np.divide(w, view.far, out=np.zeros_like(w), where=away)
-    bend = _bend(view.spread)
+    bend = spd.bend(view.spread)
     length = 1.0 - view.held / float(np.linalg.norm(pull))
     weiszfeld = pull * (length / float(ratio @ bend))
     if view.held > 0 or view.Z.shape[-1] > _WHOLE:
@@ -325,24 +325,18 @@ def _across(Z: FloatArray, spread: FloatArray) -> tuple[FloatArray, FloatArray]:
         half = np.stack([-Z[:, 0, 1], 0.5 * (Z[:, 0, 0] - Z[:, 1, 1])], axis=-1)
         length = np.maximum(np.hypot(*half.T), 1e-300)
         p, q = half.T / (np.sqrt(2.0) * length)
-        return np.stack([p, q, q, -p], axis=-1).reshape(-1, 1, 2, 2), _bend(spread)[:, None] - 1.0
+        return np.stack([p, q, q, -p], axis=-1).reshape(-1, 1, 2, 2), spd.bend(spread)[:, None] - 1.0
     values, U = np.linalg.eigh(Z)
     a, b = np.triu_indices(n, 1)
     left, right = transposed(U)[:, a], transposed(U)[:, b]
     products = left[..., :, None] * right[..., None, :]
-    return (products + transposed(products)) / np.sqrt(2.0), _bend(0.5 * np.abs(values[:, a] - values[:, b])) - 1.0
-
-
-def _bend(r: FloatArray) -> FloatArray:
-    """r coth r."""
-    r = np.maximum(r, 1e-8)
-    return np.asarray(r / np.tanh(r))
+    return (products + transposed(products)) / np.sqrt(2.0), spd.bend(0.5 * np.abs(values[:, a] - values[:, b])) - 1.0
 
 
 def _look(A: FloatArray, w: FloatArray, T: FloatArray) -> _View:
     n = A.shape[-1]
     Z, spread = logarithms(_whitened(T, A))
-    far = np.sqrt(_squares(Z))
+    far = np.sqrt(spd.dot(Z, Z))
     condition = _condition(T)
     far = np.where(far > _SAME * n * condition, far, 0.0)
     away = far > 0
@@ -363,10 +357,6 @@ def _whitened(T: FloatArray, A: FloatArray) -> FloatArray:
     return np.asarray(columns.reshape(n, -1, n).swapaxes(0, 1))
 
 
-def _squares(Z: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("mij,mij->m", Z, Z))
-
-
 # ---- matrices on one geodesic -----------------------------------------------------------------
 
 
@@ -375,9 +365,10 @@ def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tup
 
     For matrices near a geodesic it is near the median; for others it is T.
     """
-    base = lower_factor(A[np.argmin(_squares(logarithms(_whitened(T, A))[0]))])
+    Z = logarithms(_whitened(T, A))[0]
+    base = lower_factor(A[np.argmin(spd.dot(Z, Z))])
     Z, spread = logarithms(_whitened(base, A))
-    far = np.sqrt(_squares(Z))
+    far = np.sqrt(spd.dot(Z, Z))
     longest = float(far.max())
     same = _SAME * A.shape[-1] * _condition(base) * float(np.cosh(spread.max()))
     if longest <= same:
@@ -386,7 +377,8 @@ def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tup
     direction = np.einsum("m,mij->ij", sides, Z)
     direction /= np.linalg.norm(direction)
     t = np.einsum("mij,ij->m", Z, direction)
-    off = np.sqrt(_squares(Z - t[:, None, None] * direction))
+    across = Z - t[:, None, None] * direction
+    off = np.sqrt(spd.dot(across, across))
     if w @ off > max(same, _LINE * float(w @ far)):
         return T, False, True
     on_line = bool(off.max() <= max(same, noise))

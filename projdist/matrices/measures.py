@@ -57,8 +57,7 @@ def principal_scales(J: ArrayLike) -> FloatArray:
     if J.ndim < 2 or J.shape[-1] != J.shape[-2]:
         raise ValueError(f"Invalid Jacobian shape {J.shape}. The last two axes must be equal, as in (..., 2, 2).")
     if J.shape[-1] == 2:
-        total, difference = _sum_and_difference(J)
-        return np.stack([0.5 * (total + difference), 0.5 * (total - difference)], axis=-1)
+        return np.stack(_principal(J), axis=-1)
     finite = np.isfinite(J).all(axis=(-1, -2))
     scales = np.full(J.shape[:-1], np.nan)
     scales[finite] = np.linalg.svd(J[finite], compute_uv=False)
@@ -98,10 +97,6 @@ def _where(defined: NDArray[np.bool_], value: FloatArray) -> FloatArray:
     return value if np.all(defined) else np.where(defined, value, np.nan)
 
 
-def _determinant(J: FloatArray) -> FloatArray:
-    return np.asarray(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0])
-
-
 def _omega(total: FloatArray, difference: FloatArray) -> FloatArray:
     # tan(omega / 2) = (a - b) / (2 sqrt(a b)) is safe near 0 and near 180 degrees alike.
     omega = (2.0 * _DEGREES) * np.arctan2(difference, np.sqrt((total - difference) * (total + difference)))
@@ -132,8 +127,8 @@ def factors_of(J: FloatArray) -> dict[str, FloatArray]:
         h, k, s = meridional_scale(some), parallel_scale(some), areal_scale(some)
         total, difference = _sum_and_difference(some)
         a, b = 0.5 * (total + difference), 0.5 * (total - difference)
-        omega, theta, convergence = _omega(total, difference), _theta(some, h, k, s), _convergence(some, h)
-        for row, values in zip(found, (h, k, a, b, s, omega, theta, convergence, _fisher(a, b)), strict=True):
+        angles = _omega(total, difference), _theta(some, h, k, s), _convergence(some, h)
+        for row, values in zip(found, (h, k, a, b, s, *angles, _fisher(a, b)), strict=True):
             row[part] = values
     return dict(zip(FACTORS, found.reshape(len(FACTORS), *J.shape[:-2]), strict=True))
 
@@ -150,7 +145,7 @@ def parallel_scale(J: FloatArray) -> FloatArray:
 
 def areal_scale(J: FloatArray) -> FloatArray:
     """Areal scale s = a b = |det J|; whether the map mirrors is the measure `orientation`."""
-    return np.abs(_determinant(J))
+    return np.abs(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0])
 
 
 def tissot_semimajor(J: FloatArray) -> FloatArray:
@@ -180,16 +175,6 @@ def meridian_convergence(J: FloatArray) -> FloatArray:
     Mercator in the northern hemisphere.
     """
     return _convergence(J, meridional_scale(J))
-
-
-def scale_at(J: FloatArray, azimuth: ArrayLike) -> FloatArray:
-    """Scale in the direction `azimuth`, degrees clockwise from north."""
-    angle = np.radians(azimuth)
-    east, north = np.sin(angle), np.cos(angle)
-    return _length(
-        J[..., 0, 0] * east + J[..., 0, 1] * north,
-        J[..., 1, 0] * east + J[..., 1, 1] * north,
-    )
 
 
 def fisher(J: FloatArray) -> FloatArray:
@@ -286,10 +271,7 @@ def areal_error_ppm(J: FloatArray) -> FloatArray:
 
 def orientation(J: FloatArray) -> FloatArray:
     """+1 where the map keeps orientation, -1 where it mirrors, 0 where it is singular."""
-    return np.sign(_determinant(J))
-
-
-# ---- decomposition -------------------------------------------------------------------------------
+    return np.sign(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0])
 
 
 _ROUND = 1e-9  # relative difference below which the axes of the indicatrix are equal
@@ -334,7 +316,6 @@ def decompose(M: ArrayLike) -> Decomposition:
 
 
 # ---- measures by name ----------------------------------------------------------------------------
-
 
 _LIMITS = {
     "angular_distortion": (0.0, 180.0),
@@ -484,12 +465,12 @@ def _scale_measure(name: str) -> Measure:
     except ValueError:
         azimuth = np.nan
     if not np.isfinite(azimuth):
-        raise ValueError(
-            f"Invalid azimuth {quoted(text)} in {quoted(name)}. It must be a number of degrees, as in scale@45."
-        )
+        must = "It must be a number of degrees, as in scale@45."
+        raise ValueError(f"Invalid azimuth {quoted(text)} in {quoted(name)}. {must}")
+    east, north = np.sin(np.radians(azimuth)), np.cos(np.radians(azimuth))
 
     def scale(J: FloatArray) -> FloatArray:
         """Scale in the given azimuth."""
-        return scale_at(J, azimuth)
+        return _length(J[..., 0, 0] * east + J[..., 0, 1] * north, J[..., 1, 0] * east + J[..., 1, 1] * north)
 
     return Measure(name, scale, kind="ratio")

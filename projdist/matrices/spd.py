@@ -30,9 +30,6 @@ __all__ = [
 _ASYMMETRY = 1e-8  # relative to the largest entry: more is not rounding
 
 
-# ---- factors --------------------------------------------------------------------------------
-
-
 def lq(A: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """The unique factors of A = L Q: L lower triangular with a positive diagonal, Q orthogonal.
 
@@ -74,9 +71,6 @@ def from_lower(L: ArrayLike) -> FloatArray:
     """The inverse of the Cholesky map: P = L L^T."""
     L = _check_square(L)
     return L @ transposed(L)
-
-
-# ---- the metric -----------------------------------------------------------------------------
 
 
 def metric(P: ArrayLike, V: ArrayLike, W: ArrayLike) -> FloatArray:
@@ -127,9 +121,6 @@ def log(P: ArrayLike, Q: ArrayLike) -> FloatArray:
     return np.asarray((M * (2.0 * np.log(scales))[..., None, :]) @ transposed(M))
 
 
-# ---- small tools ----------------------------------------------------------------------------
-
-
 def transposed(A: FloatArray) -> FloatArray:
     """A with its last two axes exchanged."""
     return A.swapaxes(-1, -2)
@@ -173,7 +164,6 @@ def refuse(wrong: BoolArray, must: str) -> None:
 
 
 # ---- whitened sets -------------------------------------------------------------------------------
-
 
 EPS = float(np.finfo(float).eps)
 _CHUNK = 1 << 15  # doubles of an array: about eight fit into the second-level cache
@@ -223,7 +213,7 @@ class LapackSets:
         self.T = self.T @ there
         for part in self._pieces:
             self._rows[:, part] = _each(self._rows[:, part], back)
-        self._off_diagonal += float(_norm(V).max()) * self._gain
+        self._off_diagonal += float(np.sqrt(dot(V, V)).max()) * self._gain
 
     def look(self) -> View:
         """The view relative to T."""
@@ -272,7 +262,7 @@ class LapackSets:
                 hessian += transposed(products * self._excess[:, part].reshape(b, -1, 1)) @ products
             V = np.linalg.solve(np.eye(n * n) + hessian, logarithm.reshape(b, -1, 1))
             return np.asarray(V, dtype=float).reshape(b, n, n)
-        size = _norm(logarithm)
+        size = np.sqrt(dot(logarithm, logarithm))
         goal = np.maximum(size * np.minimum(0.1 * size, 0.03), 0.5 * EPS * n)
         V, residual = np.zeros_like(logarithm), logarithm.copy()
         direction, square = residual.copy(), size * size
@@ -281,10 +271,10 @@ class LapackSets:
             if not active.any():
                 break
             image = self._hessian(direction)
-            length = np.where(active, square / np.where(active, _dot(direction, image), 1.0), 0.0)[:, None, None]
+            length = np.where(active, square / np.where(active, dot(direction, image), 1.0), 0.0)[:, None, None]
             V += length * direction
             residual -= length * image
-            square, previous = _dot(residual, residual), square
+            square, previous = dot(residual, residual), square
             direction *= np.where(active, square / np.where(active, previous, 1.0), 0.0)[:, None, None]
             direction += residual
         return np.asarray(V, dtype=float)
@@ -334,8 +324,8 @@ class JacobiSet:
             U /= np.sqrt(squares)
             half = 0.5 * np.log(squares)
             mean += (U * (2.0 * w * half)).reshape(n, -1) @ U.reshape(n, -1).T
-            r = np.maximum(np.abs(half[first] - half[second]), _SAME)
-            bends = r / np.tanh(r)
+            r = np.abs(half[first] - half[second])
+            bends = bend(r)
             distances[0, part] = np.einsum("km,km->m", half, half)
             terms = (distances[0, part], np.cosh(r.max(axis=0)), bends.max(axis=0))
             sums[:, 0] += [np.einsum("m,m->", w, term) for term in terms]
@@ -354,9 +344,6 @@ class JacobiSet:
         return V
 
 
-WhitenedSets = LapackSets | JacobiSet
-
-
 def logarithms(B: FloatArray) -> tuple[FloatArray, FloatArray]:
     """ln(B B^T), (N, n, n), for n = 2 in closed form, and the logarithm of the condition of B, (N,)."""
     if B.shape[-1] == 2:
@@ -371,6 +358,12 @@ def logarithms(B: FloatArray) -> tuple[FloatArray, FloatArray]:
     U, scales, _ = np.linalg.svd(B)
     half = np.log(scales)
     return (U * (2.0 * half)[:, None, :]) @ transposed(U), half[:, 0] - half[:, -1]
+
+
+def bend(r: FloatArray) -> FloatArray:
+    """r coth r."""
+    r = np.maximum(r, _SAME)
+    return np.asarray(r / np.tanh(r))
 
 
 def pieces(A: FloatArray) -> list[slice]:
@@ -402,12 +395,9 @@ def _gather(basis: FloatArray, products: FloatArray) -> FloatArray:
     return np.asarray(transposed(basis.reshape(b, -1, n)) @ products.reshape(b, -1, n))
 
 
-def _dot(X: FloatArray, Y: FloatArray) -> FloatArray:
+def dot(X: FloatArray, Y: FloatArray) -> FloatArray:
+    """The inner products (b,) of matrices (b, n, n)."""
     return np.asarray(np.einsum("bij,bij->b", X, Y))
-
-
-def _norm(X: FloatArray) -> FloatArray:
-    return np.sqrt(_dot(X, X))
 
 
 def _decompose(rows: FloatArray, basis: FloatArray) -> FloatArray:
@@ -490,7 +480,5 @@ def _orthogonalize(B: FloatArray) -> None:
 
 def _symmetric_products(x: FloatArray, y: FloatArray) -> FloatArray:
     """x y^T + y x^T over sqrt 2 in the n (n + 1) / 2 orthonormal coordinates of symmetric matrices, shape (.., M)."""
-    rows = []
-    for i, j in zip(*np.triu_indices(len(x)), strict=True):
-        rows.append(np.sqrt(2.0) * x[i] * y[i] if i == j else x[i] * y[j] + x[j] * y[i])
-    return np.stack(rows)
+    pairs = zip(*np.triu_indices(len(x)), strict=True)
+    return np.stack([np.sqrt(2.0) * x[i] * y[i] if i == j else x[i] * y[j] + x[j] * y[i] for i, j in pairs])
