@@ -114,6 +114,10 @@ class Domain:
             outside |= ~self.within(lon, lat)
         return outside
 
+    def shows_nothing(self) -> ValueError:
+        """The error for a map that shows nothing of a region."""
+        return ValueError(f"Invalid region for '{self.projection.name}'. No part of it can be projected.")
+
     @property
     def radius(self) -> float:
         """The semi-major axis of the Earth in metres."""
@@ -133,11 +137,6 @@ def is_part(region: Place) -> TypeGuard[Region]:
     if isinstance(region, PointSet):
         return False
     return len(region.edges) > 0 or max(ground_size(region.bounds)) <= _LARGEST_PART
-
-
-def nothing_of(domain: Domain) -> ValueError:
-    """The error for a map that shows nothing of a region."""
-    return ValueError(f"Invalid region for '{domain.projection.name}'. No part of it can be projected.")
 
 
 _STEP = 2e-5  # degrees; 2 m on the ground, where differences still have 9 digits
@@ -317,13 +316,13 @@ def graticule_steps(bounds: Bounds, step: float | None = None) -> tuple[float, f
                 f"Invalid step '{step}'. It makes {count:,.0f} lines, and at most {_MOST_LINES:,} are drawn."
             )
         return step, step
-    parallels = _round_step(max(ground_size(bounds)) / _ACROSS)
-    return _round_step(parallels / np.cos(np.radians(0.5 * (bounds[1] + bounds[3])))), parallels
 
+    def nearest(step: float) -> float:
+        """The round step nearest in ratio."""
+        return min(_ROUND_STEPS, key=lambda candidate: abs(np.log(candidate / step)))
 
-def _round_step(step: float) -> float:
-    """The round step nearest in ratio."""
-    return min(_ROUND_STEPS, key=lambda candidate: abs(np.log(candidate / step)))
+    parallels = nearest(max(ground_size(bounds)) / _ACROSS)
+    return nearest(parallels / np.cos(np.radians(0.5 * (bounds[1] + bounds[3])))), parallels
 
 
 def graticule(bounds: Bounds, meridian_step: float, parallel_step: float) -> list[FloatArray]:
@@ -342,13 +341,51 @@ def graticule_values(bounds: Bounds, meridian_step: float, parallel_step: float)
     """Longitudes of meridians and latitudes of parallels at multiples of the steps, in degrees."""
     west, south, _, north = bounds
     east = west + longitude_width(bounds)
-    # A pole is not a parallel, and on a whole globe the last meridian is the first.
-    meridians = _multiples(west, east - (1e-6 if east - west == 360.0 else 0.0), meridian_step)
-    parallels = _multiples(max(south, -POLE), min(north, POLE), parallel_step)
+    # A pole is not a parallel, and on a whole globe the last meridian is the first. Ends may be off by rounding.
+    across = west, east - (1e-6 if east - west == 360.0 else 0.0), meridian_step
+    meridians, parallels = (
+        [step * k for k in range(int(np.ceil(low / step - 1e-9)), int(np.floor(high / step + 1e-9)) + 1)]
+        for low, high, step in (across, (max(south, -POLE), min(north, POLE), parallel_step))
+    )
     return meridians, [value for value in parallels if abs(value) < POLE]
 
 
-def _multiples(low: float, high: float, step: float) -> list[float]:
-    """Multiples of a step from `low` to `high`, which may be off by rounding."""
-    first, last = int(np.ceil(low / step - 1e-9)), int(np.floor(high / step + 1e-9))
-    return [step * index for index in range(first, last + 1)]
+# ---- grids of points ------------------------------------------------------------------------------
+
+_MOST_POINTS = 200_000  # ellipses half a degree apart on a globe; smaller ones are less than a pixel
+
+
+def even_grid(bounds: Bounds, step: float, central_meridian: float | None = None) -> tuple[FloatArray, FloatArray]:
+    """Points about `step` degrees apart on the ground, in rings of latitude.
+
+    The rings are symmetric about the middle latitude, the points about the middle meridian.
+    Raises ValueError for a step that is not positive or makes too many points.
+    """
+    check_step(step)
+    west, south, _, north = bounds
+    width = longitude_width(bounds)
+    count = width * np.degrees(np.diff(np.sin(np.radians([south, north]))).item()) / step**2
+    if count > _MOST_POINTS:
+        raise ValueError(
+            f"Invalid step '{step}'. It makes {count:,.0f} ellipses, and at most {_MOST_POINTS:,} are drawn."
+        )
+    rows = max(round((north - south) / step), 1)
+    lats = south + (north - south) * (np.arange(rows) + 0.5) / rows
+    start = west if width < 360.0 or central_meridian is None else central_meridian - 180.0
+    lons, points = [], []
+    for lat in lats:
+        count = max(round(width * np.cos(np.radians(lat)) / step), 3 if width == 360.0 else 1)
+        lons.append(start + width * (np.arange(count) + 0.5) / count)
+        points.append(np.full(count, lat))
+    return normalised(np.concatenate(lons)), np.concatenate(points)
+
+
+def graticule_grid(bounds: Bounds, lat_step: float, lon_step: float) -> tuple[FloatArray, FloatArray]:
+    """Crossings of parallels and meridians at multiples of the steps in degrees; raises ValueError for too many."""
+    check_step(lat_step)
+    check_step(lon_step)
+    if longitude_width(bounds) / lon_step * (bounds[3] - bounds[1]) / lat_step > _MOST_POINTS:
+        raise ValueError(f"Invalid grid '{lat_step:g},{lon_step:g}'. At most {_MOST_POINTS:,} ellipses are drawn.")
+    meridians, parallels = graticule_values(bounds, lon_step, lat_step)
+    lon, lat = np.meshgrid(meridians, parallels)
+    return normalised(lon.ravel()), lat.ravel()

@@ -183,6 +183,8 @@ def _parts_of(tiles: NDArray[np.object_], cells: NDArray[np.object_]) -> NDArray
 _FINEST = "10m"
 _POLAR = 86.0  # degrees; no coast lies beyond
 _WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0  # degrees
+# All polygons, those within bounds, the lines that bound them, and the latitude beyond which there are none.
+_AREAS = {"coast": (land, land_within, coastlines, _POLAR), "shores": (lakes, lakes_within, shores, 90.0)}
 
 
 def coast_resolution(surface: Surface) -> str:
@@ -199,25 +201,23 @@ def coast_resolution(surface: Surface) -> str:
 
 def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
     """The land of a surface: triangles of vertices, (m, 3), and polygons of (x, y) along the coast."""
-    if _is_wide(surface) and resolution != _FINEST:
-        area = _all_land(resolution)
-    else:
-        # All land at the finest resolution takes seconds to prepare, and half a second at others.
-        bounds = surface.domain.box.bounds
-        border = segments_of(coast(bounds, resolution, np.inf))
-        area = PreparedArea.of(land_within(_window(bounds), resolution), border, end=_POLAR)
-    found = cells_in(surface, area)
-    return surface.covering(found.inside), found.pieces
+    return _polygons(surface, "coast", resolution)
 
 
 def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
     """The lakes of a surface, in the form of `land_polygons`; for 1 : 10 million those at 1 : 50 million."""
-    resolution, bounds = _lake_resolution(resolution), surface.domain.box.bounds
-    if _is_wide(surface):
-        area = _all_lakes(resolution)
+    return _polygons(surface, "shores", _lake_resolution(resolution))
+
+
+def _polygons(surface: Surface, kind: str, resolution: str) -> tuple[IntArray, list[FloatArray]]:
+    """The land, with the border "coast", or the lakes of a surface, with the border "shores"."""
+    if _is_wide(surface) and resolution != _FINEST:
+        area = _whole_area(kind, resolution)
     else:
-        border = segments_of(lake_shores(bounds, resolution, np.inf))
-        area = PreparedArea.of(lakes_within(_window(bounds), resolution), border)
+        # All land at the finest resolution takes seconds to prepare, and half a second at others.
+        bounds, (_, within, _, end) = surface.domain.box.bounds, _AREAS[kind]
+        border = segments_of(_within(_all_lines(kind, resolution), bounds, np.inf))
+        area = PreparedArea.of(within(_window(bounds), resolution), border, end)
     found = cells_in(surface, area)
     return surface.covering(found.inside), found.pieces
 
@@ -249,15 +249,10 @@ def _is_wide(surface: Surface) -> bool:
 
 
 @functools.cache
-def _all_land(resolution: str) -> PreparedArea:
-    """All land, with its coast but without the cuts of the data as border."""
-    return PreparedArea.of(land(resolution), segments_of(coastlines(resolution)), end=_POLAR)
-
-
-@functools.cache
-def _all_lakes(resolution: str) -> PreparedArea:
-    """All lakes."""
-    return PreparedArea.of(lakes(resolution), segments_of(shores(resolution)))
+def _whole_area(kind: str, resolution: str) -> PreparedArea:
+    """All land or all lakes, with shores but without the cuts of the data as border."""
+    polygons, _, lines, end = _AREAS[kind]
+    return PreparedArea.of(polygons(resolution), segments_of(lines(resolution)), end)
 
 
 def segments_of(lines: Sequence[FloatArray]) -> FloatArray:
@@ -325,5 +320,4 @@ def _all_lines(kind: str, resolution: str) -> NDArray[np.object_]:
     """All lines of "coast", "shores" or "borders"."""
     if kind == "borders":
         return np.array([shapely.linestrings(border.line) for border in borders(resolution)])
-    lines = coastlines(resolution) if kind == "coast" else shores(resolution)
-    return np.array([shapely.linestrings(line) for line in lines])
+    return np.array([shapely.linestrings(line) for line in _AREAS[kind][2](resolution)])

@@ -11,16 +11,7 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import GLOBE, Box, Place, Polygons, Region, RegionLike, main_part, polygons_of
 from projdist.support import tell
-from projdist.surfaces.domain import (
-    Bounds,
-    domain_of,
-    ground_size,
-    is_part,
-    longitude_width,
-    normalised,
-    nothing_of,
-    project_lines,
-)
+from projdist.surfaces.domain import domain_of, ground_size, is_part, longitude_width, normalised, project_lines
 from projdist.surfaces.land import CellsIn, PreparedArea, cells_in, segments_of
 from projdist.surfaces.surface import Surface, build_surface, extent_of, frame_of_part, node_weights, triangles_of
 
@@ -63,7 +54,7 @@ def _regional(surface: Surface, region: Region) -> Surface:
     found = cells_in(surface, area)
     pieces = _pieces(surface, found)
     if not pieces:
-        raise nothing_of(surface.domain)
+        raise surface.domain.shows_nothing()
     extent = extent_of(np.concatenate(pieces))
     whole, cut = surface.cells(found.touched)
     triangles = triangles_of(whole, cut)
@@ -139,7 +130,13 @@ def _pieces(surface: Surface, found: CellsIn) -> tuple[FloatArray, ...]:
 def _surroundings(part: Surface) -> Surface:
     """The surface that fills the picture around a region."""
     projection = part.domain.projection
-    lons, lats = _sought(part.domain.region.bounds)
+    west, south, _, north = part.domain.region.bounds
+    width, reach = longitude_width(part.domain.region.bounds), _ROUND * max(ground_size(part.domain.region.bounds))
+    low, top = max(south - reach, -90.0), min(north + reach, 90.0)
+    # A degree of longitude is shortest at the latitude nearest to a pole.
+    across = reach / max(np.cos(np.radians(max(-low, top))), 1e-3)
+    lons = west + 0.5 * width + min(0.5 * width + across, 180.0) * np.linspace(-1.0, 1.0, _SOUGHT)
+    lats = np.linspace(low, top, _SOUGHT)
     x, y = projection(*np.meshgrid(normalised(lons), lats))
     left, right, bottom, top = part.view
     seen = np.asarray((x >= left) & (x <= right) & (y >= bottom) & (y <= top), dtype=bool)
@@ -177,9 +174,8 @@ def _one_sheet(
     (x_lat, x_lon), (y_lat, y_lon) = np.gradient(x), np.gradient(y)
     cells = np.asarray(x_lon * y_lat - x_lat * y_lon)
     areas = cells / np.cos(np.radians(lats)).clip(1e-6)[:, None]
-    bounds = part.domain.region.bounds
-    west, south, _, north = bounds
-    east = west + longitude_width(bounds)
+    west, south, _, north = part.domain.region.bounds
+    east = west + longitude_width(part.domain.region.bounds)
     inside = ((lons >= west) & (lons <= east))[None, :] & ((lats >= south) & (lats <= north))[:, None] & seen
     # The majority decides: near a singular point areas are huge and of either sign.
     way = float(np.sign(np.nansum(np.sign(areas[inside]))))
@@ -212,19 +208,6 @@ def _widened(chosen: BoolArray, allowed: BoolArray, steps: int = 4) -> BoolArray
         wider |= np.roll(chosen, 1, axis=1) | np.roll(chosen, -1, axis=1)
         chosen = wider & (allowed | chosen)
     return chosen
-
-
-def _sought(bounds: Bounds) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes of a grid around a region, on which its surroundings are searched."""
-    west, south, _, north = bounds
-    width = longitude_width(bounds)
-    reach = _ROUND * max(ground_size(bounds))
-    low, top = max(south - reach, -90.0), min(north + reach, 90.0)
-    # A degree of longitude is shortest at the latitude nearest to a pole.
-    across = reach / max(np.cos(np.radians(max(-low, top))), 1e-3)
-    half = min(0.5 * width + across, 180.0)
-    middle = west + 0.5 * width
-    return middle + half * np.linspace(-1.0, 1.0, _SOUGHT), np.linspace(low, top, _SOUGHT)
 
 
 def _reach(values: FloatArray, seen: BoolArray) -> tuple[float, float]:

@@ -13,16 +13,7 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import GEOS_ARITHMETIC
 from projdist.field import Links, Map, drawn, evaluate, find_tears
 from projdist.regions import GLOBE
-from projdist.surfaces.domain import (
-    POLE,
-    Domain,
-    climb,
-    ground_size,
-    longitude_width,
-    normalised,
-    nothing_of,
-    rough_scales,
-)
+from projdist.surfaces.domain import POLE, Domain, climb, ground_size, longitude_width, normalised, rough_scales
 
 
 @dataclass(frozen=True)
@@ -204,13 +195,6 @@ _AROUND_MAP, _AROUND_PART = 0.01, 0.05  # of the larger side of a map
 _NARROWEST = 0.5  # of the larger side of a picture
 
 
-def frame_of_map(extent: Extent) -> Extent:
-    """The extent of a picture of a whole map."""
-    west, east, south, north = extent
-    margin = _AROUND_MAP * max(east - west, north - south)
-    return west - margin, east + margin, south - margin, north + margin
-
-
 def frame_of_part(extent: Extent) -> Extent:
     """The extent of a picture of a part of a map, with some surroundings and not too narrow."""
     west, east, south, north = extent
@@ -233,7 +217,7 @@ def build_surface(domain: Domain, step: float | None = None) -> Surface:
     uu, vv = np.meshgrid(u, v)
     points = evaluate(function, uu, vv)
     if not drawn(points).any():
-        raise nothing_of(domain)
+        raise domain.shows_nothing()
     right = np.concatenate([points[:, 1:], points[:, :1] + [360.0, 0, 0, 0]], axis=1) if wraps else points[:, 1:]
     left = points if wraps else points[:, :-1]
     across = find_tears(function, left.reshape(-1, 4), right.reshape(-1, 4), domain.radius)
@@ -262,9 +246,6 @@ def _grid(domain: Domain, frame: TurnedFrame, step: float | None) -> tuple[Float
     v = np.concatenate([[inset], (np.arange(rows) + _OFFSET) * (height / rows), [height - inset]]) + south
     pole = POLE if frame.axes is None else _TURNED_POLE
     return np.asarray(u), np.clip(v, -pole, pole), wraps
-
-
-# ---- cells ----------------------------------------------------------------------------------
 
 
 @dataclass
@@ -311,10 +292,10 @@ class _Builder:
         longest = _LONGEST * self._size
         whole = whole[_longest_sides(self.points.reshape(-1, 4)[whole.T, 2:]) < longest]
         cells = np.argwhere(torn.any(axis=-1) & drawn(self.points.reshape(-1, 4)[corners]).any(axis=-1))
-        walked = [(p, j, i) for j, i in cells for p in self._walk(corners[j, i], links[j, i], torn[j, i])]
+        walked = [(p, (j, i)) for j, i in cells for p in self._walk(corners[j, i], links[j, i], torn[j, i])]
         xy = self.vertices()[:, 2:]
         short = [one for one in walked if _longest_sides(xy[one[0]]) < longest]
-        polygons, places = [polygon for polygon, _, _ in short], [(j, i) for _, j, i in short]
+        polygons, places = [polygon for polygon, _ in short], [place for _, place in short]
         self._reach_out(polygons, places)
         cut = [np.array(polygon) for polygon in polygons]
         # The sides of polygons that lie along a seam.
@@ -325,11 +306,12 @@ class _Builder:
         lines = vertices[:, 2:][np.array(segments, dtype=int).reshape(-1, 2)]
         triangles = triangles_of(whole, cut)
         if not len(triangles):
-            raise nothing_of(self.domain)
+            raise self.domain.shows_nothing()
         u, v, x, y = vertices.T
         used = np.zeros(len(vertices), dtype=bool)
         used[triangles] = True
-        extent = extent_of(vertices[used, 2:])
+        west, east, south, north = extent = extent_of(vertices[used, 2:])
+        margin = _AROUND_MAP * max(east - west, north - south)
         sources = np.concatenate([np.arange(nodes), np.array(self.source, dtype=int)])
         return Surface(
             domain=self.domain,
@@ -342,7 +324,7 @@ class _Builder:
             source=sources,
             weights=node_weights(x, y, v, triangles, sources, nodes),
             extent=extent,
-            view=frame_of_map(extent),
+            view=(west - margin, east + margin, south - margin, north + margin),
             whole=whole,
             cut=tuple(cut),
             triangles=triangles,
@@ -423,15 +405,11 @@ class _Builder:
         j, i = np.array(cells).T
         low, high = np.column_stack([u[i], v[j]]), np.column_stack([u[i + 1], v[j + 1]])
         vertices = self.vertices()
+        local = [vertices[p, :2] for p in polygons]
         if self.wraps:
             # In the column where the grid closes, nodes are one turn away from their neighbours.
-            turns = [
-                np.round((0.5 * (a + b) - vertices[p, 0]) / 360.0)
-                for p, a, b in zip(polygons, u[i], u[i + 1], strict=True)
-            ]
-        else:
-            turns = [np.zeros(len(p)) for p in polygons]
-        local = [vertices[p, :2] + np.outer(turn, [360.0, 0.0]) for p, turn in zip(polygons, turns, strict=True)]
+            for uv, middle in zip(local, 0.5 * (u[i] + u[i + 1]), strict=True):
+                uv[:, 0] += 360.0 * np.round((middle - uv[:, 0]) / 360.0)
         centre = np.array([uv.mean(axis=0) for uv in local])
         direction = np.array([0.5 * (uv[0] + uv[-1]) for uv in local]) - centre
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -14,15 +14,7 @@ from projdist.field import jacobian
 from projdist.matrices import principal_scales
 from projdist.regions import Box, Place
 from projdist.support import check_number
-from projdist.surfaces.domain import (
-    Bounds,
-    Domain,
-    check_step,
-    graticule_values,
-    ground_size,
-    longitude_width,
-    normalised,
-)
+from projdist.surfaces.domain import Domain, even_grid, graticule_grid, ground_size, longitude_width, normalised
 from projdist.surfaces.surface import Surface
 
 _LEAST_SHARE = 0.4  # of the usual step
@@ -37,7 +29,6 @@ _TRIALS = 15
 _SEEN, _LEAST_SEEN = 1.6, 1e-9
 _ROUND = 1e-9  # relative difference of the axes: a circle has no longest axis
 _FEW = 9
-_MOST = 200_000  # ellipses half a degree apart on a globe; smaller ones are less than a pixel
 _AT_ONCE = 500_000  # points on the ground; 100 MB
 
 
@@ -60,40 +51,6 @@ class Indicatrices(Ellipses):
     def take(self, keep: BoolArray | IntArray) -> Indicatrices:
         """The chosen indicatrices."""
         return replace(self, lon=self.lon[keep], lat=self.lat[keep], xy=self.xy[keep], J=self.J[keep])
-
-
-def even_grid(bounds: Bounds, step: float, central_meridian: float | None = None) -> tuple[FloatArray, FloatArray]:
-    """Points about `step` degrees apart on the ground, in rings of latitude.
-
-    The rings are symmetric about the middle latitude, the points about the middle meridian.
-    Raises ValueError for a step that is not positive or makes too many points.
-    """
-    check_step(step)
-    west, south, _, north = bounds
-    width = longitude_width(bounds)
-    count = width * np.degrees(np.diff(np.sin(np.radians([south, north]))).item()) / step**2
-    if count > _MOST:
-        raise ValueError(f"Invalid step '{step}'. It makes {count:,.0f} ellipses, and at most {_MOST:,} are drawn.")
-    rows = max(round((north - south) / step), 1)
-    lats = south + (north - south) * (np.arange(rows) + 0.5) / rows
-    start = west if width < 360.0 or central_meridian is None else central_meridian - 180.0
-    lons, points = [], []
-    for lat in lats:
-        count = max(round(width * np.cos(np.radians(lat)) / step), 3 if width == 360.0 else 1)
-        lons.append(start + width * (np.arange(count) + 0.5) / count)
-        points.append(np.full(count, lat))
-    return normalised(np.concatenate(lons)), np.concatenate(points)
-
-
-def graticule_grid(bounds: Bounds, lat_step: float, lon_step: float) -> tuple[FloatArray, FloatArray]:
-    """Crossings of parallels and meridians at multiples of the steps in degrees; raises ValueError for too many."""
-    check_step(lat_step)
-    check_step(lon_step)
-    if longitude_width(bounds) / lon_step * (bounds[3] - bounds[1]) / lat_step > _MOST:
-        raise ValueError(f"Invalid grid '{lat_step:g},{lon_step:g}'. At most {_MOST:,} ellipses are drawn.")
-    meridians, parallels = graticule_values(bounds, lon_step, lat_step)
-    lon, lat = np.meshgrid(meridians, parallels)
-    return normalised(lon.ravel()), lat.ravel()
 
 
 def indicatrices(domain: Domain, region: Place, lon: FloatArray, lat: FloatArray) -> Indicatrices:

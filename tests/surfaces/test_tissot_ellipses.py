@@ -9,15 +9,13 @@ from projdist.field.at_points import jacobian
 from projdist.matrices.measures import principal_scales
 from projdist.projections import Projection
 from projdist.regions import GLOBE
-from projdist.surfaces.domain import domain_of
+from projdist.surfaces.domain import domain_of, even_grid, graticule_grid
 from projdist.surfaces.tissot_ellipses import (
     Indicatrices,
     close_pairs,
     ellipses,
-    even_grid,
     exaggerated,
     fit,
-    graticule_grid,
     indicatrices,
     principal_axes,
     usual_exaggeration,
