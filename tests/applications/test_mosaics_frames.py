@@ -318,7 +318,7 @@ def test_arguments_are_checked():
             mosaic(points, frame=frame)
     with pytest.raises(ValueError, match=r"^Invalid frame '5'\. Nothing connects image 5 with the others\.$"):
         mosaic(points, frame="5")
-    with pytest.raises(ValueError, match=r"^Invalid rotation 'none'\. It must be chordal or log\.$"):
+    with pytest.raises(ValueError, match=r"^Invalid rotation 'none'\. It must be one of chordal, log\.$"):
         mosaic(points, rotation="none")
     with pytest.raises(ValueError, match=r"^Invalid shape \(2,\) of weights"):
         mosaic(points, weights=[1, 2])

@@ -290,7 +290,7 @@ def test_arguments_are_checked():
     ):
         with pytest.raises(ValueError, match=message):
             found.mapped(projection)
-    with pytest.raises(ValueError, match=r"^Invalid focal 'one'\. It must be common or free\.$"):
+    with pytest.raises(ValueError, match=r"^Invalid focal 'one'\. It must be one of common, free\.$"):
         panorama(points, focal="one")
     with pytest.raises(ValueError, match=r"^Invalid tolerance -1\. It must be a number of pixels above 0\.$"):
         panorama(points, tolerance=-1)

@@ -378,7 +378,7 @@ def test_arguments_are_checked(tmp_path):
     with pytest.raises(ValueError, match=r"^Invalid correspondences '.*none.csv'\. It cannot be read as text: No su"):
         read_correspondences(tmp_path / "none.csv")
     for call in (lambda: read_correspondences("x", model="similar"), lambda: register(points, model="similar")):
-        with pytest.raises(ValueError, match=r"^Invalid model 'similar'\. It must be affine, homography or auto\.$"):
+        with pytest.raises(ValueError, match=r"^Invalid model 'similar'\. It must be one of affine, homography, auto\.$"):
             call()
     with pytest.raises(ValueError, match=r"^Invalid sizes '800,600'\. They must be WIDTHxHEIGHT"):
         parse_sizes("800,600")

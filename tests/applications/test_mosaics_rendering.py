@@ -223,8 +223,8 @@ def test_left_out_is_not_drawn(pictures, found):
 def test_refused(pictures, found):
     """Wrong words and wrong images are refused in one line."""
     for options, message in (
-        ({"blend": "soft"}, r"^Invalid blend 'soft'. It must be multiband, feather or none.$"),
-        ({"exposure": "auto"}, r"^Invalid exposure 'auto'. It must be gain, blocks or none.$"),
+        ({"blend": "soft"}, r"^Invalid blend 'soft'. It must be one of multiband, feather, none.$"),
+        ({"exposure": "auto"}, r"^Invalid exposure 'auto'. It must be one of gain, blocks, none.$"),
     ):
         with pytest.raises(ValueError, match=message):
             render(found, pictures, **options)

@@ -102,8 +102,8 @@ def test_arguments_are_checked():
             "clouds": [a, a + 1e60 * (np.arange(len(a)) == 1)[:, None]]
         },
         r"^Invalid cloud '1'\. Point 1 must be finite, or all NaN\.$": {"clouds": [a, a * np.inf]},
-        r"^Invalid method 'ols'\. It must be symmetric or least_squares\.$": {"method": "ols"},
-        r"^Invalid correspondence 'row'\. It must be rows, id or icp\.$": {"correspond": "row"},
+        r"^Invalid method 'ols'\. It must be one of symmetric, least_squares\.$": {"method": "ols"},
+        r"^Invalid correspondence 'row'\. Did you mean rows\? It must be one of rows, id, icp\.$": {"correspond": "row"},
         r"^Invalid frame 'z'\. It must be first, last, central, best, mdt or a cloud by its name": {"frame": "z"},
         r"^Invalid frame '2'\. ": {"frame": 2},
         r"^Invalid ids\. There must be a list of them for each cloud\.$": {"correspond": "id"},

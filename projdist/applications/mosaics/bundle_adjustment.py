@@ -26,6 +26,10 @@ class Link(NamedTuple):
     xj: FloatArray
     reduction: float = 1.0
 
+    def chosen(self, some: BoolArray) -> Link:
+        """The link with some of its points."""
+        return self._replace(xi=self.xi[some], xj=self.xj[some])
+
 
 def transfer_errors(S: FloatArray, xi: FloatArray, xj: FloatArray) -> FloatArray:
     """The larger of both transfer distances of pairs of points under maps S (..., 3, 3) from i to j, (..., n)."""
@@ -152,7 +156,6 @@ def _normal_equations(
 
 
 # ---- pairs ---------------------------------------------------------------------------------------
-
 
 _BATCH, _BATCHES = 100, 40  # samples; with one in five points right, one in 600 samples of four is right
 _SURE = 0.999  # probability of a sample without a wrong point
@@ -294,7 +297,6 @@ def _spread(xi: FloatArray, xj: FloatArray) -> float:
 
 
 # ---- models --------------------------------------------------------------------------------------
-
 
 _NOISE = 0.05  # pixels of the examined image: the best accuracy of a point
 _WRONG = 4.0  # limit of a squared error over that of the noise: 2 per dimension, as in Torr

@@ -143,12 +143,10 @@ class SphereCanvas:
         seen = self.cameras[number].sees(rays)
         # A thin image may lie between the nodes; its own points count, too.
         own = self.places(self.cameras[number].directions(_nodes(size)))
-        own = own[np.asarray(np.isfinite(own).all(axis=1))]
-        rows, columns = (np.flatnonzero(np.asarray(seen.any(axis=axis))) * step for axis in (1, 0))
-        left, top = (min([*known[:1] - step, *own[:, k].astype(int)]) for k, known in enumerate((columns, rows)))
-        right, bottom = (
-            max([*known[-1:] + step + 1, *own[:, k].astype(int) + 1]) for k, known in enumerate((columns, rows))
-        )
+        own = own[np.asarray(np.isfinite(own).all(axis=1))].astype(int)
+        nodes = [np.flatnonzero(np.asarray(seen.any(axis=axis))) * step for axis in (0, 1)]
+        left, top = (min([*known[:1] - step, *mine]) for known, mine in zip(nodes, own.T, strict=True))
+        right, bottom = (max([*known[-1:] + step, *mine]) + 1 for known, mine in zip(nodes, own.T, strict=True))
         return max(int(left), 0), max(int(top), 0), min(int(right), self.width), min(int(bottom), self.height)
 
     def places(self, directions: FloatArray) -> FloatArray:
@@ -254,15 +252,11 @@ def _extent(
             break
         columns, rows = np.flatnonzero(seen.any(axis=0)), np.flatnonzero(seen.any(axis=1))
         cell = (high - low) / _LATTICE
-        low, high = (
-            np.array([x[columns[0]], y[rows[0]]]) - cell,
-            np.array([x[columns[-1]], y[rows[-1]]]) + cell,
-        )
+        low, high = (np.array([x[columns[k]], y[rows[k]]]) + way * cell for k, way in ((0, -1.0), (-1, 1.0)))
     return low, high
 
 
 # ---- georeference --------------------------------------------------------------------------------
-
 
 _MIDDLE = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])  # of the first pixel, which world files have
 
@@ -294,8 +288,7 @@ def mean_georeference(
     It does not rectify the mosaic: `rms` is the deviation of the sheets' own coordinates. Raises ValueError for sheets
     of different CRSs.
     """
-    known = [number for number, sheet in enumerate(sheets) if sheet is not None]
-    given = [sheet for sheet in sheets if sheet is not None]
+    known, given = [number for number, sheet in enumerate(sheets) if sheet], [sheet for sheet in sheets if sheet]
     if not given:
         return None
     names = {sheet.crs for sheet in given if sheet.crs}
@@ -312,9 +305,6 @@ def mean_georeference(
     matrix[:2, :2], matrix[:2, 2] = A, target - A @ middle
     rms = float(np.sqrt((gaps**2).sum(axis=1).mean()))
     return MeanGeoreference(matrix, names.pop() if names else "", rms, len(given))
-
-
-# ---- world files ----------------------------------------------------------------------------
 
 
 def world_file(path: str | os.PathLike[str]) -> Path:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 import os
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -14,9 +14,9 @@ import numpy as np
 
 from projdist._typing import AnyArray, FloatArray, IntArray
 from projdist.applications.mosaics.bundle_adjustment import Link, estimate
-from projdist.applications.mosaics.homographies import check_model, places
+from projdist.applications.mosaics.homographies import CHOICES, places
 from projdist.applications.mosaics.images import Picture, opencv
-from projdist.support import comma_hint, number_of, read_text, rows_of_text
+from projdist.support import check_choice, comma_hint, number_of, read_text, rows_of_text
 
 _COLUMNS = ("model", "i", "j", "xi", "yi", "xj", "yj")
 _CODES = {"0": "affine", "1": "homography", "affine": "affine", "homography": "homography"}
@@ -72,19 +72,6 @@ class Correspondences:
         if wrong.any():
             raise ValueError(f"Invalid correspondence {int(np.flatnonzero(wrong)[0]) + 1}. {reason}")
 
-    def resized(self, sizes: Sequence[Sequence[float]], names: Sequence[str]) -> Correspondences:
-        """The same points in images of other sizes and names; raises ValueError for different proportions."""
-        new = np.array(sizes, dtype=float)
-        if len(new) != len(self.sizes):
-            raise ValueError(f"Invalid images. There are {len(new)}; the correspondences are for {len(self.sizes)}.")
-        ratio = new / self.sizes
-        for name, (across, down) in zip(names, ratio, strict=True):
-            if abs(across / down - 1.0) > _SAME_SHAPE:
-                raise ValueError(f"Invalid image '{name}'. Its shape is not that of the correspondences.")
-        return Correspondences(
-            i=self.i, j=self.j, xi=self.xi * ratio[self.i], xj=self.xj * ratio[self.j], sizes=new, names=tuple(names)
-        )
-
     @property
     def unit(self) -> float:
         """Half of the longest side of the images, the unit of coordinates in which they are registered."""
@@ -93,6 +80,10 @@ class Correspondences:
     def name(self, image: int) -> str:
         """The name of an image, or its number."""
         return str(image) if self.names is None else self.names[image]
+
+    def names_of(self, images: Iterable[int]) -> list[str]:
+        """The names of images, or their numbers."""
+        return [self.name(image) for image in images]
 
 
 def read_correspondences(
@@ -108,7 +99,7 @@ def read_correspondences(
     one pair per image, or one for all images, each of which must then have a row; by default they are read from a
     comment line, as `# image sizes h x w: [(600, 800), (600, 800)]`. Raises ValueError.
     """
-    columns, stated, images = _read(Path(path), check_model(model))
+    columns, stated, images = _read(Path(path), model)
     given = stated if sizes is None else [(float(w), float(h)) for w, h in sizes]
     if given is None:
         raise ValueError(
@@ -134,21 +125,31 @@ def correspondences_of(
 
     If a comment line has other sizes, the points are in reduced or enlarged images. Raises ValueError.
     """
-    columns, stated, _ = _read(Path(path), check_model(model))
-    sizes, names = [picture.size for picture in pictures], tuple(picture.name for picture in pictures)
-    return Correspondences(**columns, sizes=np.array(stated or sizes)).resized(sizes, names)
+    columns, stated, _ = _read(Path(path), model)
+    sizes = np.array([picture.size for picture in pictures], dtype=float)
+    given = Correspondences(**columns, sizes=np.array(stated or sizes))
+    if len(sizes) != len(given.sizes):
+        raise ValueError(f"Invalid images. There are {len(sizes)}; the correspondences are for {len(given.sizes)}.")
+    ratio = sizes / given.sizes
+    for picture, (across, down) in zip(pictures, ratio, strict=True):
+        if abs(across / down - 1.0) > _SAME_SHAPE:
+            raise ValueError(f"Invalid image '{picture.name}'. Its shape is not that of the correspondences.")
+    names = tuple(picture.name for picture in pictures)
+    return replace(given, xi=given.xi * ratio[given.i], xj=given.xj * ratio[given.j], sizes=sizes, names=names)
 
 
 def _read(path: Path, model: str) -> tuple[dict[str, Any], list[tuple[float, float]] | None, set[int]]:
     """The columns for a model, the sizes in a comment line, and the numbers of the images in rows of any model."""
+    check_choice("model", model, CHOICES)
     text = f"Invalid correspondences '{path}'."
     content = read_text(path, text)
-    stated = None
+    stated: list[tuple[float, float]] | None = None
     for line in content.splitlines():
-        if line.lstrip().startswith("#"):
-            stated = _stated_sizes(line) or stated
-    rows, models = [], set()
-    images: set[int] = set()
+        found = _SIZES.search(line) if line.lstrip().startswith("#") else None
+        if found is not None and {found[1].lower(), found[2].lower()} == {"w", "h"}:
+            pairs = [(float(a), float(b)) for a, b in _PAIR.findall(found[3])]
+            stated = ([(b, a) for a, b in pairs] if found[1].lower() == "h" else pairs) or stated
+    rows, models, images = [], set[str](), set[int]()
     for number, words in rows_of_text(content, text):
         cells = [cell.strip() for cell in words]
         if tuple(cell.lower() for cell in cells) == _COLUMNS:
@@ -169,15 +170,6 @@ def _read(path: Path, model: str) -> tuple[dict[str, Any], list[tuple[float, flo
     table = np.array(list(dict.fromkeys(rows)) if model == "auto" else rows)
     i, j = table[:, :2].T.astype(int)
     return {"i": i, "j": j, "xi": table[:, 2:4], "xj": table[:, 4:6]}, stated, images
-
-
-def _stated_sizes(line: str) -> list[tuple[float, float]] | None:
-    """Widths and heights in a comment line, None without them."""
-    found = _SIZES.search(line)
-    if found is None or {found[1].lower(), found[2].lower()} != {"w", "h"}:
-        return None
-    pairs = [(float(a), float(b)) for a, b in _PAIR.findall(found[3])]
-    return [(b, a) for a, b in pairs] if found[1].lower() == "h" else pairs
 
 
 def _row(cells: list[str]) -> tuple[str, float, float, float, float, float, float] | None:
@@ -206,7 +198,6 @@ def parse_sizes(text: str) -> list[tuple[float, float]]:
 
 
 # ---- features ------------------------------------------------------------------------------------
-
 
 # Pixels of an image in which features are searched, and the number of the clearest that are kept. The clearest features
 # of a large photo are leaves and grass, which no other photo shows; common features are found on small images first,
@@ -308,9 +299,6 @@ def _features(picture: Picture, most_pixels: float, most_features: int) -> _Feat
     return _Features(there[order], descriptors[order], 1.0 / share)
 
 
-# ---- on small images ------------------------------------------------------------------------
-
-
 def _common(i: int, j: int, a: _Features, b: _Features) -> Link | None:
     """The features of two images that are clearly the nearest of each other; None if there are too few."""
     if min(len(a.places), len(b.places)) < _FEWEST:
@@ -363,19 +351,16 @@ def _candidates(features: Sequence[_Features]) -> list[tuple[int, int]]:
     return sorted(pairs)
 
 
-# ---- on larger ones -------------------------------------------------------------------------
-
-
 def _refined(pictures: Sequence[Picture], found: Sequence[Link], steps: _Steps) -> list[Link]:
     """The common points, those of matching pairs found anew on larger images."""
     maps = [_map_of(one, pictures) if one.reduction > 1.0 else None for one in found]
     larger = {image for one, S in zip(found, maps, strict=True) if S is not None for image in (one.i, one.j)}
     steps.more(len(larger))
     fine = {image: steps.done(_features(pictures[image], _FINE, _FINE_FEATURES)) for image in sorted(larger)}
-    again = (
-        None if S is None else _guided(one, S, fine[one.i], fine[one.j]) for one, S in zip(found, maps, strict=True)
-    )
-    return [one if new is None else new for one, new in zip(found, again, strict=True)]
+    return [
+        one if S is None else _guided(one, S, fine[one.i], fine[one.j]) or one
+        for one, S in zip(found, maps, strict=True)
+    ]
 
 
 def _map_of(one: Link, pictures: Sequence[Picture]) -> FloatArray | None:

@@ -16,13 +16,6 @@ ENTRIES = {
 }
 
 
-def check_model(model: str) -> str:
-    """The name of a model, or auto; raises ValueError for others."""
-    if model not in CHOICES:
-        raise ValueError(f"Invalid model '{model}'. It must be affine, homography or auto.")
-    return model
-
-
 def homogeneous(x: FloatArray) -> FloatArray:
     """Homogeneous coordinates (..., 3) of points (..., 2)."""
     return np.concatenate([x, np.ones((*x.shape[:-1], 1))], axis=-1)
@@ -48,13 +41,8 @@ def fit(x: FloatArray, y: FloatArray, model: str) -> FloatArray:
     the points do not determine are not finite, or noise.
     """
     x1, zero = homogeneous(x), np.zeros((*x.shape[:-1], 3))
-    A = np.concatenate(
-        [
-            np.concatenate([x1, zero, -y[..., :1] * x1], axis=-1),
-            np.concatenate([zero, x1, -y[..., 1:] * x1], axis=-1),
-        ],
-        axis=-2,
-    )
+    rows = [x1, zero, -y[..., :1] * x1], [zero, x1, -y[..., 1:] * x1]
+    A = np.concatenate([np.concatenate(parts, axis=-1) for parts in rows], axis=-2)
     columns = [0, 1, 2, 3, 4, 5, 8] if model == "affine" else list(range(9))
     vector = np.linalg.svd(np.linalg.qr(A[..., columns], mode="r"))[2][..., -1, :]
     H = np.zeros((*x.shape[:-2], 9))
@@ -77,7 +65,6 @@ def jacobians(H: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 # ---- the plane with the least distortion -----------------------------------------------------------
-
 
 _NODES = 12  # Gauss nodes along a side: errors of 1e-15, and of 3e-8 if outer images are enlarged ten times
 _MOST_STEPS, _HALVINGS = 60, 40

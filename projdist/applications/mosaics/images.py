@@ -36,7 +36,6 @@ def as_array(one: Any) -> AnyArray:
 
 # ---- deep images ---------------------------------------------------------------------------------
 
-
 DEEPEST = 65535
 _PNG_DEPTH = 24  # the byte of a PNG with the bits per colour (PNG specification, 11.2.2)
 _TIFF_DEPTH, _TIFF_NODATA = 258, 42113  # tags: BitsPerSample, and GDAL's for the value of no data
@@ -114,7 +113,6 @@ def nodata_of(image: Image.Image) -> float | None:
 
 
 # ---- images --------------------------------------------------------------------------------------
-
 
 _LONGEST_SIDE = 32766  # pixels: OpenCV's limit for warping
 _MOST_PIXELS = 100_000_000  # takes a gigabyte or two of memory; a file of a few kB may claim many more
@@ -219,12 +217,11 @@ class Picture:
         """
         if self.together[0] is not self:
             return self.together[0].levels
-        ends = []
-        for picture in self.together:
-            deep = picture._deep()
-            if deep.seen.any():
-                seen = deep.values[deep.seen]
-                ends.append((float(seen.min()), float(seen.max())))
+        ends = [
+            (float(values.min()), float(values.max()))
+            for deep in (picture._deep() for picture in self.together)
+            if len(values := deep.values[deep.seen])
+        ]
         low, high = (min(low for low, _ in ends), max(high for _, high in ends)) if ends else (0.0, 1.0)
         if low >= 0.0 and all(picture.is_whole for picture in self.together):
             return 0.0, float(2 ** max(8, int(high).bit_length()) - 1)
@@ -263,13 +260,12 @@ def open_pictures(sources: Sequence[str | os.PathLike[str] | AnyArray]) -> list[
 
     Raises ValueError for an image that cannot be read, and for a file that is given twice.
     """
-    names = [str(number) if isinstance(one, np.ndarray) else Path(one).name for number, one in enumerate(sources)]
     paths = [str(number) if isinstance(one, np.ndarray) else os.fspath(one) for number, one in enumerate(sources)]
-    for path in paths:
-        if paths.count(path) > 1:
-            raise ValueError(f"Invalid image '{path}'. It must be given once.")
-    if len(set(names)) < len(names):
-        names = paths
+    twice = next((path for path in paths if paths.count(path) > 1), None)
+    if twice is not None:
+        raise ValueError(f"Invalid image '{twice}'. It must be given once.")
+    names = [path if isinstance(one, np.ndarray) else Path(one).name for path, one in zip(paths, sources, strict=True)]
+    names = names if len(set(names)) == len(names) else paths
     pictures = [Picture(source, name) for source, name in zip(sources, names, strict=True)]
     deep = [picture for picture in pictures if picture.is_deep]
     for picture in deep:
@@ -278,7 +274,6 @@ def open_pictures(sources: Sequence[str | os.PathLike[str] | AnyArray]) -> list[
 
 
 # ---- pieces --------------------------------------------------------------------------------------
-
 
 _KEPT = 3e8  # bytes of images kept in memory
 _HALF = 0.5  # scale below which an image is reduced before it is drawn

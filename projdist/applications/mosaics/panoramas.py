@@ -22,6 +22,7 @@ from projdist.applications.mosaics.homographies import homogeneous
 from projdist.applications.mosaics.registration import Cameras, ImageAnswer, MatchedImages
 from projdist.matrices import turns
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
+from projdist.support import check_choice
 
 _MOST_PIXELS = 1e8  # of a canvas
 _ARC = 40  # edges of an outline for each side of an image
@@ -51,8 +52,7 @@ class Panorama(ImageAnswer):
 
     def messages(self, *, others: bool = True) -> list[str]:
         """The notes; without `others` none on other groups of images, which have panoramas of their own."""
-        found = self.cameras
-        left = self._left_out_note(others=others)
+        found, left = self.cameras, self._left_out_note(others=others)
         notes = [left] if left else []
         if found.rms_pixels > _SEVERAL * found.rms_homographies and found.rms_pixels > 1.0:
             notes.append(
@@ -72,7 +72,12 @@ class Panorama(ImageAnswer):
     @property
     def __geo_interface__(self) -> dict[str, Any]:
         """The outlines of all images as a GeoJSON geometry, polygons of longitudes and latitudes."""
-        return {"type": "MultiPolygon", "coordinates": [[_outline(view).tolist()] for view in self.views]}
+        along = np.linspace(0.0, 1.0, _ARC, endpoint=False)
+        one, none = np.ones_like(along), np.zeros_like(along)
+        sides = [(along, none), (one, along), (1.0 - along, one), (none, 1.0 - along), (none[:1], none[:1])]
+        rim = np.concatenate([np.column_stack(side) for side in sides])
+        outlines = [np.column_stack(angles_of(view.directions(rim * view.size))) for view in self.views]
+        return {"type": "MultiPolygon", "coordinates": [[outline.tolist()] for outline in outlines]}
 
     def mapped(self, projection: ProjectionLike, *, most_pixels: float = _MOST_PIXELS) -> MappedPanorama:
         """The panorama on a map of the sphere, for `render`, of at most `most_pixels`.
@@ -86,13 +91,13 @@ class Panorama(ImageAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """The report. Lists are for all images in their order, with None for those left out."""
-        found, name = self.cameras, self.points.name
+        found = self.cameras
+        images, groups, end = self._ends()
         lon, lat = angles_of(self.rotations[:, :, 2])
         rolls = np.degrees(np.arctan2(self.rotations[:, 1, 0], self.rotations[:, 1, 1]))
         return {
             "model": "rotation",
-            "images": [name(image) for image in range(len(self.points.sizes))],
-            "sizes": self.points.sizes.tolist(),
+            **images,
             "rotations": self._of_all(self.rotations),
             "longitudes": self._of_all(lon),
             "latitudes": self._of_all(lat),
@@ -101,10 +106,8 @@ class Panorama(ImageAnswer):
             "focal_errors": self._of_all(found.focal_errors),
             "rms_pixels": found.rms_pixels,
             "rms_pixels_of_homographies": found.rms_homographies,
-            "left_out": self.left_out,
-            "components": [[name(image) for image in group] for group in found.components],
-            "pairs": self._pairs(),
-            "notes": self.notes,
+            **groups,
+            **end,
         }
 
     def _table(self) -> list[dict[str, Any]]:
@@ -169,10 +172,8 @@ def panoramas_of_groups(
     points: Correspondences, *, focal: str = "common", tolerance: float = 4.0, most: int | None = None
 ) -> list[Panorama]:
     """A panorama of each group of connected images, the largest first, at most `most`."""
-    if focal not in FOCALS:
-        raise ValueError(f"Invalid focal '{focal}'. It must be {' or '.join(FOCALS)}.")
-    registration.check_tolerance(tolerance)
-    links = list(registration.links_of(points))
+    check_choice("focal", focal, FOCALS)
+    links = registration.links_of(points, tolerance)
     pairs = [registration.estimated(points, link, tolerance, "homography") for link in links]
     groups = registration.connected(points, links, pairs)[:most]
     cut = max(link.reduction for link in links) * tolerance / points.unit
@@ -199,17 +200,7 @@ def _level(R: FloatArray) -> FloatArray:
     return np.stack([np.cross(-up, forward), -up, forward])
 
 
-def _outline(view: Camera) -> FloatArray:
-    """Longitudes and latitudes of an image's outline, closed."""
-    along = np.linspace(0.0, 1.0, _ARC, endpoint=False)
-    one, none = np.ones_like(along), np.zeros_like(along)
-    sides = [(along, none), (one, along), (1.0 - along, one), (none, 1.0 - along), (none[:1], none[:1])]
-    rim = np.concatenate([np.column_stack(side) for side in sides]) * view.size
-    return np.column_stack(angles_of(view.directions(rim)))
-
-
 # ---- cameras --------------------------------------------------------------------------------------
-
 
 FOCALS = ("common", "free")
 
@@ -217,9 +208,8 @@ FOCALS = ("common", "free")
 _WIDEST, _NARROWEST, _STEPS = 0.25, 25.0, 96
 _CAP = 10.0  # tolerances; larger errors count as this while the focal length is searched
 _FAR = 0.7  # of half the longest side: links that chains miss by more are used only later
-_WITHIN = (
-    3.7  # of the median error, 2.5 standard deviations of normal noise; lenses may bend lines beyond the tolerance
-)
+# Of the median error, 2.5 standard deviations of normal noise; lenses may bend lines beyond the tolerance.
+_WITHIN = 3.7
 _ROUNDS = 10
 
 
@@ -271,13 +261,10 @@ def _cameras(points: Correspondences, group: MatchedImages, is_common: bool, tol
     M, rms, normal, count = _adjusted(_Turns("homography", is_common), M, group, tolerance)
     focals = _focals_of(M)
     # With a homography for each pair.
-    squares = [
-        np.square(transfers(pair.S, link.xi[pair.agree], link.xj[pair.agree]))
-        for link, pair in zip(group.links, group.pairs, strict=True)
-        if pair.S is not None
-    ]
+    pairs = [(link.chosen(pair.agree), pair.S) for link, pair in zip(group.links, group.pairs, strict=True)]
+    squares = [np.square(transfers(S, link.xi, link.xj)) for link, S in pairs if S is not None]
     return Cameras(
-        *(group.images, group.components, group.left_out, group.matches),
+        *group.shared,
         M @ _scalings(focals),
         focals * unit,
         focals * unit * _deviations(normal, rms, count, len(group.images)),
@@ -298,9 +285,6 @@ def _scalings(f: FloatArray) -> FloatArray:
     return K
 
 
-# ---- the start ------------------------------------------------------------------------------
-
-
 def _start(group: MatchedImages, tolerance: float) -> tuple[float, list[Pair]]:
     """The focal length, in halves of the longest side, with which rotations fit all pairs best, and the pairs by these.
 
@@ -308,8 +292,8 @@ def _start(group: MatchedImages, tolerance: float) -> tuple[float, list[Pair]]:
     """
     f = np.geomspace(_WIDEST, _NARROWEST, _STEPS)
     cost, maps = np.zeros(_STEPS), []
-    for link, pair in zip(group.links, group.pairs, strict=True):
-        xi, xj = link.xi[pair.agree], link.xj[pair.agree]
+    for link, agree in group.agreeing:
+        xi, xj = link.xi[agree], link.xj[agree]
         U, _, V = np.linalg.svd(_directions(xj, f).swapaxes(1, 2) @ _directions(xi, f))
         U[:, :, 2] *= np.linalg.det(U @ V)[:, None]
         S = _scalings(f) @ (U @ V) @ _scalings(1.0 / f)
@@ -327,9 +311,6 @@ def _directions(x: FloatArray, f: FloatArray) -> FloatArray:
     return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
 
 
-# ---- bundle adjustment ----------------------------------------------------------------------
-
-
 def _adjusted(
     chart: _Turns, M: FloatArray, group: MatchedImages, tolerance: float
 ) -> tuple[FloatArray, float, FloatArray, int]:
@@ -340,11 +321,12 @@ def _adjusted(
     """
     links = group.links
     gaps = _gaps(M, links)
-    agree = [pair.agree for pair in group.pairs]
-    chosen = [some & (np.median(gap[some]) < _FAR) & (gap < np.inf) for gap, some in zip(gaps, agree, strict=True)]
+    chosen = [
+        some & (np.median(gap[some]) < _FAR) & (gap < np.inf)
+        for gap, (_, some) in zip(gaps, group.agreeing, strict=True)
+    ]
     for _ in range(_ROUNDS):
-        kept = [link._replace(xi=link.xi[some], xj=link.xj[some]) for link, some in zip(links, chosen, strict=True)]
-        kept = [link for link in kept if len(link.xi) > 1]
+        kept = [link.chosen(some) for link, some in zip(links, chosen, strict=True) if some.sum() > 1]
         # All images must be in one group.
         if [len(group) for group in registration.components_of((link.i, link.j) for link in kept)] != [len(M)]:
             raise ValueError(

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist._typing import FloatArray
+from projdist._typing import BoolArray, FloatArray
 from projdist.applications.mosaics import bundle_adjustment, homographies
 from projdist.applications.mosaics.bundle_adjustment import Chart, Link, ModelFit, Pair, adjust
 from projdist.applications.mosaics.canvases import Canvas, canvas_size
 from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.homographies import MODELS, behind, corners, field_of, places
 from projdist.matrices import ROTATIONS, Rotation, axes_shift, check_weights, mdt, mean_rotation
-from projdist.support import Answer, listed, plain
+from projdist.support import Answer, check_choice, listed, plain
 
 _SHOWN = 10  # names in one message
 
@@ -49,6 +49,11 @@ class ConnectedImages:
     components: list[list[int]]
     left_out: list[int]
     matches: list[Match]
+
+    @property
+    def shared(self) -> tuple[list[int], list[list[int]], list[int], list[Match]]:
+        """These four, for groups of other types."""
+        return self.images, self.components, self.left_out, self.matches
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,13 +110,13 @@ class ImageAnswer(Answer):
     @property
     def left_out(self) -> list[str]:
         """The names or numbers of the images that are not connected with the others."""
-        return [self.points.name(image) for image in self._found.left_out]
+        return self.points.names_of(self._found.left_out)
 
     @property
     def alone(self) -> list[str]:
         """The names or numbers of the images that are connected with no other."""
         grouped = {image for group in self._found.components for image in group}
-        return [self.points.name(image) for image in self._found.left_out if image not in grouped]
+        return self.points.names_of(image for image in self._found.left_out if image not in grouped)
 
     @property
     def notes(self) -> list[str]:
@@ -120,26 +125,28 @@ class ImageAnswer(Answer):
 
     def _left_out_note(self, *, others: bool) -> str:
         """The remark on images left out; connected ones are listed together, and only with `others`."""
-        left_out, name = set(self._found.left_out), self.points.name
+        left_out = set(self._found.left_out)
         groups = [group for group in self._found.components if others and set(group) <= left_out]
         parts = [", ".join(self.alone)] if self.alone else []
-        parts += [listed([name(image) for image in group], "and") + ", which hang together" for group in groups]
+        parts += [listed(self.points.names_of(group), "and") + ", which hang together" for group in groups]
         return f"Left out: {'; '.join(parts)}. Nothing connects them with the other images." if parts else ""
 
     def _of_all(self, values: FloatArray) -> list[Any]:
         """A value for each image, None for those left out."""
-        rows: list[Any] = [None] * len(self.points.sizes)
-        for image, value in zip(self.images, values.tolist(), strict=True):
-            rows[image] = value
-        return rows
+        of_image = dict(zip(self.images, values.tolist(), strict=True))
+        return [of_image.get(image) for image in range(len(self.points.sizes))]
 
-    def _pairs(self) -> list[dict[str, Any]]:
-        """The matches of all pairs, with names or numbers of images."""
-        name = self.points.name
-        return [
-            m._asdict() | {"i": name(m.i), "j": name(m.j), "false_alarms": plain(m.false_alarms)}
-            for m in self._found.matches
+    def _ends(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+        """The parts of the report that all such answers have: the images, their groups, and their pairs and notes."""
+        name, found = self.points.name, self._found
+        pairs = [
+            m._asdict() | {"i": name(m.i), "j": name(m.j), "false_alarms": plain(m.false_alarms)} for m in found.matches
         ]
+        return (
+            {"images": self.points.names_of(range(len(self.points.sizes))), "sizes": self.points.sizes.tolist()},
+            {"left_out": self.left_out, "components": [self.points.names_of(group) for group in found.components]},
+            {"pairs": pairs, "notes": self.notes},
+        )
 
 
 def register(points: Correspondences, *, model: str = "affine", tolerance: float = 4.0) -> ImageRegistration:
@@ -158,17 +165,29 @@ def register_groups(
     points: Correspondences, *, model: str = "affine", tolerance: float = 4.0, most: int | None = None
 ) -> list[ImageRegistration]:
     """Register each group of connected images, the largest first, at most `most`. Raises as `register`."""
-    homographies.check_model(model)
-    check_tolerance(tolerance)
-    links = list(links_of(points))
+    check_choice("model", model, homographies.CHOICES)
+    links = links_of(points, tolerance)
     found = {name: [estimated(points, link, tolerance, name) for link in links] for name in MODELS}
     # The points that agree on a map by either model.
     agree = [np.logical_or(*(pair.agree for pair in both)) for both in zip(*found.values(), strict=True)]
     models = bundle_adjustment.compare_models(zip(links, agree, strict=True), points.unit)
     if model == "auto":
         model = min(models, key=lambda name: models[name].gric, default=MODELS[0])
-    groups = connected(points, links, found[model])
-    return [_registered(points, group, model, models) for group in groups[:most]]
+    unit, registrations = points.unit, []
+    for group in connected(points, links, found[model])[:most]:
+        sizes = points.sizes[group.images]
+        refuse_mirrors(points, group)
+        maps, rms, _ = adjust(Chart(model), group.chain, [link.chosen(at) for link, at in group.agreeing])
+        to_unit = np.tile(np.eye(3), (len(sizes), 1, 1))
+        to_unit[:, :2] /= unit
+        to_unit[:, :2, 2] = -0.5 * sizes / unit
+        to_pixels = np.diag([unit, unit, 1.0])
+        to_pixels[:2, 2] = 0.5 * sizes[0]
+        matrices = to_pixels @ maps @ to_unit
+        if model == "homography":
+            matrices /= np.cbrt(np.linalg.det(matrices))[:, None, None]
+        registrations.append(ImageRegistration(*group.shared, model, matrices, sizes, rms * unit, models))
+    return registrations
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,6 +200,11 @@ class MatchedImages(ConnectedImages):
     links: list[Link]
     pairs: list[Pair]
     chain: FloatArray
+
+    @property
+    def agreeing(self) -> list[tuple[Link, BoolArray]]:
+        """The links, with flags of the points that agree on the map of their pair."""
+        return [(link, pair.agree) for link, pair in zip(self.links, self.pairs, strict=True)]
 
 
 def connected(points: Correspondences, links: Sequence[Link], pairs: Sequence[Pair]) -> list[MatchedImages]:
@@ -209,35 +233,6 @@ def connected(points: Correspondences, links: Sequence[Link], pairs: Sequence[Pa
     return groups
 
 
-def check_tolerance(tolerance: float) -> None:
-    """Raise ValueError for a tolerance that is not above 0."""
-    if not tolerance > 0:
-        raise ValueError(f"Invalid tolerance {tolerance}. It must be a number of pixels above 0.")
-
-
-def _registered(
-    points: Correspondences, group: MatchedImages, model: str, models: dict[str, ModelFit]
-) -> ImageRegistration:
-    """The registration of a group of images."""
-    images, unit = group.images, points.unit
-    refuse_mirrors(points, group)
-    links = [
-        link._replace(xi=link.xi[pair.agree], xj=link.xj[pair.agree])
-        for link, pair in zip(group.links, group.pairs, strict=True)
-    ]
-    maps, rms, _ = adjust(Chart(model), group.chain, links)
-    to_unit = np.tile(np.eye(3), (len(images), 1, 1))
-    to_unit[:, :2] /= unit
-    to_unit[:, :2, 2] = -0.5 * points.sizes[images] / unit
-    to_pixels = np.diag([unit, unit, 1.0])
-    to_pixels[:2, 2] = 0.5 * points.sizes[images[0]]
-    matrices = to_pixels @ maps @ to_unit
-    if model == "homography":
-        matrices /= np.cbrt(np.linalg.det(matrices))[:, None, None]
-    connected = images, group.components, group.left_out, group.matches
-    return ImageRegistration(*connected, model, matrices, points.sizes[images], rms * unit, models)
-
-
 def estimated(points: Correspondences, link: Link, tolerance: float, model: str) -> Pair:
     """The map of two images, tested against chance in all possible pairs; `tolerance` in pixels of reduced images."""
     area = float(points.sizes[[link.i, link.j]].prod(axis=1).min()) / points.unit**2
@@ -246,8 +241,14 @@ def estimated(points: Correspondences, link: Link, tolerance: float, model: str)
     return bundle_adjustment.estimate(link.xi, link.xj, model, within, area=area, tests=tests)
 
 
-def links_of(points: Correspondences) -> Iterator[Link]:
-    """For each pair of images i < j the common points, in coordinates from the images' middles, in `points.unit`."""
+def links_of(points: Correspondences, tolerance: float) -> list[Link]:
+    """For each pair of images i < j the common points, in coordinates from the images' middles, in `points.unit`.
+
+    Raises ValueError for a tolerance that is not above 0.
+    """
+    if not tolerance > 0:
+        raise ValueError(f"Invalid tolerance {tolerance}. It must be a number of pixels above 0.")
+    links: list[Link] = []
     unit, reductions = points.unit, np.asarray(points.reductions)
     swap = points.i > points.j
     i, j = np.where(swap, points.j, points.i), np.where(swap, points.i, points.j)
@@ -257,7 +258,8 @@ def links_of(points: Correspondences) -> Iterator[Link]:
     for number, (a, b) in enumerate(keys.tolist()):
         chosen = places.reshape(-1) == number
         xi, xj = (first[chosen] - 0.5 * points.sizes[a]) / unit, (second[chosen] - 0.5 * points.sizes[b]) / unit
-        yield Link(a, b, xi, xj, float(reductions[chosen].max()))
+        links.append(Link(a, b, xi, xj, float(reductions[chosen].max())))
+    return links
 
 
 def components_of(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:
@@ -291,7 +293,7 @@ def refuse_mirrors(points: Correspondences, group: MatchedImages) -> None:
     mirrors = np.linalg.det(group.chain) < 0
     if mirrors.any():
         few = mirrors if mirrors.mean() <= 0.5 else ~mirrors
-        names = [points.name(image) for image, odd in zip(group.images, few, strict=True) if odd]
+        names = points.names_of(np.array(group.images)[few].tolist())
         more = [f"{len(names) - _SHOWN} more"] if len(names) > _SHOWN else []
         raise ValueError(
             f"Invalid orientation of {listed(names[:_SHOWN] + more, 'and')}. They mirror the others; all must agree."
@@ -337,25 +339,9 @@ class CommonFrames(NamedTuple):
 def common_frames(found: ImageRegistration, weights: FloatArray, rotation: str) -> CommonFrames:
     """All frames. Raises ValueError if some image reaches infinity in every plane.
 
-    The central image has its middle nearest to the mean of all middles in the MDT's frame; the best has the least
-    figure.
+    The MDT's is rotated by the mean rotation and shifted to the axes. The central image has its middle nearest to the
+    mean of all middles there; the best has the least figure.
     """
-    mean, turn = _mdt_frame(found, weights, rotation)
-    of_image = {image: frame_of_image(found, image, weights) for image in found.images}
-    possible = [frame for frame in of_image.values() if frame is not None]
-    middles = places(mean.matrices, 0.5 * found.sizes[:, None])[:, 0]
-    frames = {
-        "first": of_image[found.images[0]],
-        "last": of_image[found.images[-1]],
-        "central": of_image[found.images[int(np.hypot(*(middles - middles.mean(axis=0)).T).argmin())]],
-        "best": min(possible, key=lambda frame: frame.figure, default=None),
-        "mdt": mean,
-    }
-    return CommonFrames(frames, [image for image, frame in of_image.items() if frame is None], turn)
-
-
-def _mdt_frame(found: ImageRegistration, weights: FloatArray, rotation: str) -> tuple[Frame, Rotation]:
-    """The frame of the MDT, rotated by the mean rotation and shifted to the axes."""
     H: FloatArray | None = found.matrices
     if found.model == "homography":
         H = homographies.least_distorting(found.matrices, found.sizes, weights)
@@ -370,7 +356,18 @@ def _mdt_frame(found: ImageRegistration, weights: FloatArray, rotation: str) -> 
     H = G @ H
     shift = axes_shift(places(H, corners(found.sizes)).reshape(-1, 2))
     H[:, :2] += shift[:, None] * H[:, 2:]
-    return _measured(found, None, H, weights), turn
+    mean = _measured(found, None, H, weights)
+    of_image = {image: frame_of_image(found, image, weights) for image in found.images}
+    possible = [frame for frame in of_image.values() if frame is not None]
+    middles = places(mean.matrices, 0.5 * found.sizes[:, None])[:, 0]
+    frames = {
+        "first": of_image[found.images[0]],
+        "last": of_image[found.images[-1]],
+        "central": of_image[found.images[int(np.hypot(*(middles - middles.mean(axis=0)).T).argmin())]],
+        "best": min(possible, key=lambda frame: frame.figure, default=None),
+        "mdt": mean,
+    }
+    return CommonFrames(frames, [image for image, frame in of_image.items() if frame is None], turn)
 
 
 def _jacobians(found: ImageRegistration, H: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -391,7 +388,6 @@ def _measured(found: ImageRegistration, reference: int | None, H: FloatArray, we
 
 
 # ---- answers -------------------------------------------------------------------------------------
-
 
 FRAMES = ("mdt", "first", "last", "central", "best")
 _SEVERAL = 2.0  # times better gives a note
@@ -453,30 +449,24 @@ class Mosaic(ImageAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """The report. Lists are for all images in their order, with None for those left out."""
-        found, canvas, name = self.registration, self.canvas(), self.points.name
-        references = {
-            key: frame.reference for key, frame in self.frames.items() if frame and frame.reference is not None
-        }
+        found, canvas, frames = self.registration, self.canvas(), self.frames
+        references = {key: frame.reference for key, frame in frames.items() if frame and frame.reference is not None}
+        images, groups, end = self._ends()
         return {
             "model": found.model,
-            "images": [name(image) for image in range(len(self.points.sizes))],
-            "sizes": self.points.sizes.tolist(),
+            **images,
             "frame": self.frame_name,
-            "frames": {key: None if frame is None else plain(frame.figure) for key, frame in self.frames.items()},
-            "references": {key: name(image) for key, image in references.items()},
-            "impossible": [name(image) for image in self.common.impossible],
-            "distortions": {
-                key: None if frame is None else self._of_all(frame.distortions) for key, frame in self.frames.items()
-            },
+            "frames": {key: frame and plain(frame.figure) for key, frame in frames.items()},
+            "references": {key: self.points.name(image) for key, image in references.items()},
+            "impossible": self.points.names_of(self.common.impossible),
+            "distortions": {key: frame and self._of_all(frame.distortions) for key, frame in frames.items()},
             "matrices": self._of_all(self.matrices),
             "rms_pixels": found.rms_pixels,
             "models": {key: fit._asdict() for key, fit in found.models.items()},
             "resultant_length": float(self.common.rotation.mean_resultant_length),
-            "left_out": self.left_out,
-            "components": [[name(image) for image in group] for group in found.components],
+            **groups,
             "canvas": {"width": canvas.width, "height": canvas.height, "scale": canvas.scale},
-            "pairs": self._pairs(),
-            "notes": self.notes,
+            **end,
         }
 
     def _table(self) -> list[dict[str, Any]]:
@@ -511,26 +501,39 @@ def mosaic(
     rotation: str = "chordal",
     tolerance: float = 4.0,
     most_pixels: float = _MOST_PIXELS,
+    registration: ImageRegistration | None = None,
 ) -> Mosaic:
     """Bring images into a common frame by their common points.
 
     `model`: affine maps, homographies, or "auto" for the model that suits the points. `frame`: "mdt", in which the
     images are distorted least, or the plane of an image: "first", "last", "central", "best" of all, or a number.
     `weights`: of the images, by default equal. `rotation`: as `method` of `mean_rotation`. `tolerance`: pixels, as in
-    `register`. `most_pixels`: limit of the canvas. Raises ValueError for frames in which an image reaches infinity, and
-    as `register`.
+    `register`. `most_pixels`: limit of the canvas. `registration`: of a group of images, in
+    place of that of the largest group. Raises ValueError for frames in which an image reaches infinity, and as
+    `register`.
     """
-    (found,) = mosaics_of_groups(
-        points,
-        model=model,
-        frame=frame,
-        weights=weights,
-        rotation=rotation,
-        tolerance=tolerance,
+    frame = check_frame(frame, len(points.sizes))
+    check_choice("rotation", rotation, ROTATIONS)
+    all_weights = check_weights(weights, (len(points.sizes),))
+    found = registration or register(points, model=model, tolerance=tolerance)
+    own_weights = check_weights(all_weights[found.images], (len(found.images),))
+    common = common_frames(found, own_weights, rotation)
+    if isinstance(frame, str):
+        chosen = common.frames[frame]
+    elif frame in found.images:
+        chosen = frame_of_image(found, frame, own_weights)
+    else:
+        raise ValueError(f"Invalid frame '{frame}'. Nothing connects image {points.name(frame)} with the others.")
+    if chosen is None:
+        raise ValueError(f"Invalid frame '{frame}'. Its plane sends other images through infinity; mdt does not.")
+    return Mosaic(
+        points=points,
+        registration=found,
+        common=common,
+        frame_name=str(frame),
+        frame=chosen,
         most_pixels=most_pixels,
-        most=1,
     )
-    return found
 
 
 def mosaics_of_groups(
@@ -538,42 +541,14 @@ def mosaics_of_groups(
     *,
     model: str = "affine",
     frame: str | int = "mdt",
-    weights: ArrayLike | None = None,
-    rotation: str = "chordal",
     tolerance: float = 4.0,
-    most_pixels: float = _MOST_PIXELS,
-    most: int | None = None,
+    **options: Any,
 ) -> list[Mosaic]:
-    """A mosaic of each group of connected images, the largest first, at most `most`; see `mosaic`.
+    """A mosaic of each group of connected images, the largest first, with the options of `mosaic`.
 
-    `frame`: of several groups a name, not a number, as an image is in one group only.
+    `frame`: a name, not a number, as an image is in one group only.
     """
-    frame = check_frame(frame, len(points.sizes))
-    if most != 1 and not isinstance(frame, str):
+    if not isinstance(check_frame(frame, len(points.sizes)), str):
         raise ValueError(f"Invalid frame '{frame}'. An image is in one group only; it must be {', '.join(FRAMES)}.")
-    if rotation not in ROTATIONS:
-        raise ValueError(f"Invalid rotation '{rotation}'. It must be {' or '.join(ROTATIONS)}.")
-    all_weights = check_weights(weights, (len(points.sizes),))
-    mosaics = []
-    for found in register_groups(points, model=model, tolerance=tolerance, most=most):
-        each = check_weights(all_weights[found.images], (len(found.images),))
-        common = common_frames(found, each, rotation)
-        if isinstance(frame, str):
-            chosen = common.frames[frame]
-        elif frame in found.images:
-            chosen = frame_of_image(found, frame, each)
-        else:
-            raise ValueError(f"Invalid frame '{frame}'. Nothing connects image {points.name(frame)} with the others.")
-        if chosen is None:
-            raise ValueError(f"Invalid frame '{frame}'. Its plane sends other images through infinity; mdt does not.")
-        mosaics.append(
-            Mosaic(
-                points=points,
-                registration=found,
-                common=common,
-                frame_name=str(frame),
-                frame=chosen,
-                most_pixels=most_pixels,
-            )
-        )
-    return mosaics
+    groups = register_groups(points, model=model, tolerance=tolerance)
+    return [mosaic(points, frame=frame, registration=group, **options) for group in groups]

@@ -16,7 +16,7 @@ from projdist.applications.mosaics.canvases import AnyCanvas
 from projdist.applications.mosaics.images import DEEPEST, Box, Picture, Piece, Pixels, Store, as_array, opencv, shift
 from projdist.applications.mosaics.panoramas import MappedPanorama
 from projdist.applications.mosaics.registration import Mosaic
-from projdist.support import replacing
+from projdist.support import check_choice, replacing
 
 _BANDS = 5
 _UNIT = 2**_BANDS  # pixels: pyramids begin at multiples of it, so that the pixels of all pieces coincide
@@ -122,7 +122,6 @@ BLENDS = tuple(BLENDERS)
 
 # ---- cropping ------------------------------------------------------------------------------------
 
-
 _CELLS = 400  # a side of the grid on which the box is found, to be grown by pixels
 
 
@@ -172,7 +171,6 @@ def _largest(cells: BoolArray) -> Box:
 
 # ---- rendering -----------------------------------------------------------------------------------
 
-
 # A tile is drawn with a margin: the pyramid's reach is 3 * 2^5 pixels, that of the feather 1 / 0.02. Tiles and margins
 # are multiples of 2^5, so that the pixels of all tiles' pyramids coincide.
 _TILE, _MARGIN = 2048, 128  # pixels
@@ -214,16 +212,12 @@ def render(
     scaled from the range of all images to 0 .. 65535. `crop`: to the largest covered box. `most_pixels`: limit of the
     canvas. Drawing is by OpenCV, in tiles of 2048 pixels. Raises ValueError, and ImportError without OpenCV.
     """
-    for thing, word, words in (("blend", blend, BLENDS), ("exposure", exposure, EXPOSURES)):
-        if word not in words:
-            raise ValueError(f"Invalid {thing} '{word}'. It must be {', '.join(words[:-1])} or {words[-1]}.")
+    check_choice("blend", blend, BLENDS)
+    check_choice("exposure", exposure, EXPOSURES)
     if depth not in DEPTHS:
         raise ValueError(f"Invalid depth {depth}. It must be 8 or 16 bits.")
-    sizes = found.points.sizes.tolist()
-    if [list(picture.size) for picture in pictures] != sizes:
-        raise ValueError(
-            "Invalid images. They must be those of the correspondences, in their order, of the same sizes."
-        )
+    if [list(picture.size) for picture in pictures] != found.points.sizes.tolist():
+        raise ValueError("Invalid images. They must be those of the correspondences, in order, of the same sizes.")
     used = [pictures[image] for image in found.images]
     canvas = found.canvas(most_pixels=most_pixels)
     store = Store(used, depth > 8)
@@ -233,7 +227,7 @@ def render(
     boxes = [canvas.bounds(number, picture.size) for number, picture in enumerate(used)]
     for top in range(0, canvas.height, _TILE):
         for left in range(0, canvas.width, _TILE):
-            tile = left, top, min(left + _TILE, canvas.width), min(top + _TILE, canvas.height)
+            tile = _common((left, top, left + _TILE, top + _TILE), (0, 0, canvas.width, canvas.height))
             pixels[tile[1] : tile[3], tile[0] : tile[2]] = _tile(tile, canvas, boxes, store, seams, blend, most)
     deep = [picture for picture in used if picture.is_deep] if depth > 8 else []
     if deep and deep[0].levels[0] == 0.0 and deep[0].is_whole:
@@ -245,7 +239,9 @@ def render(
     return Rendered(pixels, canvas, all(picture.is_grey for picture in used))
 
 
-# ---- tiles ----------------------------------------------------------------------------------
+def _common(one: Box, other: Box) -> Box:
+    """The part that two boxes share."""
+    return max(one[0], other[0]), max(one[1], other[1]), min(one[2], other[2]), min(one[3], other[3])
 
 
 def _tile(
@@ -253,15 +249,11 @@ def _tile(
 ) -> AnyArray:
     """The pixels of a tile, from all images that overlap it or its margin."""
     left, top, right, bottom = tile
-    around = (
-        max(left - _MARGIN, 0),
-        max(top - _MARGIN, 0),
-        min(right + _MARGIN, canvas.width),
-        min(bottom + _MARGIN, canvas.height),
-    )
+    whole = 0, 0, canvas.width, canvas.height
+    around = _common((left - _MARGIN, top - _MARGIN, right + _MARGIN, bottom + _MARGIN), whole)
     pieces = {}
     for number, box in enumerate(boxes):
-        part = max(box[0], around[0]), max(box[1], around[1]), min(box[2], around[2]), min(box[3], around[3])
+        part = _common(box, around)
         if part[0] < part[2] and part[1] < part[3]:
             piece = canvas.warped(store.read(number), number, part)
             even = seams.even(number, piece, canvas.scale)
@@ -281,7 +273,6 @@ def _tile(
 
 
 # ---- saving --------------------------------------------------------------------------------------
-
 
 DEEP_SUFFIXES = (".png", ".tif", ".tiff")
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
@@ -327,7 +318,6 @@ def save_mosaic(drawn: Rendered, path: str | os.PathLike[str], *, overwrite: boo
 
 # ---- gains and seams ------------------------------------------------------------------------------
 
-
 EXPOSURES = ("gain", "blocks", "none")
 SMALL = 3e5  # pixels of the canvas on which gains and seams are found
 
@@ -352,9 +342,8 @@ class Seams:
         places, masks = [piece.corner for piece in self.pieces], [piece.pixels.mask for piece in self.pieces]
         self.gains: list[FloatArray] | None = None  # (1, 1) each, or one per block, which compensates vignetting
         if exposure != "none":
-            is_one = exposure == "gain"
-            detail = cv2.detail
-            feeder = detail.GainCompensator() if is_one else detail.BlocksGainCompensator(_BLOCK, _BLOCK, _FEEDS)
+            blocks, one = cv2.detail.BlocksGainCompensator, cv2.detail.GainCompensator
+            feeder = one() if exposure == "gain" else blocks(_BLOCK, _BLOCK, _FEEDS)
             feeder.feed(places, [piece.pixels.colours for piece in self.pieces], masks)
             self.gains = [np.atleast_2d(np.asarray(as_array(one), dtype=np.float32)) for one in feeder.getMatGains()]
         self.seams: list[AnyArray] | None = None
@@ -376,9 +365,8 @@ class Seams:
             (down, across), (tall, wide) = whole.pixels.mask.shape, gains.shape
             to_piece = shift(-piece.corner[0] - 0.5, -piece.corner[1] - 0.5) @ np.diag([growth, growth, 1.0])
             to_piece = to_piece @ shift(*whole.corner) @ np.diag([across / wide, down / tall, 1.0]) @ shift(0.5, 0.5)
-            gains = cv2.warpAffine(
-                gains, to_piece[:2], (width, height), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-            )
+            how = {"flags": cv2.INTER_LINEAR, "borderMode": cv2.BORDER_REPLICATE}
+            gains = cv2.warpAffine(gains, to_piece[:2], (width, height), **how)
         bright = np.rint(colours * gains[..., None])
         return np.minimum(bright, np.iinfo(colours.dtype).max, out=bright).astype(colours.dtype)
 

@@ -176,9 +176,6 @@ class _PointTable(NamedTuple):
     crs: str
 
 
-# ---- true places ----------------------------------------------------------------------------
-
-
 def _in_plane(
     new: FloatArray, table: _PointTable, given: Projection | None, path: Path
 ) -> tuple[FloatArray, Projection | None, str]:
@@ -186,9 +183,15 @@ def _in_plane(
 
     The message of the error lacks its beginning, the name of the file.
     """
-    stated = _stated(table.crs, given)
+    try:
+        stated = projections.crs_of(table.crs) if table.crs else None
+        if stated is not None and not stated.is_geographic:
+            plane = Projection.from_user_input(table.crs)
+    except ValueError as error:
+        if given is None:
+            raise ValueError(f"It states a CRS that is no plane of the Earth; another may be given. {error}") from error
+        stated = None
     if stated is not None and not stated.is_geographic:
-        plane = Projection.from_user_input(table.crs)
         if given is None:
             projections.tell_of_degrees(stated, np.hstack([new, new]), f"'{path}'", "control point")
             return _in_metres(new, plane, table.is_degrees), plane, ""
@@ -207,19 +210,6 @@ def _in_plane(
     return new, None, ""
 
 
-def _stated(text: str, given: Projection | None) -> projections.CRS | None:
-    """The CRS that a file states, None if it states none; an invalid one raises ValueError unless another is given."""
-    try:
-        stated = projections.crs_of(text) if text else None
-        if stated is not None and not stated.is_geographic:
-            Projection.from_user_input(text)
-    except ValueError as error:
-        if given is None:
-            raise ValueError(f"It states a CRS that is no plane of the Earth; another may be given. {error}") from error
-        return None
-    return stated
-
-
 def _are_mostly_degrees(new: FloatArray) -> bool:
     """True if most places are within 180 and 90."""
     return bool((np.abs(new) <= _DEGREES).all(axis=1).mean() > 0.5)
@@ -234,9 +224,6 @@ def _in_metres(new: FloatArray, projection: Projection, is_degrees: bool) -> Flo
         return new if plane is None else np.asarray(new @ plane.to_metres.T)
 
 
-# ---- tables ---------------------------------------------------------------------------------
-
-
 def _table(content: str, text: str) -> _PointTable:
     """The rows of a table with or without a header."""
     rows = rows_of_text(content, text)
@@ -244,8 +231,14 @@ def _table(content: str, text: str) -> _PointTable:
     stated = next((match[1].strip() for line in content.splitlines() if (match := _CRS_LINE.match(line))), "")
     crs = "" if stated.lower() == "none" else stated
     if not is_number(first[-1]):
-        columns, is_degrees = _header(first, text)
-        return _PointTable(columns, is_degrees, rows[1:], crs)
+        found = [re.sub(r"[\s_]", "", word.lower()) for word in first]
+        usual = {column: next((name for name in names if name in found), None) for column, names in _COLUMNS.items()}
+        if missing := [name for name in _NUMBERS if usual[name] is None]:
+            need = "x_old, y_old, x_new and y_new"
+            raise ValueError(f"{text} Its header must name {need}; it has no {', '.join(missing)}.")
+        ours = {found.index(name): column for column, name in usual.items() if name is not None}
+        columns = [ours.get(place, f"other {place}") for place in range(len(found))]
+        return _PointTable(columns, str(usual["x_new"]).startswith("lon"), rows[1:], crs)
     allowed = {4: _NUMBERS, 5: ("id", *_NUMBERS), len(_LINK_TABLE): _LINK_TABLE}
     if len(first) not in allowed:
         raise ValueError(
@@ -257,21 +250,6 @@ def _table(content: str, text: str) -> _PointTable:
             f"{text} It has 8 columns of whole numbers. With decimal commas, semicolons must part columns."
         )
     return _PointTable([*allowed[len(first)]], False, rows, crs)
-
-
-def _header(words: list[str], text: str) -> tuple[list[str], bool]:
-    """Our names of a header's columns, and whether the true places are in degrees."""
-    found = [re.sub(r"[\s_]", "", word.lower()) for word in words]
-    ours = {}
-    for column, names in _COLUMNS.items():
-        place = next((found.index(name) for name in names if name in found), None)
-        if place is not None:
-            ours[place] = column
-    missing = [name for name in _NUMBERS if name not in ours.values()]
-    if missing:
-        raise ValueError(f"{text} Its header must name x_old, y_old, x_new and y_new; it has no {', '.join(missing)}.")
-    is_degrees = any(found[place].startswith("lon") for place, column in ours.items() if column == "x_new")
-    return [ours.get(place, f"other {place}") for place in range(len(found))], is_degrees
 
 
 def _gcps(content: str, text: str) -> _PointTable:

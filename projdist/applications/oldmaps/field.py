@@ -112,10 +112,8 @@ class OldMap(Answer):
     @property
     def folds_near(self) -> tuple[str, ...]:
         """Names of the control points nearest to folds, by the area of folds near them, largest first."""
-        folded = np.isnan(self.jacobian[:, 0, 0])
-        places = self.nodes[folded]
-        points = self.fitted
-        nearest = ((places[:, None] - points.old) ** 2).sum(axis=-1).argmin(axis=1)
+        folded, points = np.isnan(self.jacobian[:, 0, 0]), self.fitted
+        nearest = ((self.nodes[folded][:, None] - points.old) ** 2).sum(axis=-1).argmin(axis=1)
         share = np.bincount(nearest, self.weights[folded], len(points.old))
         at_points = np.isnan(self.local_jacobian(points.old)[:, 0, 0])
         order = np.argsort(-share, kind="stable")
@@ -124,8 +122,7 @@ class OldMap(Answer):
     @property
     def outliers(self) -> tuple[str, ...]:
         """Names of the wrong points, those farthest from the fit without them first."""
-        distance = np.hypot(*self.residuals_left_out.T)
-        order = np.argsort(-distance, kind="stable")
+        order = np.argsort(-np.hypot(*self.residuals_left_out.T), kind="stable")
         return tuple(self.points.names[k] for k in order if self.is_outlier[k])
 
     @functools.cached_property
@@ -152,13 +149,11 @@ class OldMap(Answer):
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks besides the figures."""
-        said = [self.points.note, self.rotation_note]
-        if self.is_mirrored:
-            said.append(
-                "The old map is mirrored as a whole: its y axis points down, as that of images (or its axes are "
-                "swapped). It is turned about; that is no fold."
-            )
-        return tuple(filter(None, said))
+        mirrored = (
+            "The old map is mirrored as a whole: its y axis points down, as that of images (or its axes are "
+            "swapped). It is turned about; that is no fold."
+        )
+        return tuple(filter(None, [self.points.note, self.rotation_note, mirrored if self.is_mirrored else ""]))
 
     def local_jacobian(self, old: FloatArray) -> FloatArray:
         """The old map's Jacobian (m, 2, 2) at places (m, 2) on it; NaN on folds."""
@@ -168,6 +163,11 @@ class OldMap(Answer):
         """Jacobians after a rectification, whose scales are 1 on average."""
         return np.asarray(self.rectifications[by].affine.matrix @ J)
 
+    def _known(self) -> tuple[FloatArray, FloatArray]:
+        """The Jacobians after the MDT at the nodes without folds, and these nodes' weights."""
+        known = ~np.isnan(self.jacobian[:, 0, 0])
+        return self.corrected(self.jacobian[known]), self.weights[known]
+
     def denominator(self, metres_per_unit: float) -> float | None:
         """N of the scale 1 : N; None if the scan's resolution is unknown."""
         return None if self.dots_per_inch is None else metres_per_unit * self.dots_per_inch / _INCH
@@ -175,28 +175,26 @@ class OldMap(Answer):
     @property
     def modes(self) -> matrices.Modes:
         """Principal components of the distortion after the MDT, on its axes, by area on the old map."""
-        known = ~np.isnan(self.jacobian[:, 0, 0])
-        return matrices.field_modes(self.corrected(self.jacobian[known]), self.weights[known], np.eye(2))
+        return matrices.field_modes(*self._known(), np.eye(2))
 
     def statistics(self) -> dict[str, dict[str, float]]:
         """Percentiles of the measures after the MDT, by area on the old map."""
-        known = ~np.isnan(self.jacobian[:, 0, 0])
-        J = self.corrected(self.jacobian[known])
-        found = {}
-        for name, measure in LOCAL_MEASURES.items():
-            values = quantiles(measure(J), self.weights[known], [*_SHARES.values()])
-            found[name] = dict(zip(_SHARES, values, strict=True))
-        return found
+        J, weights = self._known()
+        shares = [*_SHARES.values()]
+        return {
+            name: dict(zip(_SHARES, quantiles(measure(J), weights, shares), strict=True))
+            for name, measure in LOCAL_MEASURES.items()
+        }
 
     def _line(self) -> str:
         return f"{len(self.points.names)} points, {len(self.nodes)} nodes"
 
     def to_dict(self) -> dict[str, Any]:
         """The answer as JSON of the command line; undefined values are None."""
-        corrections = {}
-        for name, one in self.rectifications.items():
-            scale = self.denominator(float(one.parts.scale))
-            corrections[name] = one.to_dict() | {"denominator": scale}
+        corrections = {
+            name: one.to_dict() | {"denominator": self.denominator(float(one.parts.scale))}
+            for name, one in self.rectifications.items()
+        }
         return {
             "model": self.fit.model,
             "smoothing": self.fit.smoothing,
@@ -220,9 +218,8 @@ class OldMap(Answer):
         """A row per control point: its places, its residuals in metres, and the measures there after the MDT."""
         J = self.corrected(self.local_jacobian(self.points.old))
         columns: dict[str, Any] = {"id": self.points.names}
-        columns |= dict(zip(("x_old", "y_old"), self.points.old.T.tolist(), strict=True))
-        columns |= dict(zip(("x_new", "y_new"), self.points.new.T.tolist(), strict=True))
-        columns |= dict(zip(("residual_x", "residual_y"), self.residuals.T.tolist(), strict=True))
+        pairs = np.hstack([self.points.old, self.points.new, self.residuals]).T.tolist()
+        columns |= dict(zip(("x_old", "y_old", "x_new", "y_new", "residual_x", "residual_y"), pairs, strict=True))
         columns["left_out"] = np.hypot(*self.residuals_left_out.T).tolist()
         columns["outlier"] = self.is_outlier.tolist()
         columns["fold"] = np.isnan(J[:, 0, 0]).tolist()
@@ -304,11 +301,11 @@ def old_map(
     turn = matrices.field_rotation(flip @ J, w, T)
     matrix = turn.q @ np.linalg.inv(T) @ flip
     mean = Affine(matrix, (points.new - points.old @ matrix.T).mean(axis=0))
-    maps = {"mdt": mean, "affine": linear, "helmert": helmert_fit(points)}
-    fits = {"mdt": fitted, "affine": fit(points, "affine"), "helmert": fit(points, "helmert")}
+    helmert = helmert_fit(points), fit(points, "helmert")
+    maps = {"mdt": (mean, fitted), "affine": (linear, fit(points, "affine")), "helmert": helmert}
     rectifications = {}
-    for name, one in maps.items():
-        by_scale, by_turn = _errors(fits[name], nodes[~folded], w)
+    for name, (one, of_model) in maps.items():
+        by_scale, by_turn = _errors(of_model, nodes[~folded], w)
         rectifications[name] = Rectification(
             name=name,
             affine=one,
@@ -381,7 +378,6 @@ def _rms(residuals: FloatArray) -> float:
 
 
 # ---- isolines ------------------------------------------------------------------------------------
-
 
 _LEVELS = 12  # at most
 _CONSTANT = 1e-9  # of a value: a measure that varies less has no isolines

@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,27 +42,25 @@ def helmert_fit(points: ControlPoints) -> Affine:
     return Affine(matrix, truth - matrix @ middle)
 
 
-# ---- terms ----------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Monomials:
     """The terms x^i y^j of degree i + j up to `degree`."""
 
     degree: int
 
-    def _powers(self) -> list[tuple[int, int]]:
+    @property
+    def powers(self) -> list[tuple[int, int]]:
         """The exponents i, j."""
         return [(total - j, j) for total in range(self.degree + 1) for j in range(total + 1)]
 
     def values(self, u: FloatArray) -> FloatArray:
         """Values (m, k) at places (m, 2)."""
-        return np.stack([u[:, 0] ** i * u[:, 1] ** j for i, j in self._powers()], axis=-1)
+        return np.stack([u[:, 0] ** i * u[:, 1] ** j for i, j in self.powers], axis=-1)
 
     def gradients(self, u: FloatArray) -> FloatArray:
         """Gradients (m, k, 2) at places (m, 2)."""
         x, y = u.T
-        along = [(i * x ** max(i - 1, 0) * y**j, j * x**i * y ** max(j - 1, 0)) for i, j in self._powers()]
+        along = [(i * x ** max(i - 1, 0) * y**j, j * x**i * y ** max(j - 1, 0)) for i, j in self.powers]
         return np.moveaxis(np.array(along), -1, 0)
 
 
@@ -86,9 +84,6 @@ class Spline:
 def _log(square: FloatArray) -> FloatArray:
     """The logarithm, 0 at 0, where it is multiplied by 0."""
     return np.log(np.where(square > 0, square, 1.0))
-
-
-# ---- the fit --------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -175,31 +170,13 @@ def normalised(points: ControlPoints, linear: Affine | None = None) -> Affine:
     return Affine(linear.matrix / unit, (linear.shift - middle) / unit)
 
 
-def _least_squares(
-    points: ControlPoints,
-    model: str,
-    plane: Affine,
-    terms: Monomials,
-    freedom: int,
-    coefficients: FloatArray,
-    leverage: FloatArray,
-    influence: Callable[[FloatArray], FloatArray],
-) -> Fit:
-    """The fit of a model by its coefficients, and by the diagonal of H, the leverage."""
-    residuals = points.new - terms.values(plane(points.old)) @ coefficients
+def _least_squares(points: ControlPoints, leverage: FloatArray, freedom: int, **parts: Any) -> Fit:
+    """The fit with the given parts; `leverage` is the diagonal of H."""
+    residuals = points.new - parts["terms"].values(parts["plane"](points.old)) @ parts["coefficients"]
     rest = 1.0 - leverage
-    return Fit(
-        model=model,
-        smoothing=None,
-        freedom=float(freedom),
-        rest=float(len(residuals) - freedom),
-        plane=plane,
-        terms=terms,
-        coefficients=coefficients,
-        residuals=residuals,
-        left_out=residuals / np.where(rest > 1e-9, rest, np.nan)[:, None],
-        influence=influence,
-    )
+    left_out = residuals / np.where(rest > 1e-9, rest, np.nan)[:, None]
+    parts |= {"freedom": float(freedom), "rest": float(len(residuals) - freedom)}
+    return Fit(smoothing=None, residuals=residuals, left_out=left_out, **parts)
 
 
 def _similarity(points: ControlPoints, smoothing: None) -> Fit:
@@ -215,7 +192,8 @@ def _similarity(points: ControlPoints, smoothing: None) -> Fit:
         by_scale, by_turn = parts[1, 0] + parts[2, 1], parts[1, 1] - parts[2, 0]
         return np.asarray(parts[0] / len(u) + (by_scale * scaled + by_turn * turned) / (u**2).sum())
 
-    return _least_squares(points, "helmert", plane, Monomials(1), 2, coefficients, leverage, influence)
+    parts = {"model": "helmert", "plane": plane, "terms": Monomials(1), "coefficients": coefficients}
+    return _least_squares(points, leverage, 2, influence=influence, **parts)
 
 
 def _polynomial(degree: int, model: str, points: ControlPoints, smoothing: None) -> Fit:
@@ -228,12 +206,12 @@ def _polynomial(degree: int, model: str, points: ControlPoints, smoothing: None)
             f"Invalid control points for model '{model}'. There must be {count} or more that determine it."
         )
     Q, R = np.linalg.qr(basis)
-    coefficients, leverage = np.linalg.solve(R, Q.T @ points.new), (Q**2).sum(axis=1)
 
     def influence(parts: FloatArray) -> FloatArray:
         return np.asarray(Q @ np.linalg.solve(R.T, parts))
 
-    return _least_squares(points, model, plane, terms, count, coefficients, leverage, influence)
+    parts = {"model": model, "plane": plane, "terms": terms, "coefficients": np.linalg.solve(R, Q.T @ points.new)}
+    return _least_squares(points, (Q**2).sum(axis=1), count, influence=influence, **parts)
 
 
 class SplineModes:
@@ -331,7 +309,6 @@ MODELS: dict[str, Callable[..., Fit]] = {
 
 # ---- outliers ------------------------------------------------------------------------------------
 
-
 FALSE_ALARM = 0.05  # probability that a point is named in a set without wrong ones
 _ORDERS = (2, 3)
 _MOST = 4  # one point in four may be wrong
@@ -358,10 +335,7 @@ def wrong_points(points: ControlPoints) -> BoolArray:
     kept = np.ones(len(points.old), dtype=bool)
     while len(found := _worst(points.chosen(kept))):
         kept[np.flatnonzero(kept)[found]] = False
-    while not kept.all():
-        fitting = _fitting(points, kept)
-        if not fitting.any():
-            break
+    while not kept.all() and (fitting := _fitting(points, kept)).any():
         kept |= fitting
     return np.asarray(~kept)
 

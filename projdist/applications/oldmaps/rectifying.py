@@ -43,9 +43,6 @@ def old_places(found: OldMap, new: FloatArray) -> FloatArray:
     return old
 
 
-# ---- scans ---------------------------------------------------------------------------------------
-
-
 _BEYOND = 0.05  # of a side: points may be this far outside, as scans are cropped
 
 
@@ -56,12 +53,8 @@ def scan_extent(found: OldMap, width: int, height: int, invalid: str) -> tuple[f
     ValueError, whose message begins with `invalid`, for points outside.
     """
     old = found.points.old
-    if found.is_mirrored:
-        extent = 0.0, float(width), float(height), 0.0
-    elif old[:, 1].mean() < 0:
-        extent = 0.0, float(width), -float(height), 0.0
-    else:
-        extent = 0.0, float(width), 0.0, float(height)
+    bottom, top = (height, 0) if found.is_mirrored else (-height, 0) if old[:, 1].mean() < 0 else (0, height)
+    extent = 0.0, float(width), float(bottom), float(top)
     share = (old - [extent[0], min(extent[2:])]) / [width, height]
     outside = np.asarray((np.abs(share - 0.5) > 0.5 + _BEYOND).any(axis=1))
     if outside.any():
@@ -74,7 +67,6 @@ def scan_extent(found: OldMap, width: int, height: int, invalid: str) -> tuple[f
 
 
 # ---- rectifying ----------------------------------------------------------------------------------
-
 
 RECTIFIED_BY = ("fit", *RECTIFICATIONS)
 """By the fitted map, or by one of the rectifications."""
@@ -230,7 +222,6 @@ def _drawn(scan: AnyArray, lattice: FloatArray, step: int, shape: tuple[int, int
 
 
 # ---- several old maps -----------------------------------------------------------------------------
-
 
 _SAME_PLACE = 0.01  # metres; origins of zones in feet are rounded to 0.1 mm
 _COMMON_ROWS = 50  # of places, and places in a row

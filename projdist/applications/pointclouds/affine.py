@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.matrices import Affine, Rotation, mean_rotation, principal_scales
-from projdist.support import listed
+from projdist.support import check_choice
 
 _FLAT = 1e-12  # of the largest extent: a smaller extent is rounding
 _ROUNDING = 8.0 * float(np.finfo(float).eps)  # of the coordinates themselves, which may be far from the origin
@@ -64,7 +64,7 @@ def affine_fit(
     array([[2., 0.],
            [0., 1.]])
     """
-    check_fit(method)
+    check_choice("method", method, FITS)
     y, z = (np.asarray(points, dtype=float) for points in (source, target))
     if y.ndim != 2 or y.shape != z.shape or y.size == 0:
         raise ValueError(f"Invalid shapes {y.shape} and {z.shape} of points. Both must be (M, n).")
@@ -101,12 +101,6 @@ def pair_weights(one: FloatArray, other: FloatArray) -> FloatArray:
     return np.asarray(2.0 * one * other / (one + other))
 
 
-def check_fit(method: str) -> None:
-    """Raise ValueError for an unknown method."""
-    if method not in FITS:
-        raise ValueError(f"Invalid method '{method}'. It must be {listed(FITS, 'or')}.")
-
-
 def rank(points: FloatArray, weights: FloatArray) -> int:
     """Number of dimensions that points (M, n) with weights (M,) above 0 span beyond rounding."""
     if not len(points):
@@ -137,7 +131,6 @@ def fit_whitened(y: WhitenedPoints, z: WhitenedPoints, method: str) -> AffineFit
 
 
 # ---- outliers ------------------------------------------------------------------------------------
-
 
 FALSE_ALARM = 0.05  # probability that a point is named in clouds without wrong partners
 _KERNEL = 4.685  # standard deviations, beyond which a point has no weight
@@ -180,10 +173,8 @@ def _medians(places: FloatArray, weights: FloatArray) -> FloatArray:
     sums = np.cumsum(np.take_along_axis(np.broadcast_to(weights[..., None], places.shape), order, axis=0), axis=0)
     half = 0.5 * sums[-1]
     # Where the weights split into exact halves, up to rounding, the median is the middle of two places.
-    low, high = (
-        np.argmax(sums >= (1.0 + rounding) * half, axis=0) for rounding in (-_RESIDUAL_ROUNDING, _RESIDUAL_ROUNDING)
-    )
-    return np.asarray(0.5 * sum(np.take_along_axis(places, k[None], axis=0)[0] for k in (low, high)))
+    both = (np.argmax(sums >= (1.0 + way * _RESIDUAL_ROUNDING) * half, axis=0) for way in (-1.0, 1.0))
+    return np.asarray(0.5 * sum(np.take_along_axis(places, k[None], axis=0)[0] for k in both))
 
 
 def _wrong_rows(
@@ -267,7 +258,6 @@ def _robust_squares(X: FloatArray, y: FloatArray, scale: float) -> FloatArray:
 
 
 # ---- many clouds ---------------------------------------------------------------------------------
-
 
 _MEAN_STEPS = 300  # 3 to 30 suffice, except for chains of thirty clouds with noise of a tenth of their spread
 _CONVERGED, _ACCEPTED = 1e-14, 1e-10  # of the spread of the mean: steps at which to stop, and that still count
@@ -377,10 +367,8 @@ def consensus(points: FloatArray, weights: FloatArray) -> Group:
 
 def _grouped(fits: list[AffineFit], converged: bool) -> Group:
     """Fits of clouds as one group."""
-    A, shift, correlations = map(
-        np.stack, zip(*((one.matrix, one.shift, one.correlations) for one in fits), strict=True)
-    )
-    return Group(A, shift, correlations, converged)
+    A, shift = np.stack([one.matrix for one in fits]), np.stack([one.shift for one in fits])
+    return Group(A, shift, np.stack([one.correlations for one in fits]), converged)
 
 
 class _Clouds:

@@ -13,10 +13,9 @@ import numpy as np
 
 from projdist._typing import FloatArray, IntArray
 from projdist.applications.pointclouds import affine
-from projdist.applications.pointclouds.affine import pair_weights, rank, whitened
 from projdist.applications.pointclouds.files import CloudFile
 from projdist.matrices import Affine
-from projdist.support import is_number, listed, number_of, numbered_rows, tell
+from projdist.support import check_choice, is_number, listed, number_of, numbered_rows, tell
 
 _EXACT = 1e-6  # of the spacing: smaller distances are no better evidence
 _SHARES = -700.0, 5.0  # logarithms of volumes around points: beyond these, probabilities round to 0 or 1
@@ -43,7 +42,6 @@ def log_false_alarms(distances: FloatArray, apart: float, n: int) -> float:
 
 # ---- icp -----------------------------------------------------------------------------------------
 
-
 _STEPS = 100  # at most; about 20 suffice, and partners that repeat end it sooner
 _TURNS = 48  # starts around the plane; 24 miss one in twenty sets with noise, missing and extra points
 _TURNS_IN_SPACE = 1000  # the nearest is 12 degrees off on average, 22 at most
@@ -63,7 +61,7 @@ class WeightedCloud(NamedTuple):
     @property
     def is_flat(self) -> bool:
         """True if the points span fewer than n dimensions."""
-        return rank(*self) < self.points.shape[1]
+        return affine.rank(*self) < self.points.shape[1]
 
 
 def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]:
@@ -75,7 +73,7 @@ def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]
     if clouds[first].is_flat:
         nothing = np.full((len(clouds), *clouds[first].points.shape), np.nan)
         return nothing, np.zeros(nothing.shape[:2])
-    frame = whitened(*clouds[first])
+    frame = affine.whitened(*clouds[first])
     clouds = [WeightedCloud(np.asarray(np.linalg.solve(frame.root.T, (y - frame.centre).T).T), w) for y, w in clouds]
     template = clouds[first]
     partners = [_pairwise(cloud, template) for cloud in clouds]
@@ -143,7 +141,7 @@ def _turned(cloud: WeightedCloud, template: WeightedCloud) -> list[FloatArray]:
 
 def _equal_moments(cloud: WeightedCloud) -> tuple[WeightedCloud, Affine]:
     """A cloud about 0 with variance 1 along all axes, by a symmetric root, so not rotated; and the map back."""
-    white = whitened(*cloud)
+    white = affine.whitened(*cloud)
     _, extents, V = np.linalg.svd(white.root)
     back = Affine((V.T * extents) @ V / np.sqrt(cloud.weights.sum()), white.centre)
     return WeightedCloud(back.inverse()(cloud.points), cloud.weights), back
@@ -168,7 +166,11 @@ def _pairs(
     """The points of both clouds that are partners, and the weights of the pairs."""
     there = partners >= 0
     pairs = partners[there]
-    return cloud.points[pairs], template.points[there], pair_weights(cloud.weights[pairs], template.weights[there])
+    return (
+        cloud.points[pairs],
+        template.points[there],
+        affine.pair_weights(cloud.weights[pairs], template.weights[there]),
+    )
 
 
 def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apart: float) -> tuple[IntArray, float]:
@@ -182,9 +184,9 @@ def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apar
         if _again(partners, known):
             break
         y, z, w = _pairs(cloud, template, partners)
-        if min(rank(y, w), rank(z, w)) < y.shape[1]:
+        if min(affine.rank(y, w), affine.rank(z, w)) < y.shape[1]:
             return np.full(len(partners), -1), np.inf
-        moved = affine.fit_whitened(whitened(y, w), whitened(z, w), "symmetric")(cloud.points)
+        moved = affine.fit_whitened(affine.whitened(y, w), affine.whitened(z, w), "symmetric")(cloud.points)
     return partners, log_false_alarms(_nearest(moved, template.points)[1], apart, moved.shape[1])
 
 
@@ -233,7 +235,6 @@ def _arranged(clouds: list[WeightedCloud], partners: list[IntArray]) -> tuple[Fl
 
 # ---- correspondence ------------------------------------------------------------------------------
 
-
 CORRESPONDENCES = ("rows", "id", "icp")
 
 _FARTHEST = 1e50  # in any unit; squares of much larger numbers are infinite, and LAPACK prints on the terminal
@@ -250,8 +251,7 @@ def corresponding_points(
 
     Raises ValueError for an unknown correspondence, and for clouds that do not fit it.
     """
-    if correspond not in CORRESPONDENCES:
-        raise ValueError(f"Invalid correspondence '{correspond}'. It must be {listed(CORRESPONDENCES, 'or')}.")
+    check_choice("correspondence", correspond, CORRESPONDENCES)
     missing = [np.isnan(cloud).all(axis=1) for cloud in clouds]
     for name, cloud, gaps in zip(names, clouds, missing, strict=True):
         wrong = ~np.isfinite(cloud).all(axis=1) & ~gaps
@@ -296,7 +296,6 @@ def _by_ids(clouds: list[FloatArray], names: Sequence[str], ids: Sequence[Sequen
 
 
 # ---- weights -------------------------------------------------------------------------------------
-
 
 _NAMED_CLOUDS = 3  # clouds in a notice
 

@@ -177,7 +177,6 @@ def _behind(data: bytes, start: int, element: _Element, order: str) -> int:
 
 # ---- PCD ------------------------------------------------------------------------------------
 
-
 _PCD_KINDS = {"F": "f", "I": "i", "U": "u"}
 _PCD_HEADER = ("VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA")
 
@@ -283,7 +282,6 @@ def _ascii_points(lines: list[bytes], count: int, dtype: np.dtype[Any], named: s
 
 
 # ---- files ---------------------------------------------------------------------------------------
-
 
 _IDS = ("id", "name", "label", "point")
 _NAMED = 5  # rows in a notice

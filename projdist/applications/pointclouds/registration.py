@@ -10,11 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.applications.pointclouds import affine
-from projdist.applications.pointclouds.affine import dist_squares, placed
-from projdist.applications.pointclouds.correspondences import corresponding_points
+from projdist.applications.pointclouds import affine, correspondences
 from projdist.matrices import Affine, Modes, mdt, modes
-from projdist.support import Answer, check_bool, listed
+from projdist.support import Answer, check_bool, check_choice, listed
 
 FRAMES = ("first", "last", "central", "best", "mdt")
 _SHRUNK = 0.01  # of the volume; less is not visible
@@ -91,12 +89,14 @@ class Registration(Answer):
     @property
     def worst(self) -> list[list[WrongPoint]]:
         """For each cloud the points farthest from the places that the others give them, at most five."""
-        found = []
-        for name, distances in zip(self.names, self.left_out_distances, strict=True):
-            order = np.argsort(-np.nan_to_num(distances, nan=-1.0), kind="stable")[:_WORST]
-            chosen = [int(k) for k in order if np.isfinite(distances[k])]
-            found.append([WrongPoint(name, self.point_names[k], float(distances[k])) for k in chosen])
-        return found
+        return [
+            [
+                WrongPoint(name, self.point_names[k], float(distances[k]))
+                for k in np.argsort(-np.nan_to_num(distances, nan=-1.0), kind="stable")[:_WORST]
+                if np.isfinite(distances[k])
+            ]
+            for name, distances in zip(self.names, self.left_out_distances, strict=True)
+        ]
 
     @property
     def aligned(self) -> list[FloatArray]:
@@ -136,10 +136,8 @@ class Registration(Answer):
     @property
     def frames(self) -> dict[str, tuple[str | None, float]]:
         """For each frame the cloud that it belongs to, None for the MDT, and the sum of Dist_F^2."""
-        chosen: dict[str, tuple[str | None, float]] = {
-            name: (self.names[k], float(self.sums[k])) for name, k in _references(self.sums).items()
-        }
-        return chosen | {"mdt": (None, self.mdt_sum)}
+        references = _references(self.sums).items()
+        return {**{name: (self.names[k], float(self.sums[k])) for name, k in references}, "mdt": (None, self.mdt_sum)}
 
     def _line(self) -> str:
         return f"{len(self.names)} clouds, RMS {self.rms_total:.4g}"
@@ -225,15 +223,18 @@ def register(
     array([[0.5, 0. ],
            [0. , 0.5]])
     """
-    affine.check_fit(method)
+    check_choice("method", method, affine.FITS)
     if check_bool("robust", robust) and correspond == "icp":
         raise ValueError(
             "Invalid robust with the correspondence icp. It is for rows and ids, whose partners are given."
         )
     arrays, labels = _checked(clouds, names)
-    wanted = _frame(frame, labels)
+    wanted = labels[frame] if isinstance(frame, int) and 0 <= frame < len(labels) else frame
+    if not isinstance(wanted, str) or wanted not in (*FRAMES, *labels):
+        allowed = listed([*FRAMES, "a cloud by its name or number"], "or")
+        raise ValueError(f"Invalid frame '{frame}'. It must be {allowed}.")
     counted = _weights(weights, arrays, labels)
-    points, counts = corresponding_points(arrays, counted, labels, correspond, ids)
+    points, counts = correspondences.corresponding_points(arrays, counted, labels, correspond, ids)
     kept = affine.kept_clouds(points, counts, first_only=method == "least_squares")
     left_out = tuple(LeftOut(labels[i], reason) for i, reason in kept.reasons.items())
     if len(kept.clouds) < 2:
@@ -247,7 +248,7 @@ def register(
     right = np.where(wrong, 0.0, counts)
     chosen = right if robust else counts
     group, mirrored = affine.upright(fit(points, chosen))
-    found, sums = mdt(group.A), np.array([dist_squares(A, group.A).sum() for A in group.A])
+    found, sums = mdt(group.A), np.array([affine.dist_squares(A, group.A).sum() for A in group.A])
     A, shift, rotation = affine.into_mdt(group, found.T, mirrored, points, chosen)
     for one in left_out:
         if one.name == wanted:
@@ -257,11 +258,11 @@ def register(
         own = group.A[reference]
         A = np.linalg.solve(own, group.A)
         shift = np.linalg.solve(own, (group.shift - group.shift[reference]).T).T
-    squares, total = affine.squared_residuals(placed(A, shift, points), chosen)
+    squares, total = affine.squared_residuals(affine.placed(A, shift, points), chosen)
     distances = np.full(counts.shape, np.nan)
     if correspond != "icp":
         # From the place that the right points give, of a wrong point and, left out, of a right one.
-        places = placed(A, shift, points)
+        places = affine.placed(A, shift, points)
         by_all, by_right = (affine.wrong_partners(places, some)[1] for some in (counts, right))
         distances = np.where(wrong | np.isnan(by_right), by_all, by_right)
     marks = tuple(str(k + 1) for k in range(points.shape[1]))
@@ -275,7 +276,7 @@ def register(
         reference=reference,
         matrices=A,
         shifts=shift,
-        distortions=np.sqrt(dist_squares(np.eye(A.shape[-1]), A)),
+        distortions=np.sqrt(affine.dist_squares(np.eye(A.shape[-1]), A)),
         sums=sums,
         mdt_sum=float(found.distances.sum()),
         rms=np.sqrt(squares / total),
@@ -309,14 +310,11 @@ def _wrong(fit: Callable[[FloatArray, FloatArray], affine.Group], points: FloatA
         if len(affine.kept_clouds(points, kept).clouds) < len(points):
             break
         group = fit(points, kept)
-        more, _ = affine.wrong_partners(placed(group.A, group.shift, points), kept)
+        more, _ = affine.wrong_partners(affine.placed(group.A, group.shift, points), kept)
         if not more.any():
             break
         wrong |= more
     return wrong
-
-
-# ---- arguments ------------------------------------------------------------------------------
 
 
 def _checked(clouds: Sequence[ArrayLike], names: Sequence[str] | None) -> tuple[list[FloatArray], list[str]]:
@@ -354,11 +352,10 @@ def _weights(
             f"Invalid weights. There must be one for each row, or {len(clouds)} arrays, one a cloud; there are "
             f"{len(several)} arrays."
         )
-    found = []
-    for name, cloud, one in zip(names, clouds, several, strict=True):
-        missing = np.asarray(np.isnan(cloud).all(axis=1))
-        invalid = f"Invalid weights of cloud '{name}'."
-        found.append(affine.checked_weights(one, missing, invalid))
+    found = [
+        affine.checked_weights(one, np.asarray(np.isnan(cloud).all(axis=1)), f"Invalid weights of cloud '{name}'.")
+        for name, cloud, one in zip(names, clouds, several, strict=True)
+    ]
     most = max(float(one.max()) for one in found)
     return [one / most for one in found]
 
@@ -366,15 +363,6 @@ def _weights(
 def _references(sums: FloatArray) -> dict[str, int]:
     """Numbers of the clouds for the names in `FRAMES` other than "mdt"."""
     return {"first": 0, "last": len(sums) - 1, "central": len(sums) // 2, "best": int(np.argmin(sums))}
-
-
-def _frame(frame: str | int, names: list[str]) -> str:
-    """The frame as a name in `FRAMES` or of a cloud; raises ValueError for others."""
-    if isinstance(frame, int) and 0 <= frame < len(names):
-        return names[frame]
-    if isinstance(frame, str) and (frame in FRAMES or frame in names):
-        return frame
-    raise ValueError(f"Invalid frame '{frame}'. It must be {listed([*FRAMES, 'a cloud by its name or number'], 'or')}.")
 
 
 def _shown(names: Sequence[str]) -> str:
