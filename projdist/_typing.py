@@ -1,7 +1,8 @@
-"""Names for the array types that the signatures use."""
+"""Names for the types of arrays and paths that the signatures use."""
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -11,3 +12,4 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int_]
 BoolArray = NDArray[np.bool_]
 AnyArray = NDArray[Any]
+AnyPath = str | os.PathLike[str]

@@ -74,11 +74,9 @@ def _in_principal_axes(J: FloatArray, H: FloatArray, product: Callable[[FloatArr
 
 
 def _antiderivative(form: _Form, angle: FloatArray) -> FloatArray:
-    """Of the form over a^2 cos^2 + b^2 sin^2.
-
-    The form is cos (p + (r - p) sin^2) + sin (s + (q - s) cos^2), and with x the sine or the cosine either half is a
-    fraction of x whose denominator is a^2 (1 - k x^2) or b^2 (1 + l x^2). Nothing cancels as a - b goes to 0.
-    """
+    """Of the form over a^2 cos^2 + b^2 sin^2."""
+    # The form is cos (p + (r - p) sin^2) + sin (s + (q - s) cos^2), and with x the sine or the cosine either half is a
+    # fraction of x whose denominator is a^2 (1 - k x^2) or b^2 (1 + l x^2). Nothing cancels as a - b goes to 0.
     p, q, r, s, a, b = form
     sin, cos = np.sin(angle), np.cos(angle)
     gap, ratio = (a - b) * (a + b), b / a
@@ -110,11 +108,9 @@ def _fractions(x: FloatArray, complement: FloatArray) -> tuple[FloatArray, Float
 
 
 def _roots(form: _Form) -> FloatArray:
-    """Three ascending angles in an interval of length pi where the form is zero; a single zero is repeated.
-
-    Of four directions the one with the largest form is put at infinity, so that the leading coefficient does not
-    vanish; the zeros of a zero form are arbitrary.
-    """
+    """Three ascending angles in an interval of length pi where the form is zero; a single zero is repeated."""
+    # Of four directions the one with the largest form is put at infinity, so that the leading coefficient does not
+    # vanish; the zeros of a zero form are arbitrary.
     p, q, r, s = form[:4]
     angles = np.arange(4) * (np.pi / 4)
     cos, sin = np.cos(angles), np.sin(angles)

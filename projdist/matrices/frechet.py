@@ -66,20 +66,16 @@ def _newton_step(sets: LapackSets | JacobiSet, view: View) -> FloatArray:
 
 
 def damping(length: FloatArray, bend: FloatArray) -> FloatArray:
-    """Factor of a long Newton step, by its length in the hyperbolic plane and the mean of r coth r.
-
-    Along a geodesic of unit speed the third derivative of the cost is at most twice the second, and far less where the
-    points are near (bend 1); ln(1 + b) / b is the step that such a bound allows. Half of the bound proved enough.
-    """
+    """Factor of a long Newton step, by its length in the hyperbolic plane and the mean of r coth r."""
+    # Along a geodesic of unit speed the third derivative of the cost is at most twice the second, and far less where
+    # the points are near (bend 1); ln(1 + b) / b is the step that such a bound allows. Half of the bound proved enough.
     b = np.maximum(length * (1.0 - 1.0 / bend), 1.0)
     return np.asarray(np.where(b > 1.0, np.log1p(b) / b, 1.0))
 
 
 def settled(size: FloatArray, previous: FloatArray, floor: FloatArray) -> BoolArray:
-    """Mask of gradients that are rounding: below the floor, or near it and no longer falling.
-
-    The floor is a pessimistic bound that grows without limit for matrices far apart: it is capped at 1e-6.
-    """
+    """Mask of gradients that are rounding: below the floor, or near it and no longer falling."""
+    # The floor is a pessimistic bound that grows without limit for matrices far apart: it is capped at 1e-6.
     return (size <= np.minimum(floor, 1e-6)) | ((size <= np.minimum(4.0 * floor, 1e-4)) & (size > 0.5 * previous))
 
 
@@ -113,10 +109,8 @@ def _floor(view: View) -> FloatArray:
 
 
 def _refined(A: FloatArray, w: FloatArray, mean: Mean) -> Mean:
-    """One more Newton step from T itself if its condition let rounding accumulate over the steps.
-
-    The rounding of A and T remains, some eps times the condition: a third to a tenth of the error before.
-    """
+    """One more Newton step from T itself if its condition let rounding accumulate over the steps."""
+    # The rounding of A and T remains, some eps times the condition: a third to a tenth of the error before.
     poor = (np.abs(np.linalg.inv(mean.T)) @ np.abs(mean.T)).max(axis=(-1, -2)) > _POOR
     if not poor.any():
         return mean
@@ -131,11 +125,9 @@ def _refined(A: FloatArray, w: FloatArray, mean: Mean) -> Mean:
 
 
 def middle(A: FloatArray, w: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The midpoint of the arithmetic and the harmonic mean, and a mask (B, N) of singular matrices.
-
-    It is affine-invariant like the Frechet mean and near it: ten times nearer than the log-Cholesky mean for moderate
-    spread. Both means are computed as triangular factors of stacked matrices, so that no condition is squared.
-    """
+    """The midpoint of the arithmetic and the harmonic mean, and a mask (B, N) of singular matrices."""
+    # It is affine-invariant like the Frechet mean and near it: ten times nearer than the log-Cholesky mean for moderate
+    # spread. Both means are computed as triangular factors of stacked matrices, so that no condition is squared.
     b, count, n, _ = A.shape
     straight, inverse = np.zeros((b, n, n)), np.zeros((b, n, n))
     wrong = np.zeros((b, count), dtype=bool)
@@ -216,10 +208,8 @@ _POWER_STEPS, _POWER_TOLERANCE = 500, 1e-12
 
 
 def mpm(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
-    """The midpoint of the power means of orders 0.01 and -0.01 (Congedo, Barachant & Bhatia 2017).
-
-    Near the Frechet mean only: off by 1e-5 where conditions are below 100, by more where matrices lie farther apart.
-    """
+    """The midpoint of the power means of orders 0.01 and -0.01 (Congedo, Barachant & Bhatia 2017)."""
+    # Near the Frechet mean only: off by 1e-5 where conditions are below 100, by more where matrices lie farther apart.
     (above, up), (below, down) = (_power_mean(A, w, start, order) for order in (_ORDER, -_ORDER))
     U, scales, _ = np.linalg.svd(np.linalg.solve(above, below))
     return _known(A, w, above @ (U * np.sqrt(scales)[:, None, :]), up + down)
@@ -384,10 +374,8 @@ def newton_in_plane(points: PlanePoints, w: FloatArray, start: FloatArray | None
 
 
 def _start(plane: _Plane) -> FloatArray:
-    """The centroid on the hyperboloid; of many points that of every eighth and one Newton step.
-
-    That centre is the midpoint of the arithmetic and the harmonic mean of the matrices, for determinant 1.
-    """
+    """The centroid on the hyperboloid; of many points that of every eighth and one Newton step."""
+    # That centre is the midpoint of the arithmetic and the harmonic mean of the matrices, for determinant 1.
     many = plane.w.shape[1] >= _MANY_POINTS
     if many:
         some = plane.w[:, ::_STRIDE].copy()

@@ -235,11 +235,9 @@ class _View(NamedTuple):
 
 
 def medians(A: FloatArray, w: FloatArray, start: FloatArray, noise: float = 0.0) -> frechet.Mean:
-    """Medians of sets A (B, N, n, n) with weights w (B, N) of sum 1, from a start T (B, n, n).
-
-    Matrices within `noise` of a geodesic count as on it; with noise, directions are balanced only to the largest
-    weight, as a single matrix does not matter.
-    """
+    """Medians of sets A (B, N, n, n) with weights w (B, N) of sum 1, from a start T (B, n, n)."""
+    # Matrices within `noise` of a geodesic count as on it; with noise, directions are balanced only to the largest
+    # weight, as a single matrix does not matter.
     found = []
     for every, weights, T in zip(A, w, start, strict=True):
         some, counting, count = every[weights > 0], weights[weights > 0], 0
@@ -361,10 +359,8 @@ def _whitened(T: FloatArray, A: FloatArray) -> FloatArray:
 
 
 def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[FloatArray, bool, bool]:
-    """The median of matrices on one geodesic to rounding, True if they are on one, and True if it is unique.
-
-    For matrices near a geodesic it is near the median; for others it is T.
-    """
+    """The median of matrices on one geodesic to rounding, True if they are on one, and True if it is unique."""
+    # For matrices near a geodesic it is near the median; for others it is T.
     Z = logarithms(_whitened(T, A))[0]
     base = lower_factor(A[np.argmin(spd.dot(Z, Z))])
     Z, spread = logarithms(_whitened(base, A))

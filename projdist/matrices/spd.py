@@ -249,10 +249,8 @@ class LapackSets:
         return View(0.5 * (mean + transposed(mean)), distances, *sums)
 
     def newton_step(self, logarithm: FloatArray) -> FloatArray:
-        """The symmetric V, shape (B, n, n), that the Hessian of the latest view maps to `logarithm`.
-
-        For n > 4 by conjugate gradients, to an error below the square of the step, which is Newton's own error.
-        """
+        """The symmetric V, shape (B, n, n), that the Hessian of the latest view maps to `logarithm`."""
+        # For n > 4 by conjugate gradients, to an error below the square of the step, which is Newton's own error.
         b, n, _ = logarithm.shape
         if n <= _WHOLE:
             hessian = np.zeros((b, n * n, n * n))
@@ -374,10 +372,9 @@ def pieces(A: FloatArray) -> list[slice]:
 
 
 def _whitened_values(T: FloatArray, A: FloatArray) -> FloatArray:
-    """T^-1 A_i for A of shape (B, M, n, n).
-
-    With rows and columns reversed a lower triangular T is upper, its own LU factor: then no error is common to all A_i.
-    """
+    """T^-1 A_i for A of shape (B, M, n, n)."""
+    # With rows and columns reversed a lower triangular T is upper, its own LU factor: then no error is common to all
+    # A_i.
     b, count, n, _ = A.shape
     columns = A.swapaxes(1, 2)[:, ::-1].reshape(b, n, -1)
     found = np.asarray(np.linalg.solve(T[:, ::-1, ::-1], columns), dtype=float)

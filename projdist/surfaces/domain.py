@@ -145,11 +145,9 @@ _STEP = 2e-5  # degrees; 2 m on the ground, where differences still have 9 digit
 def rough_scales(
     projection: Projection, lon: FloatArray, lat: FloatArray, x: FloatArray, y: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Principal scales a >= b at points with images x, y, by differences over 2 m, to about 5 digits.
-
-    Each direction takes the smaller of its two one-sided differences, so that a seam does not count as a large scale.
-    Scales at a pole are taken one step away from it.
-    """
+    """Principal scales a >= b at points with images x, y, by differences over 2 m, to about 5 digits."""
+    # Each direction takes the smaller of its two one-sided differences, so that a seam does not count as a large scale.
+    # Scales at a pole are taken one step away from it.
     polar = np.abs(lat) > POLE - _STEP
     if polar.any():
         lat, x, y = np.clip(lat, -POLE + _STEP, POLE - _STEP), x.copy(), y.copy()
@@ -356,11 +354,8 @@ _MOST_POINTS = 200_000  # ellipses half a degree apart on a globe; smaller ones 
 
 
 def even_grid(bounds: Bounds, step: float, central_meridian: float | None = None) -> tuple[FloatArray, FloatArray]:
-    """Points about `step` degrees apart on the ground, in rings of latitude.
-
-    The rings are symmetric about the middle latitude, the points about the middle meridian.
-    Raises ValueError for a step that is not positive or makes too many points.
-    """
+    """Points about `step` degrees apart on the ground, in rings of latitude; ValueError for an invalid step."""
+    # The rings are symmetric about the middle latitude, the points about the middle meridian.
     check_step(step)
     west, south, _, north = bounds
     width = longitude_width(bounds)

@@ -69,10 +69,8 @@ class PreparedArea:
         return np.asarray(shapely.contains_xy(self.polygons, lon, lat))
 
     def may_border(self, lons: FloatArray, lats: FloatArray) -> IntArray:
-        """Numbers of the cells, corners (n, m), whose bounding boxes the border may touch.
-
-        Boxes are compared on a grid of about as many pixels as there are cells, without making geometries.
-        """
+        """Numbers of the cells, corners (n, m), whose bounding boxes the border may touch."""
+        # Boxes are compared on a grid of about as many pixels as there are cells, without making geometries.
         low = np.column_stack([lons.min(axis=0), lats.min(axis=0)])
         high = np.column_stack([lons.max(axis=0), lats.max(axis=0)])
         start, size = low.min(axis=0), high.max(axis=0) - low.min(axis=0)

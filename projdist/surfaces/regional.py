@@ -167,10 +167,8 @@ def _surroundings(part: Surface) -> Surface:
 def _one_sheet(
     part: Surface, lons: FloatArray, lats: FloatArray, x: FloatArray, y: FloatArray, seen: BoolArray
 ) -> BoolArray:
-    """Nodes in the view that are connected with the region without a fold, (rows, columns).
-
-    Maps made for one region, polynomials, fold beyond it or come back into the view.
-    """
+    """Nodes in the view that are connected with the region without a fold, (rows, columns)."""
+    # Maps made for one region, polynomials, fold beyond it or come back into the view.
     (x_lat, x_lon), (y_lat, y_lon) = np.gradient(x), np.gradient(y)
     cells = np.asarray(x_lon * y_lat - x_lat * y_lon)
     areas = cells / np.cos(np.radians(lats)).clip(1e-6)[:, None]

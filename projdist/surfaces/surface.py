@@ -333,10 +333,8 @@ class _Builder:
         )
 
     def _walk(self, corners: IntArray, links: IntArray, torn: BoolArray) -> list[list[int]]:
-        """The polygons of a torn cell, each closed along the seam from its last vertex to its first.
-
-        A polygon is a run of corners joined by untorn links, with the seam's images on the links before and after it.
-        """
+        """The polygons of a torn cell, each closed along the seam from its last vertex to its first."""
+        # A polygon is a run of corners joined by untorn links, with the seam's images on the links before and after it.
         polygons = []
         for first in range(4):
             if not torn[first - 1] or not np.isfinite(self.points.reshape(-1, 4)[corners[first], 2]):

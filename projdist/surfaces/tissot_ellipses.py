@@ -97,11 +97,9 @@ def close_pairs(indicatrices: Ellipses) -> tuple[IntArray, FloatArray, float]:
 
 
 def touching_radius(indicatrices: Ellipses, pairs: IntArray) -> FloatArray:
-    """Largest radius in metres at which the ellipses of pairs (m, 2) do not overlap.
-
-    Two convex shapes are apart if their projections on some direction d are. The half width of an ellipse in that
-    direction is r |J^T d|.
-    """
+    """Largest radius in metres at which the ellipses of pairs (m, 2) do not overlap."""
+    # Two convex shapes are apart if their projections on some direction d are. The half width of an ellipse in that
+    # direction is r |J^T d|.
     radii = np.zeros(len(pairs))
     for angle in np.arange(_DIRECTIONS) * np.pi / _DIRECTIONS:
         d = np.array([np.cos(angle), np.sin(angle)])

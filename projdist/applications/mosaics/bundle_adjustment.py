@@ -72,13 +72,11 @@ class Chart:
 
 
 def adjust(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[FloatArray, float, FloatArray]:
-    """The maps (N, 3, 3) with the least symmetric transfer error near the start M, its RMS over the points, and J^T J.
-
-    By the Levenberg-Marquardt method. M_i is changed from the right: the errors depend on M_j^-1 M_i only, so neither
-    they nor the steps depend on the plane. The normal equations have 6 or 8 unknowns per image,
-    whatever the number of points. Convergence is to rounding; sparse trust-region steps by conjugate gradients take ten
-    times as long to 1e-9. Raises ValueError if the points do not determine the maps.
-    """
+    """Maps (N, 3, 3) of least symmetric transfer error near the start M, its RMS over the points, and J^T J."""
+    # By the Levenberg-Marquardt method. M_i is changed from the right: the errors depend on M_j^-1 M_i only, so neither
+    # they nor the steps depend on the plane. The normal equations have 6 or 8 unknowns per image, whatever the number
+    # of points. Convergence is to rounding; sparse trust-region steps by conjugate gradients take ten times as long to
+    # 1e-9. If the points do not determine the maps, ValueError is raised.
     errors, cost = _errors(M, links)
     damping = 0.0
     normal = np.zeros((0, 0))
@@ -186,13 +184,11 @@ class Pair(NamedTuple):
 
 
 def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float, *, area: float, tests: int) -> Pair:
-    """The map that takes most points xi (n, 2) to xj and back within the tolerance, in coordinates of the order of 1.
-
-    If the fit to all points agrees with all, it is taken. Otherwise maps through random minimal samples are tried
-    (RANSAC, Fischler & Bolles 1981; always the same samples), and the best is refitted to its points until these stay
-    the same. A map that chance could give as well, in images of this `area` and so many pairs (`tests`), is refused,
-    except if all of at most one point more than the minimum agree.
-    """
+    """The map that takes most points xi (n, 2) to xj and back within the tolerance, in coordinates of about 1."""
+    # If the fit to all points agrees with all, it is taken. Otherwise maps through random minimal samples are tried
+    # (RANSAC, Fischler & Bolles 1981; always the same samples), and the best is refitted to its points until these stay
+    # the same. A map that chance could give as well, in images of this `area` and so many pairs (`tests`), is refused,
+    # except if all of at most one point more than the minimum agree.
     least = LEAST[model]
     none = np.zeros(len(xi), dtype=bool)
     if len(xi) < least:
@@ -223,11 +219,9 @@ def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float, *, ar
 
 
 def _false_alarms(S: FloatArray, xi: FloatArray, xj: FloatArray, tolerance: float, area: float, least: int) -> float:
-    """Decimal logarithm of the number of false alarms of a map S, the least over all precisions up to the tolerance.
-
-    With k of n points within e it is (n - p) C(n, k) C(k, p) (pi e^2 / area)^(k - p), where p is the size of a sample
-    and pi e^2 / area the probability that a random point is within e.
-    """
+    """Decimal logarithm of the number of false alarms of a map S, the least over all precisions up to the tolerance."""
+    # With k of n points within e it is (n - p) C(n, k) C(k, p) (pi e^2 / area)^(k - p), where p is the size of a sample
+    # and pi e^2 / area the probability that a random point is within e.
     # The least error in each cell of pairs of places, so that features at one place count once.
     cells = np.floor(np.hstack([xi, xj]) / (_DISTINCT * math.sqrt(area)))
     numbers = np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1)
@@ -269,11 +263,9 @@ def _refined(S: FloatArray, xi: FloatArray, xj: FloatArray, agree: BoolArray, mo
 
 
 def _sampled(xi: FloatArray, xj: FloatArray, model: str, tolerance: float) -> tuple[FloatArray | None, BoolArray]:
-    """The map through a random sample with which most points agree, and flags of these points.
-
-    Every other batch is of affine maps: with one point in ten right, a sample of three is right ten times as often as
-    one of four.
-    """
+    """The map through a random sample with which most points agree, and flags of these points."""
+    # Every other batch is of affine maps: with one point in ten right, a sample of three is right ten times as often as
+    # one of four.
     rng, least = np.random.default_rng(0), LEAST[model]
     best, agreeing = None, np.zeros(len(xi), dtype=bool)
     for batch in range(1, _BATCHES + 1):
@@ -315,11 +307,9 @@ class ModelFit(NamedTuple):
 
 
 def compare_models(pairs: Iterable[tuple[Link, BoolArray]], unit: float) -> dict[str, ModelFit]:
-    """The fit of each model to the points of pairs, each pair with its own map. `unit`: in pixels.
-
-    `pairs`: the points of two images, and flags of those that agree on a map of either model. The noise is estimated by
-    the homographies, which include the affine maps.
-    """
+    """The fit of each model to the points of pairs, each pair with its own map. `unit`: in pixels."""
+    # `pairs`: the points of two images, and flags of those that agree on a map of either model. The noise is estimated
+    # by the homographies, which include the affine maps.
     squares, points, gric = dict.fromkeys(MODELS, 0.0), 0, dict.fromkeys(MODELS, 0.0)
     for link, agree in pairs:
         xi, xj = link.xi[agree], link.xj[agree]

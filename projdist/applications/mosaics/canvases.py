@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import AnyPath, BoolArray, FloatArray
 from projdist.applications.mosaics.homographies import corners, jacobians, places
 from projdist.applications.mosaics.images import Box, Piece, Pixels, opencv, reduced, shift
 from projdist.projections import ProjectedCrs
@@ -205,10 +204,7 @@ AnyCanvas = Canvas | SphereCanvas
 
 
 def sphere_canvas(cameras: Sequence[Camera], plane: ProjectedCrs, radius: float, most_pixels: float) -> SphereCanvas:
-    """The canvas of a map that holds the images of cameras, with pixels as large as theirs on average.
-
-    Raises ValueError if the map shows nothing of them.
-    """
+    """The canvas of a map that holds cameras' images, with pixels as large; ValueError if it shows nothing of them."""
     rays = np.concatenate([camera.directions(_nodes(camera.size)) for camera in cameras])
     u, v = plane.operation.native(*angles_of(rays))
     shown = np.isfinite(u) & np.isfinite(v)
@@ -237,10 +233,8 @@ def _nodes(size: Sequence[float]) -> FloatArray:
 def _extent(
     u: FloatArray, v: FloatArray, cameras: Sequence[Camera], plane: ProjectedCrs, radius: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Smallest and largest coordinates of the visible part of a map.
-
-    The images' own points may miss the outermost places next to a cut of the map, so cells of the map are tested.
-    """
+    """Smallest and largest coordinates of the visible part of a map."""
+    # The images' own points may miss the outermost places next to a cut of the map, so cells of the map are tested.
     points = np.column_stack([u, v])
     low, high = points.min(axis=0), points.max(axis=0)
     low, high = low - _AROUND * (high - low), high + _AROUND * (high - low)
@@ -307,14 +301,14 @@ def mean_georeference(
     return MeanGeoreference(matrix, names.pop() if names else "", rms, len(given))
 
 
-def world_file(path: str | os.PathLike[str]) -> Path:
+def world_file(path: AnyPath) -> Path:
     """The name of a picture's world file: x.pgw of x.png."""
     path = Path(path)
     letters = path.suffix.lstrip(".")
     return path.with_suffix(f".{letters[0]}{letters[-1]}w" if letters else ".wld")
 
 
-def read_world_file(path: str | os.PathLike[str]) -> Georeference | None:
+def read_world_file(path: AnyPath) -> Georeference | None:
     """The georeference in a picture's world file (.pgw, .pngw or .wld); None without one; raises ValueError."""
     path = Path(path)
     for candidate in (world_file(path), path.with_name(path.name + "w"), path.with_suffix(".wld")):

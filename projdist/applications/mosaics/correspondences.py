@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from projdist._typing import AnyArray, FloatArray, IntArray
+from projdist._typing import AnyArray, AnyPath, FloatArray, IntArray
 from projdist.applications.mosaics.bundle_adjustment import Link, estimate
 from projdist.applications.mosaics.homographies import CHOICES, places
 from projdist.applications.mosaics.images import Picture, opencv
@@ -87,7 +86,7 @@ class Correspondences:
 
 
 def read_correspondences(
-    path: str | os.PathLike[str],
+    path: AnyPath,
     *,
     model: str = "affine",
     sizes: Sequence[Sequence[float]] | None = None,
@@ -118,9 +117,7 @@ def read_correspondences(
     return Correspondences(**columns, sizes=np.array(given), names=None if names is None else tuple(names))
 
 
-def correspondences_of(
-    pictures: Sequence[Picture], path: str | os.PathLike[str], *, model: str = "affine"
-) -> Correspondences:
+def correspondences_of(pictures: Sequence[Picture], path: AnyPath, *, model: str = "affine") -> Correspondences:
     """Read the rows of such a file for pictures, numbered in their order.
 
     If a comment line has other sizes, the points are in reduced or enlarged images. Raises ValueError.
@@ -375,11 +372,9 @@ def _map_of(one: Link, pictures: Sequence[Picture]) -> FloatArray | None:
 
 
 def _guided(one: Link, S: FloatArray, a: _Features, b: _Features) -> Link | None:
-    """Corresponding features of larger images, within a few pixels of the places that the map S predicts.
-
-    Among those near its place, a feature's nearest must be clearly nearer than the second, and each must be the
-    other's nearest; None if there are fewer than on the small images.
-    """
+    """Corresponding features of larger images, within a few pixels of the places that the map S predicts."""
+    # Among those near its place, a feature's nearest must be clearly nearer than the second, and each must be the
+    # other's nearest; None if there are fewer than on the small images.
     from scipy.spatial import KDTree  # scipy is slow to load, and few need it
 
     predicted = places(S[None], a.places[None])[0]

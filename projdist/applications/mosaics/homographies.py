@@ -22,11 +22,9 @@ def homogeneous(x: FloatArray) -> FloatArray:
 
 
 def normalised(H: FloatArray, x: FloatArray) -> FloatArray:
-    """H (..., 3, 3) scaled so that the last entry of an affine map is 1, and the determinant of others 1 or -1.
-
-    The third coordinates of the images of points x (..., n, 2) are then positive on average, and the sign of the
-    determinant is that of the Jacobian: -1 if H mirrors.
-    """
+    """H (..., 3, 3) scaled so that the last entry of an affine map is 1, and the determinant of others 1 or -1."""
+    # The third coordinates of the images of points x (..., n, 2) are then positive on average, and the sign of the
+    # determinant is that of the Jacobian: -1 if H mirrors.
     third = np.einsum("...j,...nj->...n", H[..., 2, :], homogeneous(x)).mean(axis=-1)
     affine = (H[..., 2, :2] == 0).all(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -35,11 +33,9 @@ def normalised(H: FloatArray, x: FloatArray) -> FloatArray:
 
 
 def fit(x: FloatArray, y: FloatArray, model: str) -> FloatArray:
-    """Maps (..., 3, 3) from points x (..., n, 2) to points y with the least algebraic error.
-
-    Coordinates should be of the order of 1 (R. Hartley 1997, "In defense of the eight-point algorithm"). Entries that
-    the points do not determine are not finite, or noise.
-    """
+    """Maps (..., 3, 3) from points x (..., n, 2) to points y with the least algebraic error."""
+    # Coordinates should be of the order of 1 (R. Hartley 1997, "In defense of the eight-point algorithm"). Entries that
+    # the points do not determine are not finite, or noise.
     x1, zero = homogeneous(x), np.zeros((*x.shape[:-1], 3))
     rows = [x1, zero, -y[..., :1] * x1], [zero, x1, -y[..., 1:] * x1]
     A = np.concatenate([np.concatenate(parts, axis=-1) for parts in rows], axis=-2)
@@ -92,12 +88,10 @@ def behind(H: FloatArray, sizes: FloatArray) -> BoolArray:
 
 
 def least_distorting(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> FloatArray | None:
-    """Maps (N, 3, 3) of images into the plane that distorts them least, up to a rotation and a shift.
-
-    Among the planes that differ from that of H by a homography G, it has the least weighted mean over the images
-    (`weights` of sum 1) of the mean of Dist_F(J of G^-1 H_i)^2 over the image. None if some image reaches infinity in
-    every plane.
-    """
+    """Maps (N, 3, 3) of images into the plane that distorts them least, up to a rotation and a shift."""
+    # Among the planes that differ from that of H by a homography G, it has the least weighted mean over the images
+    # (`weights` of sum 1) of the mean of Dist_F(J of G^-1 H_i)^2 over the image. None if some image reaches infinity in
+    # every plane.
     line = _feasible_line(H, sizes)
     if line is None:
         return None
@@ -123,10 +117,8 @@ def least_distorting(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> F
 
 
 def _feasible_line(H: FloatArray, sizes: FloatArray) -> FloatArray | None:
-    """The line l that maximises the least l . H_i corner, with their mean 1; None if that is not positive.
-
-    With equal determinants of all H_i it is the same line in any plane.
-    """
+    """The line l that maximises the least l . H_i corner, with their mean 1; None if that is not positive."""
+    # With equal determinants of all H_i it is the same line in any plane.
     from scipy.optimize import linprog  # scipy is slow to load, and few need it
 
     seen = np.einsum("kij,knj->kni", H / np.cbrt(np.linalg.det(H))[:, None, None], homogeneous(corners(sizes)))
@@ -155,11 +147,9 @@ def _sent(H: FloatArray, line: FloatArray) -> FloatArray:
 
 
 def _cost(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> tuple[float, FloatArray]:
-    """The cost at the best T, and its gradient by the line (a, b, 1) at 0; infinite if an image crosses the horizon.
-
-    A small change da multiplies a place p of the plane by 1 - da . p. With L = ln (B B^T), B = T^-1 J, the gradient is
-    minus the mean of p tr L + T L T^-1 p; the change of T with the line is of second order.
-    """
+    """The cost at the best T, and its gradient by the line (a, b, 1) at 0; infinite if an image crosses the horizon."""
+    # A small change da multiplies a place p of the plane by 1 - da . p. With L = ln (B B^T), B = T^-1 J, the gradient
+    # is minus the mean of p tr L + T L T^-1 p; the change of T with the line is of second order.
     if behind(H, sizes).any():
         return np.inf, np.zeros(2)
     J, p, each = _flat(H, sizes, weights)

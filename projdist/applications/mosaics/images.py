@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from projdist._typing import AnyArray, BoolArray, FloatArray
+from projdist._typing import AnyArray, AnyPath, BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -82,10 +82,8 @@ def array_of(source: AnyArray) -> Deep:
 
 
 def read_deep(path: Path, nodata: float | None, orientation: int) -> Deep:
-    """The values of a file, upright; raises ValueError, and ImportError without OpenCV.
-
-    `nodata`: the value for no data.
-    """
+    """The values of a file, upright; raises ValueError, and ImportError without OpenCV."""
+    # `nodata`: the value for no data.
     cv2 = opencv()
     read = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     if read is None:
@@ -129,7 +127,7 @@ class Pixels(NamedTuple):
 
 
 @contextmanager
-def open_image(source: str | os.PathLike[str] | AnyArray, invalid: str) -> Iterator[Image.Image]:
+def open_image(source: AnyPath | AnyArray, invalid: str) -> Iterator[Image.Image]:
     """Context with an opened image, its pixels not yet read; raises ValueError, beginning with `invalid`."""
     from PIL import Image  # slow to load, and points that are given do without it
 
@@ -163,7 +161,7 @@ class Picture:
     white, the same for all images of one `open_pictures`. Raises ValueError for an image that cannot be read.
     """
 
-    def __init__(self, source: str | os.PathLike[str] | AnyArray, name: str | None = None) -> None:
+    def __init__(self, source: AnyPath | AnyArray, name: str | None = None) -> None:
         self.path = None if isinstance(source, np.ndarray) else Path(source)
         self.name = name or ("image" if self.path is None else self.path.name)
         self._source, self._orientation = source, 1
@@ -255,7 +253,7 @@ class Picture:
         return Pixels(colours.astype(np.uint16) * (DEEPEST // 255) if deep else colours, mask)
 
 
-def open_pictures(sources: Sequence[str | os.PathLike[str] | AnyArray]) -> list[Picture]:
+def open_pictures(sources: Sequence[AnyPath | AnyArray]) -> list[Picture]:
     """Images named by their files, by their paths if two files have the same name, and arrays by their numbers.
 
     Raises ValueError for an image that cannot be read, and for a file that is given twice.

@@ -14,12 +14,10 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.applications.mosaics import registration
+from projdist.applications.mosaics import homographies, registration
 from projdist.applications.mosaics.bundle_adjustment import Chart, Link, Pair, adjust, transfer_errors, transfers
 from projdist.applications.mosaics.canvases import Camera, SphereCanvas, angles_of, sphere_canvas
 from projdist.applications.mosaics.correspondences import Correspondences
-from projdist.applications.mosaics.homographies import homogeneous
-from projdist.applications.mosaics.registration import Cameras, ImageAnswer, MatchedImages
 from projdist.matrices import turns
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 from projdist.support import check_choice
@@ -33,7 +31,7 @@ _SEVERAL = 2.0  # times worse gives a note
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Panorama(ImageAnswer):
+class Panorama(registration.ImageAnswer):
     """Images of a camera that only turns, on the sphere that it sees.
 
     Longitudes increase to the right from 0 in the middle, latitudes upwards. `cameras`: as found, in the directions of
@@ -43,11 +41,11 @@ class Panorama(ImageAnswer):
     It can be used as a region, the part of the sphere that it shows: `projdist.optimize("auto", found)`.
     """
 
-    cameras: Cameras
+    cameras: registration.Cameras
     rotations: FloatArray
 
     @property
-    def _found(self) -> Cameras:
+    def _found(self) -> registration.Cameras:
         return self.cameras
 
     def messages(self, *, others: bool = True) -> list[str]:
@@ -182,11 +180,9 @@ def panoramas_of_groups(
 
 
 def _level(R: FloatArray) -> FloatArray:
-    """The rotation to right, down and forward of a level panorama with longitude 0 in its middle.
-
-    Cameras are usually held level, so the vertical is as nearly perpendicular to their right directions as possible
-    (M. Brown & D. G. Lowe 2007, "Automatic panoramic image stitching using invariant features", section 5).
-    """
+    """The rotation to right, down and forward of a level panorama with longitude 0 in its middle."""
+    # Cameras are usually held level, so the vertical is as nearly perpendicular to their right directions as possible
+    # (M. Brown & D. G. Lowe 2007, "Automatic panoramic image stitching using invariant features", section 5).
     up = -R[:, :, 1].mean(axis=0)
     values, vectors = np.linalg.eigh(R[:, :, 0].T @ R[:, :, 0])
     if values[1] > _TURNED * len(R) and values[0] < _LEVEL * values[1]:
@@ -252,7 +248,9 @@ class _Turns(Chart):
         return into
 
 
-def _cameras(points: Correspondences, group: MatchedImages, is_common: bool, tolerance: float) -> Cameras:
+def _cameras(
+    points: Correspondences, group: registration.MatchedImages, is_common: bool, tolerance: float
+) -> registration.Cameras:
     """The cameras of a group of images. `is_common`: one focal length for all images, or else one each."""
     unit = points.unit
     registration.refuse_mirrors(points, group)
@@ -263,7 +261,7 @@ def _cameras(points: Correspondences, group: MatchedImages, is_common: bool, tol
     # With a homography for each pair.
     pairs = [(link.chosen(pair.agree), pair.S) for link, pair in zip(group.links, group.pairs, strict=True)]
     squares = [np.square(transfers(S, link.xi, link.xj)) for link, S in pairs if S is not None]
-    return Cameras(
+    return registration.Cameras(
         *group.shared,
         M @ _scalings(focals),
         focals * unit,
@@ -285,11 +283,9 @@ def _scalings(f: FloatArray) -> FloatArray:
     return K
 
 
-def _start(group: MatchedImages, tolerance: float) -> tuple[float, list[Pair]]:
-    """The focal length, in halves of the longest side, with which rotations fit all pairs best, and the pairs by these.
-
-    The rotation of a pair solves Wahba's problem for the directions of its points.
-    """
+def _start(group: registration.MatchedImages, tolerance: float) -> tuple[float, list[Pair]]:
+    """The focal length, in halves of the longest side, with which rotations fit all pairs best, and pairs by these."""
+    # The rotation of a pair solves Wahba's problem for the directions of its points.
     f = np.geomspace(_WIDEST, _NARROWEST, _STEPS)
     cost, maps = np.zeros(_STEPS), []
     for link, agree in group.agreeing:
@@ -307,18 +303,16 @@ def _start(group: MatchedImages, tolerance: float) -> tuple[float, list[Pair]]:
 
 def _directions(x: FloatArray, f: FloatArray) -> FloatArray:
     """Unit vectors (k, n, 3) towards points (n, 2) for focal lengths (k,)."""
-    rays = homogeneous(x) / np.stack([f, f, np.ones_like(f)], axis=-1)[:, None]
+    rays = homographies.homogeneous(x) / np.stack([f, f, np.ones_like(f)], axis=-1)[:, None]
     return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
 
 
 def _adjusted(
-    chart: _Turns, M: FloatArray, group: MatchedImages, tolerance: float
+    chart: _Turns, M: FloatArray, group: registration.MatchedImages, tolerance: float
 ) -> tuple[FloatArray, float, FloatArray, int]:
-    """The adjusted maps, the RMS error, the normal equations and the number of points.
-
-    First without links that the chains miss by far, as may happen all around the horizon, then with all, until the
-    points that agree stay the same.
-    """
+    """The adjusted maps, the RMS error, the normal equations and the number of points."""
+    # First without links that the chains miss by far, as may happen all around the horizon, then with all, until the
+    # points that agree stay the same.
     links = group.links
     gaps = _gaps(M, links)
     chosen = [
@@ -348,11 +342,9 @@ def _gaps(M: FloatArray, links: Sequence[Link]) -> list[FloatArray]:
 
 
 def _deviations(normal: FloatArray, rms: float, points: int, images: int) -> FloatArray:
-    """Standard deviations of the logarithms of the focal lengths (n,).
-
-    Noise s in each coordinate gives the two transfer distances, which are nearly equal, a mean square of 4 s^2; the
-    covariance is that mean square times the inverse of J^T J over both ways.
-    """
+    """Standard deviations of the logarithms of the focal lengths (n,)."""
+    # Noise s in each coordinate gives the two transfer distances, which are nearly equal, a mean square of 4 s^2; the
+    # covariance is that mean square times the inverse of J^T J over both ways.
     freedom = max(2 * points - len(normal), 1)
     scale = rms**2 * 2.0 * points / freedom
     with np.errstate(invalid="ignore"):

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.applications.mosaics import bundle_adjustment, homographies
+from projdist.applications.mosaics import bundle_adjustment, canvases, homographies
 from projdist.applications.mosaics.bundle_adjustment import Chart, Link, ModelFit, Pair, adjust
-from projdist.applications.mosaics.canvases import Canvas, canvas_size
 from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.homographies import MODELS, behind, corners, field_of, places
 from projdist.matrices import ROTATIONS, Rotation, axes_shift, check_weights, mdt, mean_rotation
@@ -208,10 +207,7 @@ class MatchedImages(ConnectedImages):
 
 
 def connected(points: Correspondences, links: Sequence[Link], pairs: Sequence[Pair]) -> list[MatchedImages]:
-    """The groups of images that pairs connect, the largest first.
-
-    Raises ValueError if no pair has a map.
-    """
+    """The groups of images that pairs connect, the largest first; raises ValueError if no pair has a map."""
     both = list(zip(links, pairs, strict=True))
     matches = [
         Match(link.i, link.j, len(link.xi), int(pair.agree.sum()), pair.reason, pair.false_alarms)
@@ -242,10 +238,7 @@ def estimated(points: Correspondences, link: Link, tolerance: float, model: str)
 
 
 def links_of(points: Correspondences, tolerance: float) -> list[Link]:
-    """For each pair of images i < j the common points, in coordinates from the images' middles, in `points.unit`.
-
-    Raises ValueError for a tolerance that is not above 0.
-    """
+    """For each pair of images i < j the common points, in coordinates from the images' middles, in `points.unit`."""
     if not tolerance > 0:
         raise ValueError(f"Invalid tolerance {tolerance}. It must be a number of pixels above 0.")
     links: list[Link] = []
@@ -337,11 +330,9 @@ class CommonFrames(NamedTuple):
 
 
 def common_frames(found: ImageRegistration, weights: FloatArray, rotation: str) -> CommonFrames:
-    """All frames. Raises ValueError if some image reaches infinity in every plane.
-
-    The MDT's is rotated by the mean rotation and shifted to the axes. The central image has its middle nearest to the
-    mean of all middles there; the best has the least figure.
-    """
+    """All frames. Raises ValueError if some image reaches infinity in every plane."""
+    # The MDT's is rotated by the mean rotation and shifted to the axes. The central image has its middle nearest to the
+    # mean of all middles there; the best has the least figure.
     H: FloatArray | None = found.matrices
     if found.model == "homography":
         H = homographies.least_distorting(found.matrices, found.sizes, weights)
@@ -435,14 +426,14 @@ class Mosaic(ImageAnswer):
                 )
         return [note for note in (*said, self.common.rotation.note, self.canvas().note) if note]
 
-    def canvas(self, *, most_pixels: float | None = None) -> Canvas:
+    def canvas(self, *, most_pixels: float | None = None) -> canvases.Canvas:
         """The picture that holds all images, of at most `most_pixels`."""
         rims = places(self.matrices, corners(self.registration.sizes)).reshape(-1, 2)
         most = self.most_pixels if most_pixels is None else most_pixels
-        width, height, scale, note = canvas_size(np.ptp(rims, axis=0), most)
+        width, height, scale, note = canvases.canvas_size(np.ptp(rims, axis=0), most)
         to_canvas = np.diag([scale, scale, 1.0])
         to_canvas[:2, 2] = -scale * rims.min(axis=0)
-        return Canvas(width, height, to_canvas @ self.matrices, scale, note)
+        return canvases.Canvas(width, height, to_canvas @ self.matrices, scale, note)
 
     def _line(self) -> str:
         return f"{len(self.images)} images in the frame {self.frame_name}"

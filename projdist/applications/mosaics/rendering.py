@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,11 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from projdist._typing import AnyArray, BoolArray, FloatArray
-from projdist.applications.mosaics.canvases import AnyCanvas
+from projdist._typing import AnyArray, AnyPath, BoolArray, FloatArray
+from projdist.applications.mosaics import canvases, panoramas, registration
 from projdist.applications.mosaics.images import DEEPEST, Box, Picture, Piece, Pixels, Store, as_array, opencv, shift
-from projdist.applications.mosaics.panoramas import MappedPanorama
-from projdist.applications.mosaics.registration import Mosaic
 from projdist.support import check_choice, replacing
 
 _BANDS = 5
@@ -126,11 +123,8 @@ _CELLS = 400  # a side of the grid on which the box is found, to be grown by pix
 
 
 def covered_box(covered: BoolArray) -> Box:
-    """A box of pixels that are all covered.
-
-    It is the largest on a grid of 400 cells a side, grown by pixels as far as possible. Raises ValueError if no cell is
-    covered.
-    """
+    """A box of pixels that are all covered; raises ValueError if there is none."""
+    # It is the largest on a grid of 400 cells a side, grown by pixels as far as possible.
     height, width = covered.shape
     step = max(1, -(-max(height, width) // _CELLS))
     rows, columns = height // step, width // step
@@ -184,7 +178,7 @@ class Rendered(NamedTuple):
     """
 
     pixels: AnyArray
-    canvas: AnyCanvas
+    canvas: canvases.AnyCanvas
     is_grey: bool
 
     @property
@@ -194,7 +188,7 @@ class Rendered(NamedTuple):
 
 
 def render(
-    found: Mosaic | MappedPanorama,
+    found: registration.Mosaic | panoramas.MappedPanorama,
     pictures: Sequence[Picture],
     *,
     blend: str = "multiband",
@@ -245,7 +239,7 @@ def _common(one: Box, other: Box) -> Box:
 
 
 def _tile(
-    tile: Box, canvas: AnyCanvas, boxes: Sequence[Box], store: Store, seams: Seams, blend: str, most: int
+    tile: Box, canvas: canvases.AnyCanvas, boxes: Sequence[Box], store: Store, seams: Seams, blend: str, most: int
 ) -> AnyArray:
     """The pixels of a tile, from all images that overlap it or its margin."""
     left, top, right, bottom = tile
@@ -283,7 +277,7 @@ _COMPRESSION = 3  # of PNG: a third of the time of the usual 6, for files at mos
 _PAPER = 255  # colour of a JPEG outside images
 
 
-def save_mosaic(drawn: Rendered, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
+def save_mosaic(drawn: Rendered, path: AnyPath, *, overwrite: bool = True) -> Path:
     """Write a mosaic as .png or .tif, transparent outside the images, or as .jpg, white there.
 
     Grey images give a grey mosaic. 16 bits per colour are written to .png and .tif, by OpenCV, in four bands. Raises
@@ -329,7 +323,7 @@ _BLOCK, _FEEDS = 16, 4
 class Seams:
     """The gains of all images and the seams between them, found on a small canvas."""
 
-    def __init__(self, small: AnyCanvas, store: Store, blend: str, exposure: str) -> None:
+    def __init__(self, small: canvases.AnyCanvas, store: Store, blend: str, exposure: str) -> None:
         """`small`: the canvas in at most `SMALL` pixels."""
         cv2 = opencv()
         self.scale, self.pieces = small.scale, list[Piece]()
@@ -370,7 +364,7 @@ class Seams:
         bright = np.rint(colours * gains[..., None])
         return np.minimum(bright, np.iinfo(colours.dtype).max, out=bright).astype(colours.dtype)
 
-    def cut(self, pieces: dict[int, Piece], canvas: AnyCanvas) -> dict[int, AnyArray]:
+    def cut(self, pieces: dict[int, Piece], canvas: canvases.AnyCanvas) -> dict[int, AnyArray]:
         """Masks of pieces, cut along the seams; pixels that no image would then have go to the first that has them."""
         masks = {number: piece.pixels.mask for number, piece in pieces.items()}
         if self.seams is None or not pieces:

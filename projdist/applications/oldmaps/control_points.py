@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 from dataclasses import dataclass, replace
@@ -12,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from projdist import projections
-from projdist._typing import BoolArray, FloatArray
-from projdist.projections import Projection, ProjectionLike, projected_crs_of
+from projdist._typing import AnyPath, BoolArray, FloatArray
 from projdist.support import check_path, comma_hint, is_number, number_of, read_text, rows_of_text, tell
 
 # Names of columns, our own, those of QGIS (its `mapX` is the true place) and of ArcGIS; without blanks and underscores.
@@ -48,7 +46,7 @@ class ControlPoints:
     new: FloatArray
     names: tuple[str, ...] = ()
     note: str = ""
-    crs: Projection | None = None
+    crs: projections.Projection | None = None
 
     def __post_init__(self) -> None:
         old, new = np.asarray(self.old, dtype=float), np.asarray(self.new, dtype=float)
@@ -86,7 +84,7 @@ class ControlPoints:
         return replace(self, old=self.old[which], new=self.new[which], names=names)
 
 
-def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | None = None) -> ControlPoints:
+def read_control_points(path: AnyPath, *, crs: projections.ProjectionLike | None = None) -> ControlPoints:
     """Read control points from a table separated by commas, semicolons, tabs or spaces, or from GDAL's `-gcp`.
 
     Without a header the columns are x and y on the old map and true x and y, optionally with an id before them, and
@@ -99,7 +97,7 @@ def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | N
     ----------
     path : str or path
         A text file of three points or more.
-    crs : ProjectionLike, optional
+    crs : projections.ProjectionLike, optional
         The CRS of the true places: anything that a `Projection` is made from. By default it is the CRS stated in the
         file, by QGIS's line `#CRS:` or GDAL's `-a_srs`; if both are given and differ, this one is used, with a notice.
         If the header says so, or most points are within 180 and 90, the true places are longitudes and latitudes in
@@ -134,7 +132,7 @@ def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | N
            [600900., 200000.],
            [600000., 200500.]])
     """
-    projection = None if crs is None else Projection.from_user_input(crs)
+    projection = None if crs is None else projections.Projection.from_user_input(crs)
     path = check_path("points file", path)
     text = f"Invalid points file '{path}'."
     content = read_text(path, text)
@@ -177,16 +175,14 @@ class _PointTable(NamedTuple):
 
 
 def _in_plane(
-    new: FloatArray, table: _PointTable, given: Projection | None, path: Path
-) -> tuple[FloatArray, Projection | None, str]:
-    """True places in metres, the CRS of their plane, and a remark on doubtful ones; raises ValueError.
-
-    The message of the error lacks its beginning, the name of the file.
-    """
+    new: FloatArray, table: _PointTable, given: projections.Projection | None, path: Path
+) -> tuple[FloatArray, projections.Projection | None, str]:
+    """True places in metres, the CRS of their plane, and a remark on doubtful ones; raises ValueError."""
+    # The message of the error lacks its beginning, the name of the file.
     try:
         stated = projections.crs_of(table.crs) if table.crs else None
         if stated is not None and not stated.is_geographic:
-            plane = Projection.from_user_input(table.crs)
+            plane = projections.Projection.from_user_input(table.crs)
     except ValueError as error:
         if given is None:
             raise ValueError(f"It states a CRS that is no plane of the Earth; another may be given. {error}") from error
@@ -195,7 +191,7 @@ def _in_plane(
         if given is None:
             projections.tell_of_degrees(stated, np.hstack([new, new]), f"'{path}'", "control point")
             return _in_metres(new, plane, table.is_degrees), plane, ""
-        own, other = projected_crs_of(given), projected_crs_of(plane)
+        own, other = projections.projected_crs_of(given), projections.projected_crs_of(plane)
         is_same = own is not None and other is not None and np.array_equal(own.to_metres, other.to_metres)
         if not (is_same and other is not None and projections.same_map(given, other.wkt) is not None):
             tell(f"'{path}' states the CRS {stated.name}; its coordinates are taken for those of {given.label}.")
@@ -215,11 +211,11 @@ def _are_mostly_degrees(new: FloatArray) -> bool:
     return bool((np.abs(new) <= _DEGREES).all(axis=1).mean() > 0.5)
 
 
-def _in_metres(new: FloatArray, projection: Projection, is_degrees: bool) -> FloatArray:
+def _in_metres(new: FloatArray, projection: projections.Projection, is_degrees: bool) -> FloatArray:
     """True places in metres of a projection's plane, from degrees or from coordinates of the CRS."""
     if is_degrees or _are_mostly_degrees(new):
         return np.stack(projection(*projections.check_degrees(*new.T)), axis=-1)
-    plane = projected_crs_of(projection)
+    plane = projections.projected_crs_of(projection)
     with np.errstate(over="ignore", invalid="ignore"):  # points that are not finite are refused later, by name
         return new if plane is None else np.asarray(new @ plane.to_metres.T)
 

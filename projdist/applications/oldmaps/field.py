@@ -16,7 +16,6 @@ from projdist import matrices
 from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.applications.oldmaps.control_points import ControlPoints
 from projdist.applications.oldmaps.fits import Fit, affine_fit, fit, helmert_fit, wrong_points
-from projdist.matrices import Affine, Measure, areal_scale, fisher
 from projdist.numerics import quantiles
 from projdist.support import Answer, check_choice, check_instance, check_number, plain
 
@@ -38,10 +37,11 @@ def rotation(J: FloatArray) -> FloatArray:
 
 # Measures of a map after its rectification.
 LOCAL_MEASURES = {
-    "fisher": Measure("fisher", fisher),
-    "areal_scale": Measure("areal_scale", areal_scale, "s", kind="ratio"),
-    "scale": Measure("scale", lambda J: np.sqrt(areal_scale(J)), kind="ratio"),  # geometric mean over directions
-    "rotation": Measure("rotation", rotation, unit="deg", kind="signed"),
+    "fisher": matrices.Measure("fisher", matrices.fisher),
+    "areal_scale": matrices.Measure("areal_scale", matrices.areal_scale, "s", kind="ratio"),
+    # The geometric mean over directions.
+    "scale": matrices.Measure("scale", lambda J: np.sqrt(matrices.areal_scale(J)), kind="ratio"),
+    "rotation": matrices.Measure("rotation", rotation, unit="deg", kind="signed"),
 }
 
 
@@ -55,7 +55,7 @@ class Rectification:
     """
 
     name: str
-    affine: Affine
+    affine: matrices.Affine
     distortion: float
     residual: float
     scale_error: float
@@ -300,7 +300,7 @@ def old_map(
     T = matrices.field_mdt(flip @ J, w).T
     turn = matrices.field_rotation(flip @ J, w, T)
     matrix = turn.q @ np.linalg.inv(T) @ flip
-    mean = Affine(matrix, (points.new - points.old @ matrix.T).mean(axis=0))
+    mean = matrices.Affine(matrix, (points.new - points.old @ matrix.T).mean(axis=0))
     helmert = helmert_fit(points), fit(points, "helmert")
     maps = {"mdt": (mean, fitted), "affine": (linear, fit(points, "affine")), "helmert": helmert}
     rectifications = {}
@@ -309,7 +309,7 @@ def old_map(
         rectifications[name] = Rectification(
             name=name,
             affine=one,
-            distortion=float(w @ fisher(one.matrix @ J) ** 2 / w.sum()),
+            distortion=float(w @ matrices.fisher(one.matrix @ J) ** 2 / w.sum()),
             residual=_rms(points.new - one(points.old)),
             scale_error=by_scale * float(np.sqrt(abs(np.linalg.det(one.matrix)))),
             rotation_error=float(np.degrees(by_turn)),

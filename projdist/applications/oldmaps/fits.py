@@ -325,13 +325,11 @@ class _Residuals(NamedTuple):
 
 
 def wrong_points(points: ControlPoints) -> BoolArray:
-    """True for wrong points.
-
-    The worst points are left out one after the other, until a tenth of the points after the last wrong one, so that
-    none masks another. A quarter of those up to the last wrong one are removed and the splines' smoothing is found
-    anew, until no point is wrong; points that then fit the others are taken back. Fewer than eight points have no wrong
-    ones.
-    """
+    """True for wrong points."""
+    # The worst points are left out one after the other, until a tenth of the points after the last wrong one, so that
+    # none masks another. A quarter of those up to the last wrong one are removed and the splines' smoothing is found
+    # anew, until no point is wrong; points that then fit the others are taken back. Fewer than eight points have no
+    # wrong ones.
     kept = np.ones(len(points.old), dtype=bool)
     while len(found := _worst(points.chosen(kept))):
         kept[np.flatnonzero(kept)[found]] = False

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import os
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from projdist._typing import AnyArray, FloatArray
+from projdist._typing import AnyArray, AnyPath, FloatArray
 from projdist.applications.mosaics import check_pixels, open_image
 from projdist.applications.oldmaps.field import RECTIFICATIONS, OldMap, hull_nodes
 from projdist.matrices import Affine
@@ -20,10 +19,8 @@ _STEPS, _CONVERGED = 30, 1e-8  # of Newton's method; of the extent of the old ma
 
 
 def old_places(found: OldMap, new: FloatArray) -> FloatArray:
-    """Places (m, 2) on the old map that the fit maps to true places; NaN if there are none, and on folds.
-
-    By Newton's method, starting from the affine fit.
-    """
+    """Places (m, 2) on the old map that the fit maps to true places; NaN if there are none, and on folds."""
+    # By Newton's method, starting from the affine fit.
     fit = found.fit
     old = found.rectifications["affine"].affine.inverse()(new)
     enough = _CONVERGED * float(np.ptp(found.fitted.old, axis=0).max())
@@ -94,9 +91,7 @@ class RectifiedScan(NamedTuple):
     side: float
 
 
-def rectify(
-    found: OldMap, image: str | os.PathLike[str], *, by: str = "fit", resolution: float | None = None
-) -> RectifiedScan:
+def rectify(found: OldMap, image: AnyPath, *, by: str = "fit", resolution: float | None = None) -> RectifiedScan:
     """The scan of an old map as a picture of the true plane, north up.
 
     Parameters
@@ -166,11 +161,9 @@ def rectify(
         step //= 2
 
 
-def _read(path: str | os.PathLike[str], found: OldMap, coarser: int) -> tuple[AnyArray, Affine]:
-    """The pixels (height, width, 1 or 3) of a scan, reduced by a whole factor, and the map to them from the old map.
-
-    The middle of the first pixel is at 0, 0.
-    """
+def _read(path: AnyPath, found: OldMap, coarser: int) -> tuple[AnyArray, Affine]:
+    """The pixels (height, width, 1 or 3) of a scan, reduced by a whole factor, and the map to them from the old map."""
+    # The middle of the first pixel is at 0, 0.
     from PIL import Image  # slow to load, and few need it
 
     text = f"Invalid image '{path}'."

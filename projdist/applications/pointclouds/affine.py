@@ -140,11 +140,9 @@ _SAME = 1e-10  # of weights, from step to step
 
 
 def wrong_partners(placed: FloatArray, weights: FloatArray) -> tuple[BoolArray, FloatArray]:
-    """Flags of wrong partners among clouds in one frame, (N, M, n), with weights (N, M), and distances (N, M).
-
-    The distance is that of a point from the place that other clouds give it, from the fit of its cloud without the
-    point; NaN if unknown.
-    """
+    """Flags of wrong partners among clouds in one frame, (N, M, n), with weights (N, M), and distances (N, M)."""
+    # The distance is that of a point from the place that other clouds give it, from the fit of its cloud without the
+    # point; NaN if unknown.
     count, n, seen = len(placed), placed.shape[-1], weights > 0.0
     wrong, left_out = np.zeros(seen.shape, dtype=bool), np.full(seen.shape, np.nan)
     shared = seen & (seen.sum(axis=0) > 1)
@@ -281,11 +279,9 @@ class Kept(NamedTuple):
 
 
 def kept_clouds(points: FloatArray, weights: FloatArray, *, first_only: bool = False) -> Kept:
-    """The largest connected set of clouds, points (N, M, n) with weights (N, M).
-
-    A cloud joins the set if the points that it shares with it span all n dimensions; with `first_only`, if those that
-    it shares with the first cloud do.
-    """
+    """The largest connected set of clouds, points (N, M, n) with weights (N, M)."""
+    # A cloud joins the set if the points that it shares with it span all n dimensions; with `first_only`, if those that
+    # it shares with the first cloud do.
     n = points.shape[-1]
     reasons = {}
     for i in range(len(points)):
@@ -346,11 +342,9 @@ def onto_first(points: FloatArray, weights: FloatArray) -> Group:
 
 
 def consensus(points: FloatArray, weights: FloatArray) -> Group:
-    """The self-consistent symmetric fit of connected clouds (see `kept_clouds`).
-
-    Alternating fits and means converges slowly along chains of clouds; each step is therefore extrapolated to the limit
-    that it would have if the fits were linear.
-    """
+    """The self-consistent symmetric fit of connected clouds (see `kept_clouds`)."""
+    # Alternating fits and means converges slowly along chains of clouds; each step is therefore extrapolated to the
+    # limit that it would have if the fits were linear.
     shared = (weights > 0.0).sum(axis=0) > 1
     clouds = _Clouds(points[:, shared], weights[:, shared])
     mean = clouds.start
@@ -429,10 +423,8 @@ def dist_squares(T: FloatArray, A: FloatArray) -> FloatArray:
 
 
 def upright(group: Group) -> tuple[Group, BoolArray]:
-    """The maps into a frame in which most clouds are not mirrored, and flags of the mirrored ones.
-
-    With equally many of both the first cloud is not mirrored.
-    """
+    """The maps into a frame in which most clouds are not mirrored, and flags of the mirrored ones."""
+    # With equally many of both the first cloud is not mirrored.
     signs = np.linalg.slogdet(group.A)[0]
     most = np.sign(signs.sum()) or signs[0]
     flip = np.ones(group.shift.shape[1])
@@ -457,10 +449,8 @@ def placed(A: FloatArray, shift: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def squared_residuals(places: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Weighted sums of squared distances from the points' mean places, and sums of the weights, both (N,).
-
-    Points of only one cloud do not count.
-    """
+    """Weighted sums of squared distances from the points' mean places, and sums of the weights, both (N,)."""
+    # Points of only one cloud do not count.
     shared = (weights > 0.0).sum(axis=0) > 1
     places, weights = places[:, shared], weights[:, shared]
     places = np.where((weights > 0.0)[..., None], places, 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections import defaultdict
 from collections.abc import Hashable, Sequence
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from projdist._typing import FloatArray, IntArray
+from projdist._typing import AnyPath, FloatArray, IntArray
 from projdist.applications.pointclouds import affine
 from projdist.applications.pointclouds.files import CloudFile
 from projdist.matrices import Affine
@@ -22,13 +21,11 @@ _SHARES = -700.0, 5.0  # logarithms of volumes around points: beyond these, prob
 
 
 def log_false_alarms(distances: FloatArray, apart: float, n: int) -> float:
-    """Logarithm of the number of false alarms of an affine map in n dimensions, the least over all precisions.
-
-    `distances` (M,) are those of points from the nearest of a cloud mapped onto them, `apart` is the points' spacing.
-    By chance the nearest is within r with probability p = 1 - 2^(-(r / apart)^n), as among evenly spread points. For k
-    of the points that makes (M - n - 1) C(M, k) p^(k - n - 1) false alarms: n + 1 points may have determined the map,
-    and M - n - 1 values of k are tried.
-    """
+    """Logarithm of the number of false alarms of an affine map in n dimensions, the least over all precisions."""
+    # `distances` (M,) are those of points from the nearest of a cloud mapped onto them, `apart` is the points' spacing.
+    # By chance the nearest is within r with probability p = 1 - 2^(-(r / apart)^n), as among evenly spread points. For
+    # k of the points that makes (M - n - 1) C(M, k) p^(k - n - 1) false alarms: n + 1 points may have determined the
+    # map, and M - n - 1 values of k are tried.
     near, least = np.sort(distances), n + 1
     k = np.arange(least + 1, len(near) + 1)
     if not k.size:
@@ -65,10 +62,8 @@ class WeightedCloud(NamedTuple):
 
 
 def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]:
-    """Points of clouds that correspond to the largest cloud's, (N, M, n), NaN without a partner, and weights (N, M).
-
-    A cloud in which too few points find partners has none.
-    """
+    """Points of clouds that correspond to the largest cloud's, (N, M, n), NaN without a partner, and weights (N, M)."""
+    # A cloud in which too few points find partners has none.
     first = int(np.argmax([0 if cloud.is_flat else len(cloud.points) for cloud in clouds]))
     if clouds[first].is_flat:
         nothing = np.full((len(clouds), *clouds[first].points.shape), np.nan)
@@ -96,11 +91,9 @@ def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]
 
 
 def _pairwise(cloud: WeightedCloud, template: WeightedCloud) -> IntArray:
-    """For each point of the template the number of the cloud's partner, or -1, after a fit by closest points.
-
-    The fit starts from the cloud as given and, if few points find partners, also from rotations of it with equal
-    moments. The start with the fewest false alarms wins.
-    """
+    """For each point of the template the number of the cloud's partner, or -1, after a fit by closest points."""
+    # The fit starts from the cloud as given and, if few points find partners, also from rotations of it with equal
+    # moments. The start with the fewest false alarms wins.
     if cloud.is_flat:
         return np.full(len(template.points), -1)
     apart = _spacing(template.points)
@@ -174,10 +167,8 @@ def _pairs(
 
 
 def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apart: float) -> tuple[IntArray, float]:
-    """Partners that affine fits to closest points no longer change, and the logarithm of the number of false alarms.
-
-    The fits of the cloud to the template, whose spacing is `apart`, begin at `start`.
-    """
+    """Partners that affine fits to closest points no longer change, and the logarithm of the number of false alarms."""
+    # The fits of the cloud to the template, whose spacing is `apart`, begin at `start`.
     moved, known = start, set[bytes]()
     while True:
         partners = _partners(moved, template.points)
@@ -247,10 +238,7 @@ def corresponding_points(
     correspond: str,
     ids: Sequence[Sequence[str]] | None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Points (N, M, n), those with the same number corresponding, and their weights (N, M), 0 where missing.
-
-    Raises ValueError for an unknown correspondence, and for clouds that do not fit it.
-    """
+    """Points (N, M, n), of equal numbers where they correspond, and weights (N, M), 0 if missing; raises ValueError."""
     check_choice("correspondence", correspond, CORRESPONDENCES)
     missing = [np.isnan(cloud).all(axis=1) for cloud in clouds]
     for name, cloud, gaps in zip(names, clouds, missing, strict=True):
@@ -318,7 +306,7 @@ class WeightsFile(NamedTuple):
         return np.array([known[mark] for mark in cloud.ids or ()])
 
 
-def read_weights(path: str | os.PathLike[str]) -> WeightsFile:
+def read_weights(path: AnyPath) -> WeightsFile:
     """The weights in a text file: a number per line, or id and number, perhaps below a header. Raises ValueError."""
     text = f"Invalid weights '{path}'."
     rows = numbered_rows(Path(path), text)

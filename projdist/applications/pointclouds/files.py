@@ -12,7 +12,6 @@ import functools
 import io
 import math
 import operator
-import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -22,8 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from projdist import support
-from projdist._typing import AnyArray, FloatArray
-from projdist.support import has_decimal_comma, is_number, number_of
+from projdist._typing import AnyArray, AnyPath, FloatArray
 
 _TYPES = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
@@ -257,11 +255,11 @@ def _ascii_points(lines: list[bytes], count: int, dtype: np.dtype[Any], named: s
     for k in range(count):
         cells = lines[k].decode("ascii", errors="replace").split() if k < len(lines) else []
         try:
-            rows.append([number_of(cell) for cell in cells])
+            rows.append([support.number_of(cell) for cell in cells])
         except ValueError:
             rows.append([])
         if len(rows[k]) != width:
-            commas = ", with decimal points, not commas" if any(map(has_decimal_comma, cells)) else ""
+            commas = ", with decimal points, not commas" if any(map(support.has_decimal_comma, cells)) else ""
             raise CloudError(f"{named} {k + 1} must have {width} numbers{commas}.")
     points, table, first = np.empty(count, dtype), np.array(rows), 0
     for name in dtype.names or ():
@@ -308,7 +306,7 @@ class CloudFile:
         """The names in the file's header in lower case, or of PLY's properties; empty without a header."""
         return self.content.names
 
-    def write(self, path: str | os.PathLike[str], A: FloatArray, shift: FloatArray, *, overwrite: bool = False) -> None:
+    def write(self, path: AnyPath, A: FloatArray, shift: FloatArray, *, overwrite: bool = False) -> None:
         """Write the file with its points y at A y + shift, and normals, columns nx, ny, nz, transformed accordingly.
 
         Raises FileExistsError for an existing file that is not to be overwritten, and OSError.
@@ -322,7 +320,7 @@ class CloudFile:
             new.write_bytes(self.content.moved(self.points @ A.T + shift, normals))
 
 
-def read_cloud(path: str | os.PathLike[str], *, weights: str | None = None) -> CloudFile:
+def read_cloud(path: AnyPath, *, weights: str | None = None) -> CloudFile:
     """The points of a .csv, .xyz, .asc, .ply or .pcd file.
 
     CSV, with commas, semicolons or tabs: with a header, the columns x, y and perhaps z, or, without these, all; a
@@ -411,20 +409,22 @@ class _CellTable:
             return None
         k = self.names.index(name.lower())
         cells = [row[k].strip() if k < len(row) else "" for row in self.plain]
-        wrong = next((number for number, cell in enumerate(cells, start=1) if cell and not is_number(cell)), None)
+        wrong = next(
+            (number for number, cell in enumerate(cells, start=1) if cell and not support.is_number(cell)), None
+        )
         if wrong is not None:
             raise CloudError(f"Row {wrong} must have a number for '{name}'.")
-        return np.array([number_of(cell or "nan") for cell in cells])
+        return np.array([support.number_of(cell or "nan") for cell in cells])
 
     def _numbers(self, columns: Sequence[int]) -> FloatArray:
         """The numbers of columns, NaN where a cell is empty; raises CloudError."""
         numbers = []
         for number, row in enumerate(self.plain, start=1):
             cells = [row[column].strip() if column < len(row) else "?" for column in columns]
-            if not all(cell == "" or is_number(cell) for cell in cells):
+            if not all(cell == "" or support.is_number(cell) for cell in cells):
                 hint = support.comma_hint(cells)
                 raise CloudError(f"Row {number} must have {len(columns)} numbers for its point.{hint}")
-            numbers.append([number_of(cell or "nan") for cell in cells])
+            numbers.append([support.number_of(cell or "nan") for cell in cells])
         if not numbers:
             raise CloudError("There are no points in it.")
         return np.array(numbers)
@@ -470,7 +470,7 @@ def _read_csv(data: bytes, weights: str | None) -> _CellTable:
 
 def _is_decimal(cell: str) -> bool:
     """True for a number, perhaps with a decimal comma."""
-    return is_number(cell) or has_decimal_comma(cell)
+    return support.is_number(cell) or support.has_decimal_comma(cell)
 
 
 def _read_xyz(data: bytes, weights: str | None) -> _CellTable:
