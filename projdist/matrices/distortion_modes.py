@@ -191,9 +191,6 @@ def _settled(vectors: FloatArray, rms: FloatArray) -> FloatArray:
     return np.column_stack([*chosen[::-1], spanned])
 
 
-# ---- words ------------------------------------------------------------------------------------
-
-
 def _words(E: FloatArray) -> str:
     """Description of a symmetric matrix of norm 1; in the plane by the scales along and across the largest."""
     n = len(E)

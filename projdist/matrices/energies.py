@@ -127,6 +127,4 @@ def _stretches(p: FloatArray, q: FloatArray, r: FloatArray) -> tuple[FloatArray,
     middle, half = 0.5 * (p + r), 0.5 * (p - r)
     root = np.hypot(half, q)
     angle = 0.5 * np.arctan2(q, half)
-    sin, cos = np.sin(angle), np.cos(angle)
-    rows = np.stack([np.stack([cos, sin], axis=-1), np.stack([-sin, cos], axis=-1)], axis=-2)
-    return rows, np.stack([middle + root, middle - root], axis=-1)
+    return np.swapaxes(_turned(angle), 1, 2), np.stack([middle + root, middle - root], axis=-1)

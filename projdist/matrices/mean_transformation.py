@@ -355,9 +355,6 @@ def _whitened(T: FloatArray, A: FloatArray) -> FloatArray:
     return np.asarray(columns.reshape(n, -1, n).swapaxes(0, 1))
 
 
-# ---- matrices on one geodesic -----------------------------------------------------------------
-
-
 def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[FloatArray, bool, bool]:
     """The median of matrices on one geodesic to rounding, True if they are on one, and True if it is unique."""
     # For matrices near a geodesic it is near the median; for others it is T.

@@ -45,8 +45,6 @@ class Affine:
         return Affine(back, -back @ self.shift)
 
 
-# ---- rotations -----------------------------------------------------------------------------------
-
 # The mean resultant length of N random orientations is about 1 / sqrt(N).
 _NO_ORDER = 0.1
 _HALF_TURN = 1e-8  # sine of an angle near 180 degrees below which the plane of rotation is undetermined

@@ -77,8 +77,6 @@ def _jumps(surface: Surface, edges: IntArray, level: FloatArray, values_at: Valu
     return np.asarray(passed & (np.abs(there - here) > _LEFT * (most - least)))
 
 
-# ---- fields --------------------------------------------------------------------------------------
-
 _MOST_STEPS = 1.5  # an image is less than a step from its node, and the field may be curved
 
 

@@ -214,7 +214,7 @@ def _polygons(surface: Surface, kind: str, resolution: str) -> tuple[IntArray, l
     else:
         # All land at the finest resolution takes seconds to prepare, and half a second at others.
         bounds, (_, within, _, end) = surface.domain.box.bounds, _AREAS[kind]
-        border = segments_of(_within(_all_lines(kind, resolution), bounds, np.inf))
+        border = segments_of(_within(kind, resolution, bounds, np.inf))
         area = PreparedArea.of(within(_window(bounds), resolution), border, end)
     found = cells_in(surface, area)
     return surface.covering(found.inside), found.pieces
@@ -276,23 +276,22 @@ def coast(bounds: Bounds, resolution: str, step: float | None = None) -> list[Fl
 
     The default is a sixtieth of the size of the part of the world, at most a degree.
     """
-    return _within(_all_lines("coast", resolution), bounds, step)
+    return _within("coast", resolution, bounds, step)
 
 
 def lake_shores(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
     """Shores of lakes, in the form of `coast`."""
-    return _within(_all_lines("shores", _lake_resolution(resolution)), bounds, step)
+    return _within("shores", _lake_resolution(resolution), bounds, step)
 
 
 def country_borders(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
     """Land borders of countries, in the form of `coast`."""
-    return _within(_all_lines("borders", resolution), bounds, step)
+    return _within("borders", resolution, bounds, step)
 
 
-def _within(lines: NDArray[np.object_], bounds: Bounds, step: float | None) -> list[FloatArray]:
-    """The parts of lines within bounds and a little beyond."""
-    if step is None:
-        step = min(1.0, max(ground_size(bounds)) / _ALONG)
+def _within(kind: str, resolution: str, bounds: Bounds, step: float | None) -> list[FloatArray]:
+    """The parts of lines, "coast", "shores" or "borders", within bounds and a little beyond."""
+    lines, step = _all_lines(kind, resolution), min(1.0, max(ground_size(bounds)) / _ALONG) if step is None else step
     west, south, east, north = _window(bounds)
     if longitude_width(bounds) == 360.0:
         west, east, turns = -1000.0, 1000.0, np.zeros(1)  # all lines, also beyond 180 degrees

@@ -271,8 +271,6 @@ def open_pictures(sources: Sequence[AnyPath | AnyArray]) -> list[Picture]:
     return pictures
 
 
-# ---- pieces --------------------------------------------------------------------------------------
-
 _KEPT = 3e8  # bytes of images kept in memory
 _HALF = 0.5  # scale below which an image is reduced before it is drawn
 

@@ -258,6 +258,12 @@ def _cameras(
     M = _scalings(np.array([1.0 / f]))[0] @ registration.chained(group.links, turned)
     M, rms, normal, count = _adjusted(_Turns("homography", is_common), M, group, tolerance)
     focals = _focals_of(M)
+    # Deviations of the logarithms of focal lengths: noise s in each coordinate gives the two transfer distances, which
+    # are nearly equal, a mean square of 4 s^2; the covariance is that times the inverse of J^T J over both ways.
+    scale = rms**2 * 2.0 * count / max(2 * count - len(normal), 1)
+    with np.errstate(invalid="ignore"):
+        variances = np.diag(np.linalg.pinv(normal, hermitian=True))[3 * (len(focals) - 1) :]
+    deviations = np.broadcast_to(np.sqrt(scale * np.maximum(variances, 0.0)), focals.shape)
     # With a homography for each pair.
     pairs = [(link.chosen(pair.agree), pair.S) for link, pair in zip(group.links, group.pairs, strict=True)]
     squares = [np.square(transfers(S, link.xi, link.xj)) for link, S in pairs if S is not None]
@@ -265,7 +271,7 @@ def _cameras(
         *group.shared,
         M @ _scalings(focals),
         focals * unit,
-        focals * unit * _deviations(normal, rms, count, len(group.images)),
+        focals * unit * deviations,
         rms * unit,
         float(np.sqrt(np.concatenate(squares, axis=1).mean())) * unit,
     )
@@ -339,14 +345,3 @@ def _adjusted(
 def _gaps(M: FloatArray, links: Sequence[Link]) -> list[FloatArray]:
     """The transfer errors of the points of links."""
     return [transfer_errors(np.linalg.solve(M[link.j], M[link.i]), link.xi, link.xj) for link in links]
-
-
-def _deviations(normal: FloatArray, rms: float, points: int, images: int) -> FloatArray:
-    """Standard deviations of the logarithms of the focal lengths (n,)."""
-    # Noise s in each coordinate gives the two transfer distances, which are nearly equal, a mean square of 4 s^2; the
-    # covariance is that mean square times the inverse of J^T J over both ways.
-    freedom = max(2 * points - len(normal), 1)
-    scale = rms**2 * 2.0 * points / freedom
-    with np.errstate(invalid="ignore"):
-        variances = np.diag(np.linalg.pinv(normal, hermitian=True))[3 * (images - 1) :]
-    return np.asarray(np.broadcast_to(np.sqrt(scale * np.maximum(variances, 0.0)), (images,)))

@@ -518,22 +518,12 @@ def mosaic(
     if chosen is None:
         raise ValueError(f"Invalid frame '{frame}'. Its plane sends other images through infinity; mdt does not.")
     return Mosaic(
-        points=points,
-        registration=found,
-        common=common,
-        frame_name=str(frame),
-        frame=chosen,
-        most_pixels=most_pixels,
+        points=points, registration=found, common=common, frame_name=str(frame), frame=chosen, most_pixels=most_pixels
     )
 
 
 def mosaics_of_groups(
-    points: Correspondences,
-    *,
-    model: str = "affine",
-    frame: str | int = "mdt",
-    tolerance: float = 4.0,
-    **options: Any,
+    points: Correspondences, *, model: str = "affine", frame: str | int = "mdt", tolerance: float = 4.0, **options: Any
 ) -> list[Mosaic]:
     """A mosaic of each group of connected images, the largest first, with the options of `mosaic`.
 

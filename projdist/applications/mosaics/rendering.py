@@ -163,8 +163,6 @@ def _largest(cells: BoolArray) -> Box:
     return found
 
 
-# ---- rendering -----------------------------------------------------------------------------------
-
 # A tile is drawn with a margin: the pyramid's reach is 3 * 2^5 pixels, that of the feather 1 / 0.02. Tiles and margins
 # are multiples of 2^5, so that the pixels of all tiles' pyramids coincide.
 _TILE, _MARGIN = 2048, 128  # pixels

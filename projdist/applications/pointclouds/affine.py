@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.matrices import Affine, Rotation, mean_rotation, principal_scales
+from projdist.matrices import Affine, principal_scales
 from projdist.support import check_choice
 
 _FLAT = 1e-12  # of the largest extent: a smaller extent is rounding
@@ -271,15 +271,10 @@ class Group(NamedTuple):
     converged: bool
 
 
-class Kept(NamedTuple):
-    """Numbers of the clouds that can be registered together, and the reasons why others cannot."""
-
-    clouds: list[int]
-    reasons: dict[int, str]
-
-
-def kept_clouds(points: FloatArray, weights: FloatArray, *, first_only: bool = False) -> Kept:
-    """The largest connected set of clouds, points (N, M, n) with weights (N, M)."""
+def kept_clouds(
+    points: FloatArray, weights: FloatArray, *, first_only: bool = False
+) -> tuple[list[int], dict[int, str]]:
+    """Numbers of the clouds of the largest connected set, and why others are not in it; points (N, M, n)."""
     # A cloud joins the set if the points that it shares with it span all n dimensions; with `first_only`, if those that
     # it shares with the first cloud do.
     n = points.shape[-1]
@@ -300,7 +295,7 @@ def kept_clouds(points: FloatArray, weights: FloatArray, *, first_only: bool = F
     for i in set(able) - set(best):
         shared = int((there & (weights[i] > 0.0)).sum())
         reasons[i] = _reason(shared, _span(points, weights, i, there), n, "it shares with the others")
-    return Kept(best, dict(sorted(reasons.items())))
+    return best, dict(sorted(reasons.items()))
 
 
 def _span(points: FloatArray, weights: FloatArray, i: int, there: BoolArray | None = None) -> int:
@@ -430,17 +425,6 @@ def upright(group: Group) -> tuple[Group, BoolArray]:
     flip = np.ones(group.shift.shape[1])
     flip[-1] = most
     return group._replace(A=flip[:, None] * group.A, shift=flip * group.shift), np.asarray(signs != most)
-
-
-def into_mdt(
-    group: Group, T: FloatArray, mirrored: BoolArray, points: FloatArray, weights: FloatArray
-) -> tuple[FloatArray, FloatArray, Rotation]:
-    """Matrices and shifts into the frame of the MDT; points (N, M, n) keep their mean rotation and position."""
-    rotation = mean_rotation(group.A[~mirrored], T=T)
-    A, shift = (np.einsum("ij,nj...->ni...", rotation.q @ np.linalg.inv(T), part) for part in (group.A, group.shift))
-    moves, there = points - placed(A, shift, points), weights > 0.0
-    moved = np.average(moves[there], axis=0, weights=weights[there])
-    return A, shift + moved, rotation
 
 
 def placed(A: FloatArray, shift: FloatArray, points: FloatArray) -> FloatArray:

@@ -76,7 +76,7 @@ def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]
     known: set[bytes] = set()
     while not _again(np.stack(partners), known):
         points, weights = _arranged(clouds, partners)
-        kept = affine.kept_clouds(points, weights).clouds
+        kept = affine.kept_clouds(points, weights)[0]
         if first not in kept or len(kept) < 2:
             break
         group = affine.consensus(points[kept], weights[kept])

@@ -221,9 +221,6 @@ def _pcd_header(data: bytes) -> tuple[dict[str, list[str]], int]:
     return words, start
 
 
-# ---- both -----------------------------------------------------------------------------------
-
-
 def _records(
     data: bytes, start: int, count: int, dtype: np.dtype[Any], *, is_ascii: bool, named: str = "Vertex"
 ) -> Records:
@@ -278,8 +275,6 @@ def _ascii_points(lines: list[bytes], count: int, dtype: np.dtype[Any], named: s
         first += columns.shape[1]
     return points
 
-
-# ---- files ---------------------------------------------------------------------------------------
 
 _IDS = ("id", "name", "label", "point")
 _NAMED = 5  # rows in a notice
@@ -355,9 +350,6 @@ def read_cloud(path: AnyPath, *, weights: str | None = None) -> CloudFile:
         raise ValueError(f"Invalid cloud '{path}'. It must be text in UTF-8.") from error
     except CloudError as error:
         raise ValueError(f"Invalid cloud '{path}'. {error}") from error
-
-
-# ---- text -----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

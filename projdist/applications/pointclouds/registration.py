@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.applications.pointclouds import affine, correspondences
-from projdist.matrices import Affine, Modes, mdt, modes
+from projdist.matrices import Affine, Modes, mdt, mean_rotation, modes
 from projdist.support import Answer, check_bool, check_choice, listed
 
 FRAMES = ("first", "last", "central", "best", "mdt")
@@ -235,21 +235,25 @@ def register(
         raise ValueError(f"Invalid frame '{frame}'. It must be {allowed}.")
     counted = _weights(weights, arrays, labels)
     points, counts = correspondences.corresponding_points(arrays, counted, labels, correspond, ids)
-    kept = affine.kept_clouds(points, counts, first_only=method == "least_squares")
-    left_out = tuple(LeftOut(labels[i], reason) for i, reason in kept.reasons.items())
-    if len(kept.clouds) < 2:
+    kept, reasons = affine.kept_clouds(points, counts, first_only=method == "least_squares")
+    left_out = tuple(LeftOut(labels[i], reason) for i, reason in reasons.items())
+    if len(kept) < 2:
         why = "; ".join(f"'{one.name}': {one.reason}" for one in left_out)
         raise ValueError(f"Invalid clouds. Fewer than two share points enough; {why}.")
-    labels, arrays = [labels[i] for i in kept.clouds], [arrays[i] for i in kept.clouds]
-    counted = [counted[i] for i in kept.clouds]
-    points, counts = points[kept.clouds], counts[kept.clouds]
+    labels, arrays, counted = [labels[i] for i in kept], [arrays[i] for i in kept], [counted[i] for i in kept]
+    points, counts = points[kept], counts[kept]
     fit = affine.consensus if method == "symmetric" else affine.onto_first
     wrong = np.zeros(counts.shape, dtype=bool) if correspond == "icp" else _wrong(fit, points, counts)
     right = np.where(wrong, 0.0, counts)
     chosen = right if robust else counts
     group, mirrored = affine.upright(fit(points, chosen))
     found, sums = mdt(group.A), np.array([affine.dist_squares(A, group.A).sum() for A in group.A])
-    A, shift, rotation = affine.into_mdt(group, found.T, mirrored, points, chosen)
+    rotation = mean_rotation(group.A[~mirrored], T=found.T)
+    to_mdt = rotation.q @ np.linalg.inv(found.T)
+    A, shift = (np.einsum("ij,nj...->ni...", to_mdt, part) for part in (group.A, group.shift))
+    # Points keep their mean position, as their mean rotation.
+    moves, there = points - affine.placed(A, shift, points), chosen > 0.0
+    shift = shift + np.average(moves[there], axis=0, weights=chosen[there])
     for one in left_out:
         if one.name == wanted:
             raise ValueError(f"Invalid frame '{wanted}'. That cloud is left out: {one.reason}.")
@@ -307,7 +311,7 @@ def _wrong(fit: Callable[[FloatArray, FloatArray], affine.Group], points: FloatA
     wrong = np.zeros(weights.shape, dtype=bool)
     for _ in range(_ROUNDS):
         kept = np.where(wrong, 0.0, weights)
-        if len(affine.kept_clouds(points, kept).clouds) < len(points):
+        if len(affine.kept_clouds(points, kept)[0]) < len(points):
             break
         group = fit(points, kept)
         more, _ = affine.wrong_partners(affine.placed(group.A, group.shift, points), kept)
