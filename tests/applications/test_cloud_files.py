@@ -4,6 +4,7 @@ import struct
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from projdist import Notice
 from projdist.applications.pointclouds import read_cloud
@@ -357,14 +358,12 @@ def test_ply_in_single_precision(file, order, tmp_path):
 )
 def test_refused(file, name, data, said):
     """What cannot be read is one line with the file's name."""
-    with pytest.raises(ValueError, match=rf"^Invalid cloud '.*{name}'\. {said}"):
-        file(name, data)
+    refuses(rf"^Invalid cloud '.*{name}'\. {said}", file, name, data)
 
 
 def test_there_is_no_file(tmp_path):
     """A file that is not there is named."""
-    with pytest.raises(ValueError, match=r"^Invalid cloud '.*a\.csv'\. The file cannot be read: No such file"):
-        read_cloud(tmp_path / "a.csv")
+    refuses(r"^Invalid cloud '.*a\.csv'\. The file cannot be read: No such file", read_cloud, tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -409,12 +408,7 @@ def test_pcd_with_missing_points_and_columns_of_one_name(file):
 
 @pytest.mark.parametrize(
     ("name", "head"),
-    [
-        ("a.xyz", "//X Y Z R\n"),
-        ("a.asc", "//X Y Z R\n3\n"),
-        ("a.asc", "# scan\n"),
-        ("a.asc", "x y z r\n"),
-    ],
+    [("a.xyz", "//X Y Z R\n"), ("a.asc", "//X Y Z R\n3\n"), ("a.asc", "# scan\n"), ("a.asc", "x y z r\n")],
 )
 def test_headers_of_cloudcompare(file, tmp_path, name, head):
     """The names of columns, and the number of points, stand before them and stay there."""

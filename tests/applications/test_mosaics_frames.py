@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved
+from refusals import refuses
 from scipy.optimize import minimize
 
 from projdist.applications.mosaics import Correspondences, mosaic
@@ -312,14 +313,10 @@ def test_arguments_are_checked():
     """Frames, rotations and weights that cannot be."""
     points = common_points(affine_maps(np.random.default_rng(11), count=3), SIZES)
     for frame in ("middle", 6, "6", -1):
-        with pytest.raises(
-            ValueError, match=rf"^Invalid frame '{frame}'\. It must be mdt, .*, or the number of an image, 0"
-        ):
-            mosaic(points, frame=frame)
-    with pytest.raises(ValueError, match=r"^Invalid frame '5'\. Nothing connects image 5 with the others\.$"):
-        mosaic(points, frame="5")
-    with pytest.raises(ValueError, match=r"^Invalid rotation 'none'\. It must be one of chordal, log\.$"):
-        mosaic(points, rotation="none")
-    with pytest.raises(ValueError, match=r"^Invalid shape \(2,\) of weights"):
-        mosaic(points, weights=[1, 2])
+        refuses(
+            rf"^Invalid frame '{frame}'\. It must be mdt, .*, or the number of an image, 0", mosaic, points, frame=frame
+        )
+    refuses(r"^Invalid frame '5'\. Nothing connects image 5 with the others\.$", mosaic, points, frame="5")
+    refuses(r"^Invalid rotation 'none'\. It must be one of chordal, log\.$", mosaic, points, rotation="none")
+    refuses(r"^Invalid shape \(2,\) of weights", mosaic, points, weights=[1, 2])
     assert isinstance(points, Correspondences)

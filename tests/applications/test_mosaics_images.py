@@ -7,6 +7,7 @@ import pytest
 from mosaic_pictures import HEIGHT, WIDTH, aerial, blobs, cut, grey_cut, maps, page, places, save, spectrum, turned
 from mosaic_sets import moved, write_csv
 from PIL import Image
+from refusals import refuses
 
 from projdist.applications.mosaics import (
     Correspondences,
@@ -176,10 +177,8 @@ def test_nothing_in_common():
     rng = np.random.default_rng(1)
     noise = [rng.integers(0, 255, size=(80, 90), dtype=np.uint8) for _ in range(2)]
     for sources in ([np.zeros((50, 60), np.uint8)] * 2, noise):
-        with pytest.raises(ValueError, match=r"Invalid images. No two of them have anything in common."):
-            match(open_pictures(sources))
-    with pytest.raises(ValueError, match=r"There must be two or more, not 1."):
-        match(open_pictures(noise[:1]))
+        refuses(r"Invalid images. No two of them have anything in common.", match, open_pictures(sources))
+    refuses(r"There must be two or more, not 1.", match, open_pictures(noise[:1]))
 
 
 def test_without_opencv(monkeypatch):
@@ -308,10 +307,7 @@ def test_bombs_are_not_read(tmp_path):
     """A file of 12 kB may claim more pixels than memory should hold."""
     path = tmp_path / "bomb.png"
     Image.new("1", (10_001, 10_000)).save(path)
-    with pytest.raises(
-        ValueError, match=r"Invalid image '.*bomb\.png'\. It cannot be read: 10001 x 10000 pixels are more"
-    ):
-        open_pictures([path])
+    refuses(r"Invalid image '.*bomb\.png'\. It cannot be read: 10001 x 10000 pixels are more", open_pictures, [path])
 
 
 def test_unreadable(tmp_path):
@@ -322,17 +318,13 @@ def test_unreadable(tmp_path):
     broken.write_bytes(broken.read_bytes()[:4000])
     (tmp_path / "text.tif").write_text("no image")
     for path, reason in ((text, "identify"), (tmp_path / "text.tif", "identify"), (tmp_path / "none.png", "No such")):
-        with pytest.raises(ValueError, match=f"Invalid image '{path}'. .*{reason}"):
-            open_pictures([path])
-    with pytest.raises(ValueError, match=f"Invalid image '{broken}'. It cannot be read"):
-        open_pictures([broken])[0].read()
+        refuses(f"Invalid image '{path}'. .*{reason}", open_pictures, [path])
+    refuses(f"Invalid image '{broken}'. It cannot be read", open_pictures([broken])[0].read)
     (tmp_path / "broken.ppm").write_text("P6 4O 50 255 ")
     with pytest.raises(ValueError, match=r"Invalid image '.*broken\.ppm'\. It cannot be read: invalid literal for int"):
         open_pictures([tmp_path / "broken.ppm"])
-    with pytest.raises(ValueError, match=r"It has 40000 x 1 pixels; 32766 a side do."):
-        Picture(np.zeros((1, 40000), np.uint8))
-    with pytest.raises(ValueError, match=r"Invalid image '.*text.png'. It must be given once."):
-        open_pictures([text, text])
+    refuses(r"It has 40000 x 1 pixels; 32766 a side do.", Picture, np.zeros((1, 40000), np.uint8))
+    refuses(r"Invalid image '.*text.png'. It must be given once.", open_pictures, [text, text])
 
 
 def test_names(tmp_path):

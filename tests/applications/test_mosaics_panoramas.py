@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import shapely
 from panorama_pictures import cameras, colours, common_directions, directions, off_by, picture, turned_by
+from refusals import refuses
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
@@ -288,16 +289,12 @@ def test_arguments_are_checked():
         (lambda lon, lat: (lon, lat), r"It must be one that PROJ has the inverse of\.$"),
         ("mollwide", r"^Invalid projection 'mollwide'\. Did you mean mollweide\?"),
     ):
-        with pytest.raises(ValueError, match=message):
-            found.mapped(projection)
-    with pytest.raises(ValueError, match=r"^Invalid focal 'one'\. It must be one of common, free\.$"):
-        panorama(points, focal="one")
-    with pytest.raises(ValueError, match=r"^Invalid tolerance -1\. It must be a number of pixels above 0\.$"):
-        panorama(points, tolerance=-1)
+        refuses(message, found.mapped, projection)
+    refuses(r"^Invalid focal 'one'\. It must be one of common, free\.$", panorama, points, focal="one")
+    refuses(r"^Invalid tolerance -1\. It must be a number of pixels above 0\.$", panorama, points, tolerance=-1)
     with pytest.raises(ValueError, match=r"^Invalid correspondences\. No two images match: 0 and 1, "):
         panorama(dataclasses.replace(points, xj=np.random.default_rng(1).uniform(0, 400, points.xj.shape)))
     small = found.mapped("plate-carree", most_pixels=1e4).canvas()
     assert small.width * small.height < 1.05e4
     assert small.note.startswith("The canvas would have ")
-    with pytest.raises(ValueError, match=r"^Invalid model 'rotation'"):
-        mosaic(points, model="rotation")
+    refuses(r"^Invalid model 'rotation'", mosaic, points, model="rotation")

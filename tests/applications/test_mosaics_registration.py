@@ -7,6 +7,7 @@ import tracemalloc
 import numpy as np
 import pytest
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved, write_csv
+from refusals import refuses
 from scipy.optimize import least_squares
 
 from projdist.applications.mosaics import (
@@ -281,8 +282,7 @@ def test_nothing_matches():
     ):
         register(points, tolerance=1.0)
     few = Correspondences(i=[0, 0], j=[1, 1], xi=x[0, :2], xj=x[0, :2], sizes=SIZES[:2])
-    with pytest.raises(ValueError, match=r"0 and 1, 2 points; it takes 3\.$"):
-        register(few)
+    refuses(r"0 and 1, 2 points; it takes 3\.$", register, few)
 
 
 @MODELS
@@ -351,8 +351,7 @@ def test_the_table_is_checked(tmp_path, text, message):
     """What is wrong with a table is told in one line, with its place."""
     path = tmp_path / "points.csv"
     path.write_text(text)
-    with pytest.raises(ValueError, match=message):
-        read_correspondences(path)
+    refuses(message, read_correspondences, path)
 
 
 @pytest.mark.parametrize(("number", "ends"), [(9_999_999, "0 to 9999999"), (-1, "-1 to 1"), (3, "0 to 3")])
@@ -363,8 +362,7 @@ def test_numbers_of_images_without_a_gap(number, ends, tmp_path):
     told = rf"'\. Its 3 images are numbered {ends}; they must be 0 to 2, or the size of every image must be given\.$"
     tracemalloc.start()
     try:
-        with pytest.raises(ValueError, match=told):
-            read_correspondences(path, sizes=[(9, 9)])
+        refuses(told, read_correspondences, path, sizes=[(9, 9)])
         assert tracemalloc.get_traced_memory()[1] < 1e6
     finally:
         tracemalloc.stop()
@@ -378,15 +376,12 @@ def test_arguments_are_checked(tmp_path):
     with pytest.raises(ValueError, match=r"^Invalid correspondences '.*none.csv'\. It cannot be read as text: No su"):
         read_correspondences(tmp_path / "none.csv")
     for call in (lambda: read_correspondences("x", model="similar"), lambda: register(points, model="similar")):
-        with pytest.raises(ValueError, match=r"^Invalid model 'similar'\. It must be one of affine, homography, auto\.$"):
-            call()
-    with pytest.raises(ValueError, match=r"^Invalid sizes '800,600'\. They must be WIDTHxHEIGHT"):
-        parse_sizes("800,600")
+        refuses(r"^Invalid model 'similar'\. It must be one of affine, homography, auto\.$", call)
+    refuses(r"^Invalid sizes '800,600'\. They must be WIDTHxHEIGHT", parse_sizes, "800,600")
     with pytest.raises(ValueError, match=r"^Invalid names of images\. There are 1; there must be 6, as sizes\.$"):
         dataclasses.replace(points, names=("a",))
     with pytest.raises(ValueError, match=r"^Invalid correspondences\. There must be as many i and j as points"):
         dataclasses.replace(points, i=points.i[1:])
     with pytest.raises(ValueError, match=r"^Invalid reductions of correspondences\. There must be one a point"):
         dataclasses.replace(points, reductions=np.zeros(len(points.i)))
-    with pytest.raises(ValueError, match=r"^Invalid tolerance 0\. It must be a number of pixels above 0\.$"):
-        register(points, tolerance=0)
+    refuses(r"^Invalid tolerance 0\. It must be a number of pixels above 0\.$", register, points, tolerance=0)

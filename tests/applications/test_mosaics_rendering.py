@@ -7,6 +7,7 @@ import pytest
 from mosaic_pictures import HEIGHT, WIDTH, cut, maps, relief, sampled, save
 from mosaic_sets import common_points, moved
 from PIL import Image
+from refusals import refuses
 from tables import each
 
 from projdist.applications.mosaics import (
@@ -163,8 +164,7 @@ def test_largest_box():
     large = np.zeros((1000, 1500), bool)
     large[13:977, 21:1403] = True
     assert covered_box(large) == (21, 13, 1403, 977)
-    with pytest.raises(ValueError, match=r"Invalid crop. No box is covered by images."):
-        covered_box(np.zeros((5, 5), bool))
+    refuses(r"Invalid crop. No box is covered by images.", covered_box, np.zeros((5, 5), bool))
 
 
 def test_feathers_fall_to_the_rims_of_pieces():
@@ -226,10 +226,8 @@ def test_refused(pictures, found):
         ({"blend": "soft"}, r"^Invalid blend 'soft'. It must be one of multiband, feather, none.$"),
         ({"exposure": "auto"}, r"^Invalid exposure 'auto'. It must be one of gain, blocks, none.$"),
     ):
-        with pytest.raises(ValueError, match=message):
-            render(found, pictures, **options)
-    with pytest.raises(ValueError, match=r"^Invalid images. They must be those of the correspondences"):
-        render(found, pictures[:5])
+        refuses(message, render, found, pictures, **options)
+    refuses(r"^Invalid images. They must be those of the correspondences", render, found, pictures[:5])
 
 
 # ---- files ----------------------------------------------------------------------------------
@@ -321,7 +319,5 @@ def test_files_of_sixteen_bits(tmp_path, cuts, found):
         path = save_mosaic(drawn, tmp_path / f"deep{suffix}")
         again = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         assert (again[..., [2, 1, 0, 3]] == drawn.pixels).all()
-    with pytest.raises(ValueError, match=r"For 16 bits a colour its suffix must be .png, .tif or .tiff.$"):
-        save_mosaic(drawn, tmp_path / "deep.jpg")
-    with pytest.raises(ValueError, match=r"^Invalid depth 12. It must be 8 or 16 bits.$"):
-        render(found, open_pictures(cuts), depth=12)
+    refuses(r"For 16 bits a colour its suffix must be .png, .tif or .tiff.$", save_mosaic, drawn, tmp_path / "deep.jpg")
+    refuses(r"^Invalid depth 12. It must be 8 or 16 bits.$", render, found, open_pictures(cuts), depth=12)

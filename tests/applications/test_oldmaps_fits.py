@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from old_map_points import ROUNDING, grid, scattered
+from refusals import refuses
 from scipy.interpolate import RBFInterpolator
 
 from projdist.applications.oldmaps import MODELS, ControlPoints, affine_fit, fit, helmert_fit
@@ -164,14 +165,10 @@ def test_cross_validation():
 def test_wrong_fits():
     """Models, smoothings and points that make no fit are refused."""
     points = ControlPoints(*scattered(5))
-    with pytest.raises(ValueError, match=r"Invalid model 'spline'. It must be one of helmert, affine, polynomial2"):
-        fit(points, "spline")
-    with pytest.raises(ValueError, match=r"Invalid smoothing '1' of model 'affine'. It is for tps"):
-        fit(points, "affine", 1.0)
-    with pytest.raises(ValueError, match="Invalid smoothing '-1' of model 'tps'"):
-        fit(points, "tps", -1.0)
-    with pytest.raises(ValueError, match=r"Invalid control points for model 'polynomial2'. There must be 6 or more"):
-        fit(points, "polynomial2")
+    refuses(r"Invalid model 'spline'. It must be one of helmert, affine, polynomial2", fit, points, "spline")
+    refuses(r"Invalid smoothing '1' of model 'affine'. It is for tps", fit, points, "affine", 1.0)
+    refuses("Invalid smoothing '-1' of model 'tps'", fit, points, "tps", -1.0)
+    refuses(r"Invalid control points for model 'polynomial2'. There must be 6 or more", fit, points, "polynomial2")
     with pytest.raises(ValueError, match=r"Invalid control points for model 'tps'. There must be 4 or more"):
         fit(ControlPoints(points.old[:3], points.new[:3]), "tps")
     old, new = scattered(6)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from gis_files import some_slow
 from old_map_points import ROUNDING, grid, sheets, smooth
+from refusals import refuses
 from scipy import stats
 
 from projdist.applications.oldmaps import ControlPoints, old_map
@@ -20,15 +21,7 @@ from projdist.applications.oldmaps.fits import (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("kind", "count"),
-    [
-        ("affine", 12),
-        ("affine", 40),
-        ("affine", 120),
-        ("cone", 120),
-    ],
-)
+@pytest.mark.parametrize(("kind", "count"), [("affine", 12), ("affine", 40), ("affine", 120), ("cone", 120)])
 def test_false_alarms(kind, count):
     """Of sets with normal errors and no wrong point 5 % at most have a point named; 3 standard deviations more pass."""
     sets = 400
@@ -122,8 +115,7 @@ def test_the_fit_is_without_outliers():
     rows = {row["id"]: row for row in found.to_dict()["points"]}
     assert [rows[name]["outlier"] for name in ("3", "4", "51")] == [False, True, True]
     assert rows["51"]["left_out"] == pytest.approx(math.hypot(9e4, 6e4), rel=0.01)
-    with pytest.raises(ValueError, match=r"Invalid outliers 'none'. It must be one of drop, keep"):
-        old_map(points, outliers="none")
+    refuses(r"Invalid outliers 'none'. It must be one of drop, keep", old_map, points, outliers="none")
 
 
 def test_outliers_are_told_in_order():

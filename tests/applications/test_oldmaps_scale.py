@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from old_map_points import grid, scattered, sheets
+from refusals import refuses
 
 from projdist.applications.oldmaps import ControlPoints, fit, old_map
 
@@ -22,8 +23,7 @@ def test_scale_and_turn_of_a_scan():
         assert one["denominator"] == pytest.approx(50_000.0, rel=1e-9), name
         assert one["rotation"] == pytest.approx(10.0, abs=1e-7), name
         assert one["stretch"] == pytest.approx(1.0, abs=1e-9), name
-    with pytest.raises(ValueError, match=r"Invalid dots per inch '0'. They must be positive"):
-        old_map(found.points, dots_per_inch=0.0)
+    refuses(r"Invalid dots per inch '0'. They must be positive", old_map, found.points, dots_per_inch=0.0)
 
 
 @pytest.mark.parametrize("flip", [1.0, -1.0])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from cloud_sets import EXACT, moved
+from refusals import refuses
 from scipy.spatial.transform import Rotation
 
 from projdist.applications.pointclouds import correspondences, register
@@ -104,8 +105,7 @@ def test_icp_of_what_is_flat():
     z = rng.normal(size=(30, 3))
     found = register([z, z[::-1], z * [1, 1, 0]], correspond="icp")
     assert [one.name for one in found.left_out] == ["2"]
-    with pytest.raises(ValueError, match=r"^Invalid clouds\. Fewer than two share points enough; "):
-        register([z * [1, 1, 0]] * 2, correspond="icp")
+    refuses(r"^Invalid clouds\. Fewer than two share points enough; ", register, [z * [1, 1, 0]] * 2, correspond="icp")
 
 
 def test_partners_are_mutual_and_near():

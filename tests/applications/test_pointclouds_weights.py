@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from cloud_sets import EXACT, made, moved
+from refusals import refuses
 
 from projdist.applications.pointclouds import affine_fit, register
 from projdist.applications.pointclouds.affine import consensus
@@ -118,7 +119,5 @@ def test_weights_are_checked():
             (3, 6)
         ),
     }.items():
-        with pytest.raises(ValueError, match=match):
-            register([a, a + 1.0], weights=weights)
-    with pytest.raises(ValueError, match=r"^Invalid weights\. They must not all be 0\.$"):
-        affine_fit(a, a, weights=np.zeros(6))
+        refuses(match, register, [a, a + 1.0], weights=weights)
+    refuses(r"^Invalid weights\. They must not all be 0\.$", affine_fit, a, a, weights=np.zeros(6))

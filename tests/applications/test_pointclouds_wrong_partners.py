@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from projdist.applications.pointclouds import register
 
@@ -61,7 +62,5 @@ def test_wrong_ids():
     mixed[:10] = [*ids[1:10], ids[0]]
     found = register([first, second], correspond="id", ids=[ids, mixed], robust=True)
     assert {one.point for one in found.wrong} == set(ids[:10])
-    with pytest.raises(ValueError, match=r"^Invalid robust with the correspondence icp\."):
-        register([first, second], correspond="icp", robust=True)
-    with pytest.raises(ValueError, match=r"^Invalid robust '1'\. It must be True or False\."):
-        register([first, second], robust=1)
+    refuses(r"^Invalid robust with the correspondence icp\.", register, [first, second], correspond="icp", robust=True)
+    refuses(r"^Invalid robust '1'\. It must be True or False\.", register, [first, second], robust=1)

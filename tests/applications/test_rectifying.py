@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from PIL import Image
+from refusals import refuses
 
 from projdist.applications.oldmaps import RECTIFIED_BY, ControlPoints, old_map, rectify
 
@@ -53,11 +54,7 @@ def shifts(found):
     return np.array(away)
 
 
-WAYS = {
-    "down": lambda u, v: (u, v),
-    "up": lambda u, v: (u, HEIGHT - v),
-    "negative": lambda u, v: (u, -v),
-}
+WAYS = {"down": lambda u, v: (u, v), "up": lambda u, v: (u, HEIGHT - v), "negative": lambda u, v: (u, -v)}
 
 
 @pytest.mark.slow
@@ -118,11 +115,8 @@ def test_kinds_of_images(mode, tmp_path):
 def test_wrong_words(tmp_path):
     """What makes no sheet is refused."""
     found, path = sheet(0.0, WAYS["down"], tmp_path, model="affine")
-    with pytest.raises(ValueError, match=r"Invalid rectification 'tps'. It must be one of fit, mdt, affine, helmert"):
-        rectify(found, path, by="tps")
-    with pytest.raises(ValueError, match=r"Invalid resolution '0'. It must be positive"):
-        rectify(found, path, resolution=0)
-    with pytest.raises(ValueError, match=r"Invalid resolution '0.001'. It makes 8.93e\+13 pixels; 1e\+08 do"):
-        rectify(found, path, resolution=0.001)
+    refuses(r"Invalid rectification 'tps'. It must be one of fit, mdt, affine, helmert", rectify, found, path, by="tps")
+    refuses(r"Invalid resolution '0'. It must be positive", rectify, found, path, resolution=0)
+    refuses(r"Invalid resolution '0.001'. It makes 8.93e\+13 pixels; 1e\+08 do", rectify, found, path, resolution=0.001)
     with pytest.raises(ValueError, match=r"It has 500 by 380 pixels, and 80 of 80 control points lie outside, as '1'"):
         rectify(old_map(ControlPoints(found.points.old + 900.0, found.points.new), model="affine"), path)

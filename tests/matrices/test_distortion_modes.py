@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from matrix_samples import graded, random_matrices, random_orthogonal, transposed
+from refusals import refuses
 from tables import each
 
 from projdist import mdt, modes, sample, summarize
@@ -112,8 +113,7 @@ def test_nothing_distorted():
 
 def test_wrong_input():
     """What is refused, in a line."""
-    with pytest.raises(ValueError, match=r"^Invalid shape \(2, 3, 2, 2\) of matrices\. It must be \(N, n, n\)\."):
-        modes(np.ones((2, 3, 2, 2)))
+    refuses(r"^Invalid shape \(2, 3, 2, 2\) of matrices\. It must be \(N, n, n\)\.", modes, np.ones((2, 3, 2, 2)))
     with pytest.raises(ValueError, match=r"^Invalid T of shape \(3, 3\)\. It must be an invertible matrix of shape"):
         modes(np.eye(2)[None], T=np.eye(3))
     with pytest.raises(ValueError, match=r"^Invalid shape \(3, 3\) of matrices\. It must be \(\.\.\., 2, 2\)\."):

@@ -90,10 +90,7 @@ def mean_over_directions(J, H, product):
     return np.mean(np.abs(product(v, w)) / np.sum(v * v, axis=0))
 
 
-PRODUCTS = {
-    "flexion": lambda v, w: v[0] * w[1] - v[1] * w[0],
-    "skewness": lambda v, w: v[0] * w[0] + v[1] * w[1],
-}
+PRODUCTS = {"flexion": lambda v, w: v[0] * w[1] - v[1] * w[0], "skewness": lambda v, w: v[0] * w[0] + v[1] * w[1]}
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from measured_matrices import MATRICES, POINTWISE, SECOND_ORDER, jacobians, value
+from refusals import refuses
 from tables import each
 
 from projdist.matrices.measures import ALIASES, MEASURES, Measure, get_measure, log_scales
@@ -124,16 +125,14 @@ def test_the_measures_of_the_message_exist(name):
 def test_azimuths_are_checked(text):
     """scale@ takes a finite number of degrees."""
     match = rf"^Invalid azimuth '{text}' in 'scale@{text}'\. It must be a number of degrees, as in scale@45\.$"
-    with pytest.raises(ValueError, match=match):
-        get_measure(f"scale@{text}")
+    refuses(match, get_measure, f"scale@{text}")
 
 
 @pytest.mark.parametrize("name", SECOND_ORDER)
 def test_second_derivatives_are_asked_for(name):
     """Flexion and skewness without H are refused."""
     match = rf"^Invalid call of measure '{name}'\. It needs the second derivatives H as well\.$"
-    with pytest.raises(ValueError, match=match):
-        get_measure(name)(np.eye(2))
+    refuses(match, get_measure(name), np.eye(2))
 
 
 @given(J=jacobians())

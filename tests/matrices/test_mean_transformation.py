@@ -96,23 +96,16 @@ def test_optimality_against_a_general_minimiser(n, seed):
 
 
 @CASES
-def test_distances_are_fisher_distortions(seed, n):
-    """`distances` are fisher(T^-1 A_i)^2, a quarter of the squared distance in SPD(n), and `cost` is their mean."""
+def test_figures(seed, n):
+    """`distances` are fisher(T^-1 A_i)^2, `cost` is their mean, and Karcher's equation holds as the gradient says."""
     rng = np.random.default_rng(seed)
-    A, w = random_matrices(rng, 9, n), rng.uniform(size=9)
+    A, w = random_matrices(rng, 15, n), rng.uniform(size=15)
     result = mdt(A, w)
     fisher = get_measure("fisher")(np.linalg.solve(result.T, A))
     np.testing.assert_allclose(result.distances, fisher**2, rtol=1e-8, atol=1e-10)
+    # A quarter of the squared distance in SPD(n).
     np.testing.assert_allclose(result.distances, factor_distance(result.T, A) ** 2 / 4, rtol=1e-8, atol=1e-10)
     assert result.cost == pytest.approx(cost(result.T, A, w), rel=1e-9)
-
-
-@CASES
-def test_the_gradient_vanishes(seed, n):
-    """Karcher's equation holds, and `gradient_norm` and `floor` say how well."""
-    rng = np.random.default_rng(seed)
-    A, w = random_matrices(rng, 20, n), rng.uniform(size=20)
-    result = mdt(A, w)
     np.testing.assert_allclose(karcher(result.T, A, w), 0.0, atol=1e-10)
     assert result.gradient_norm <= 4 * result.floor < 1e-9
 
@@ -121,50 +114,27 @@ def test_the_gradient_vanishes(seed, n):
 
 
 @CASES
-def test_form_of_the_result(seed, n):
-    """T is lower triangular with a positive diagonal."""
-    T = mdt(random_matrices(np.random.default_rng(seed), 5, n)).T
-    np.testing.assert_array_equal(T, np.tril(T))
-    assert (np.diag(T) > 0).all()
-
-
-@CASES
-def test_congruence(seed, n):
-    """The mean moves with the map: mdt(B A) is the Cholesky factor of B T T^T B^T, at the same cost."""
+def test_invariances(seed, n):
+    """The mean moves with the map, does not see the local frames, and inversion is an isometry."""
     rng = np.random.default_rng(seed)
     A, B = random_matrices(rng, 7, n), random_matrices(rng, 1, n, 0.5)[0]
-    first, second = mdt(A), mdt(B @ A)
-    assert factor_distance(B @ first.T, second.T) < 1e-10
-    assert second.cost == pytest.approx(first.cost, rel=1e-9)
-
-
-@CASES
-def test_orthogonal_invariance(seed, n):
-    """Turning or mirroring the local frame of each A_i changes nothing; one rotation from the left rotates T T^T."""
-    rng = np.random.default_rng(seed)
-    A = random_matrices(rng, 7, n)
     left, right = random_orthogonal(rng, 1, n)[0], random_orthogonal(rng, 7, n)
     first = mdt(A)
+    np.testing.assert_array_equal(first.T, np.tril(first.T))
+    assert (np.diag(first.T) > 0).all()
+    # Turning or mirroring the local frame of each A_i changes nothing.
     assert factor_distance(first.T, mdt(A @ right).T) < 1e-11
-    turned = mdt(left @ A)
-    assert factor_distance(left @ first.T, turned.T) < 1e-11
-    assert turned.cost == pytest.approx(first.cost, rel=1e-10)
-
-
-@CASES
-def test_inverse_transposes(seed, n):
-    """Inversion is an isometry: with B_i = A_i^-T, S S^T = (T T^T)^-1 and the cost is the same."""
-    A = random_matrices(np.random.default_rng(seed), 6, n)
-    first, second = mdt(A), mdt(transposed(np.linalg.inv(A)))
-    assert factor_distance(np.linalg.inv(first.T).T, second.T) < 1e-9
-    assert second.cost == pytest.approx(first.cost, rel=1e-9)
-
-
-@CASES
-def test_the_corrected_matrices_have_the_identity(seed, n):
-    """The MDT of T^-1 A_i is the identity: correcting twice is correcting once."""
-    A = random_matrices(np.random.default_rng(seed), 10, n)
-    np.testing.assert_allclose(mdt(np.linalg.solve(mdt(A).T, A)).T, np.eye(n), atol=1e-10)
+    # mdt(B A) is the Cholesky factor of B T T^T B^T; B_i = A_i^-T have (T T^T)^-1; all at the same cost.
+    inverse = np.linalg.inv(first.T).T
+    for other, expected, error, of_cost in (
+        (mdt(B @ A), B @ first.T, 1e-10, 1e-9),
+        (mdt(left @ A), left @ first.T, 1e-11, 1e-10),
+        (mdt(transposed(np.linalg.inv(A))), inverse, 1e-9, 1e-9),
+    ):
+        assert factor_distance(expected, other.T) < error
+        assert other.cost == pytest.approx(first.cost, rel=of_cost)
+    # Correcting twice is correcting once.
+    np.testing.assert_allclose(mdt(np.linalg.solve(first.T, A)).T, np.eye(n), atol=1e-10)
 
 
 @pytest.mark.slow
@@ -226,20 +196,15 @@ def test_one_matrix_is_its_own_mean(n):
 
 
 @CASES
-def test_positive_diagonals_have_the_geometric_mean(seed, n):
-    """Positive diagonal matrices commute: their mean is the weighted geometric mean of each entry."""
+def test_commuting_and_two_matrices(seed, n):
+    """Positive diagonals have the geometric mean of each entry; two matrices that of A_1 A_1^T and A_2 A_2^T."""
     rng = np.random.default_rng(seed)
     logs, w = rng.normal(size=(8, n)), rng.uniform(size=8)
     result = mdt(np.exp(logs)[:, None, :] * np.eye(n), w)
     mean = np.average(logs, axis=0, weights=w)
     np.testing.assert_allclose(result.T, np.diag(np.exp(mean)), rtol=1e-13, atol=1e-14)
     assert result.cost == pytest.approx(np.average(np.sum((logs - mean) ** 2, axis=1), weights=w), rel=1e-12)
-
-
-@CASES
-def test_two_matrices_have_the_midpoint(seed, n):
-    """T T^T of two matrices is the geometric mean of A_1 A_1^T and A_2 A_2^T."""
-    A = random_matrices(np.random.default_rng(seed), 2, n, 0.5)
+    A = random_matrices(rng, 2, n, 0.5)
     T = mdt(A).T
     np.testing.assert_allclose(T @ T.T, geometric_mean(*A @ transposed(A)), rtol=1e-8, atol=1e-9)
 

@@ -19,6 +19,7 @@ from matrix_samples import (
     random_orthogonal,
     transposed,
 )
+from refusals import refuses
 from tables import each
 
 from projdist.matrices import frechet as means
@@ -32,64 +33,35 @@ RNG = np.random.default_rng(1917)
 
 
 @CASES
-def test_shape_and_area(seed, n):
-    """In the plane ln^2(a/b) + ln^2(ab) = 2 (ln^2 a + ln^2 b): the source paper's equation (1) lacks the 2."""
-    a, b = principal_scales(random_matrices(np.random.default_rng(seed), 1)[0])
+def test_traps(seed, n):
+    """T acts on the left, rotations stay outside, orientations do not count, and no T repairs scales."""
+    rng = np.random.default_rng(seed)
+    # In the plane ln^2(a/b) + ln^2(ab) = 2 (ln^2 a + ln^2 b): the source paper's equation (1) lacks the 2.
+    a, b = principal_scales(random_matrices(rng, 1)[0])
     fisher = get_measure("fisher")(np.diag([a, b]))
     assert np.log(a / b) ** 2 + np.log(a * b) ** 2 == pytest.approx(2 * fisher**2, rel=1e-12)
-    A = np.stack([np.eye(2), np.diag([a, b])])
-    assert mdt(A).cost == pytest.approx(fisher**2 / 4, rel=1e-12)
-
-
-@CASES
-def test_it_acts_on_the_left(seed, n):
-    """T is T^-1 A_i's, from A_i A_i^T: those of A_i^T A_i and of A_i T^-1 are other matrices and cost more."""
-    rng = np.random.default_rng(seed)
-    A = random_matrices(rng, 6, n)
+    assert mdt(np.stack([np.eye(2), np.diag([a, b])])).cost == pytest.approx(fisher**2 / 4, rel=1e-12)
+    A, q = random_matrices(rng, 6, n), random_orthogonal(rng, 1, n)[0]
     found, wrong = mdt(A), mdt(transposed(A))
+    # T is T^-1 A_i's, from A_i A_i^T: those of A_i^T A_i and of A_i T^-1 are other matrices and cost more.
     assert factor_distance(found.T, wrong.T) > 1e-3
     assert cost(wrong.T, A) > found.cost + 1e-6
-    assert np.mean(np.sum(np.log(principal_scales(A @ np.linalg.inv(found.T))) ** 2, axis=-1)) != pytest.approx(
-        found.cost, rel=1e-6
-    )
+    outside = np.mean(np.sum(np.log(principal_scales(A @ np.linalg.inv(found.T))) ** 2, axis=-1))
+    assert outside != pytest.approx(found.cost, rel=1e-6)
     similar = rng.uniform(0.5, 2.0, size=(6, 1, 1)) * random_orthogonal(rng, 6, n)
     np.testing.assert_allclose(mdt(transposed(similar)).T, mdt(similar).T, atol=1e-13)
-
-
-@CASES
-def test_rotations_stay_outside(seed, n):
-    """A rotation of the corrected plane, q T^-1 A_i, costs nothing; one inside, T^-1 q A_i, does.
-
-    With Cholesky's T the LQ factors Q_i of T^-1 A_i are those of A_i.
-    """
-    rng = np.random.default_rng(seed)
-    A, q = random_matrices(rng, 6, n), random_orthogonal(rng, 1, n)[0]
-    found = mdt(A)
+    # A rotation of the corrected plane, q T^-1 A_i, costs nothing; one inside, T^-1 q A_i, does.
     assert cost(np.eye(n), q @ np.linalg.solve(found.T, A)) == pytest.approx(found.cost, rel=1e-11)
     assert cost(found.T, q @ A) > found.cost + 1e-8
+    # With Cholesky's T the LQ factors Q_i of T^-1 A_i are those of A_i.
     np.testing.assert_allclose(lq(np.linalg.solve(found.T, A))[1], lq(A)[1], atol=1e-10)
-
-
-@CASES
-def test_it_does_not_see_orientation(seed, n):
-    """Mirrored matrices, some or all of them, have the same T and cost."""
-    rng = np.random.default_rng(seed)
-    A = random_matrices(rng, 6, n)
     mirrored = A.copy()
     mirrored[::2, :, -1] *= -1
-    np.testing.assert_allclose(mdt(mirrored).T, mdt(A).T, rtol=1e-10, atol=1e-11)
-
-
-@CASES
-def test_it_repairs_no_scales(seed, n):
-    """Matrices of determinant 1, shrunk by c_i, cost n times the variance of ln c_i more: no T takes that out.
-
-    A fit that shrinks some images, as linear least squares on a fixed reference does, stays visible.
-    """
-    rng = np.random.default_rng(seed)
-    A = random_matrices(rng, 7, n)
+    np.testing.assert_allclose(mdt(mirrored).T, found.T, rtol=1e-10, atol=1e-11)
+    # Matrices of determinant 1, shrunk by c_i, cost n times the variance of ln c_i more: no T takes that out. A fit
+    # that shrinks some images, as linear least squares on a fixed reference does, stays visible.
     A /= np.abs(np.linalg.det(A))[:, None, None] ** (1 / n)
-    ln_c = rng.normal(size=7)
+    ln_c = rng.normal(size=6)
     first, second = mdt(A), mdt(np.exp(ln_c)[:, None, None] * A)
     assert second.cost == pytest.approx(first.cost + n * np.var(ln_c), rel=1e-10)
     np.testing.assert_allclose(second.T, np.exp(ln_c.mean()) * first.T, rtol=1e-9, atol=1e-10)
@@ -236,10 +208,7 @@ def test_memory(n, count, times):
 @pytest.mark.parametrize("shape", [(2, 2), (3, 2, 3), (0, 2, 2), (3, 0, 0), (4,)])
 def test_shapes_are_checked(shape):
     """Matrices that are not (..., N, n, n) are refused with their shape."""
-    with pytest.raises(
-        ValueError, match=r"^Invalid shape \(.*\) of matrices\. It must be \(\.\.\., N, n, n\) with N and n"
-    ):
-        mdt(np.ones(shape))
+    refuses(r"^Invalid shape \(.*\) of matrices\. It must be \(\.\.\., N, n, n\) with N and n", mdt, np.ones(shape))
 
 
 @each("n", [2, 3])
@@ -253,12 +222,10 @@ def test_matrices_are_checked(wrong, n):
         "infinite": np.full((n, n), np.inf),
     }[wrong]
     A = np.stack([np.eye(n), np.eye(n), bad, np.zeros((n, n))])
-    with pytest.raises(ValueError, match=r"^Invalid matrix at index 2\. It must be finite and invertible\.$"):
-        mdt(A)
+    refuses(r"^Invalid matrix at index 2\. It must be finite and invertible\.$", mdt, A)
     sets = np.broadcast_to(np.eye(n), (2, 3, 4, n, n)).copy()
     sets[1, 0] = A
-    with pytest.raises(ValueError, match=r"^Invalid matrix at index \(1, 0, 2\)\. It must be finite and invertible\.$"):
-        mdt(sets)
+    refuses(r"^Invalid matrix at index \(1, 0, 2\)\. It must be finite and invertible\.$", mdt, sets)
 
 
 def test_the_range_of_doubles():
@@ -272,8 +239,7 @@ def test_methods_are_checked():
     match = (
         r"^Invalid method 'karcher'\. It must be one of auto, newton, gradient, mpm, log_euclidean, log_cholesky, arith"
     )
-    with pytest.raises(ValueError, match=match):
-        mdt([np.eye(2)], method="karcher")
+    refuses(match, mdt, [np.eye(2)], method="karcher")
 
 
 @pytest.mark.parametrize("weights", [[1.0], [1.0, 1.0, 1.0, 1.0], [[1.0, 1.0, 1.0]], 1.0])
@@ -287,14 +253,12 @@ def test_weights_have_the_shape_of_the_matrices(weights):
 def test_weights_are_checked(weights):
     """Negative and undefined weights are refused with their index."""
     match = r"^Invalid weight .* at index 1\. It must be finite and not negative\.$"
-    with pytest.raises(ValueError, match=match):
-        mdt(np.stack([np.eye(2)] * 3), weights)
+    refuses(match, mdt, np.stack([np.eye(2)] * 3), weights)
 
 
 def test_weights_that_are_all_zero():
     """There is no mean of nothing."""
-    with pytest.raises(ValueError, match=r"^Invalid weights.*\. They must not all be zero\.$"):
-        mdt(np.stack([np.eye(2)] * 3), np.zeros(3))
+    refuses(r"^Invalid weights.*\. They must not all be zero\.$", mdt, np.stack([np.eye(2)] * 3), np.zeros(3))
     with pytest.raises(ValueError, match=r"^Invalid weights at index 1\. They must not all be zero\.$"):
         mdt(np.broadcast_to(np.eye(2), (2, 3, 2, 2)), [[1, 1, 1], [0, 0, 0]])
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from measured_matrices import MATRICES, MIRROR, POINTWISE, SECOND_ORDER, jacobians, rotation, value
+from refusals import refuses
 from tables import each
 
 from projdist.matrices.measures import principal_scales
@@ -94,8 +95,7 @@ def test_principal_scales_of_undefined_matrices_are_nan():
 @pytest.mark.parametrize("shape", [(2,), (2, 3), (4, 2, 1)])
 def test_principal_scales_check_the_shape(shape):
     """What is not square in its last two axes is refused."""
-    with pytest.raises(ValueError, match=r"^Invalid Jacobian shape \(.*\)\. The last two axes must be equal"):
-        principal_scales(np.ones(shape))
+    refuses(r"^Invalid Jacobian shape \(.*\)\. The last two axes must be equal", principal_scales, np.ones(shape))
 
 
 # ---- the family -------------------------------------------------------------------------------

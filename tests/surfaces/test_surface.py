@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from refusals import refuses
 from tables import each
 
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
@@ -220,8 +221,7 @@ def test_graticule_step_as_given() -> None:
     assert graticule_steps(EUROPE.bounds, 7.0) == (7.0, 7.0)
     with pytest.raises(ValueError, match=r"Invalid step '0.1'. It makes 5,400 lines, and at most 2,000 are drawn."):
         graticule_steps(GLOBE.bounds, 0.1)
-    with pytest.raises(ValueError, match=r"Invalid step '0'. It must be a positive number of degrees."):
-        graticule_steps(GLOBE.bounds, 0)
+    refuses(r"Invalid step '0'. It must be a positive number of degrees.", graticule_steps, GLOBE.bounds, 0)
 
 
 @each(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from refusals import refuses
 
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.field.at_points import jacobian
@@ -129,20 +130,17 @@ def test_fine_grids_need_little_memory() -> None:
 @pytest.mark.parametrize("step", [0.0, -1.0, np.nan, np.inf])
 def test_step_that_is_none(step: float) -> None:
     """A step must be a positive number."""
-    with pytest.raises(ValueError, match=rf"Invalid step '{step}'. It must be a positive number of degrees."):
-        even_grid(GLOBE.bounds, step)
+    refuses(rf"Invalid step '{step}'. It must be a positive number of degrees.", even_grid, GLOBE.bounds, step)
 
 
 def test_step_that_is_too_small() -> None:
     """Millions of ellipses are refused, and the number is told."""
-    with pytest.raises(ValueError, match=r"Invalid step '0.1'. It makes 4,125,296 ellipses, and at most 200,000"):
-        even_grid(GLOBE.bounds, 0.1)
+    refuses(r"Invalid step '0.1'. It makes 4,125,296 ellipses, and at most 200,000", even_grid, GLOBE.bounds, 0.1)
 
 
 def test_radius_that_is_none() -> None:
     """A radius must be a positive number of metres."""
-    with pytest.raises(ValueError, match=r"Invalid radius 'inf'. It must be a positive number of metres."):
-        fit([panel_of("robin", 30.0)], np.inf)
+    refuses(r"Invalid radius 'inf'. It must be a positive number of metres.", fit, [panel_of("robin", 30.0)], np.inf)
 
 
 def test_exaggeration() -> None:
@@ -187,5 +185,4 @@ def test_grid_of_the_graticule() -> None:
     lon, lat = graticule_grid(GLOBE.bounds, 30.0, 60.0)
     assert sorted(set(lat)) == [-60.0, -30.0, 0.0, 30.0, 60.0]
     assert sorted(set(lon)) == [-180.0, -120.0, -60.0, 0.0, 60.0, 120.0]
-    with pytest.raises(ValueError, match=r"Invalid grid '0.1,0.1'. At most 200,000 ellipses are drawn."):
-        graticule_grid(GLOBE.bounds, 0.1, 0.1)
+    refuses(r"Invalid grid '0.1,0.1'. At most 200,000 ellipses are drawn.", graticule_grid, GLOBE.bounds, 0.1, 0.1)
