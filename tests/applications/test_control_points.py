@@ -21,61 +21,62 @@ TEXTS = {
     "QGIS": "#CRS: none\nmapX,mapY,sourceX,sourceY,enable,dX,dY,residual\n"
     + "".join(f"{c},{d},{a},{b},1,0,0,0\n" for a, b, c, d in ROWS)
     + "0,0,7,7,0,0,0,0\n",
+    "ArcGIS, blanks and underscores": "Link,X Source,Y Source,X Map,Y_Map\n"
+    + "".join(f"{k},{a},{b},{c},{d}\n" for k, (a, b, c, d) in enumerate(ROWS, 1)),
 }
 
 
+@pytest.fixture
+def read(tmp_path):
+    """Write a file and read its control points."""
+
+    def read(text, **words):
+        path = tmp_path / "a.points"
+        path.write_text(text, encoding="utf-8")
+        return read_control_points(path, **words)
+
+    return read
+
+
 @pytest.mark.parametrize("kind", TEXTS)
-def test_files(kind, tmp_path):
+def test_files(kind, read):
     """Whatever separates the columns and names them, the points are the same; what is not enabled is no point."""
-    path = tmp_path / "points.txt"
-    path.write_text(TEXTS[kind], encoding="utf-8")
     told = pytest.warns(Notice, match="are not enabled") if kind == "QGIS" else contextlib.nullcontext()
     with told:
-        points = read_control_points(path)
+        points = read(TEXTS[kind])
     np.testing.assert_array_equal(np.hstack([points.old, points.new]), ROWS)
     assert points.names == ("1", "2", "3")
     assert points.note == ""
 
 
-def test_names_of_points(tmp_path):
+def test_names_of_points(read):
     """An id may be any text."""
-    path = tmp_path / "points.csv"
-    path.write_text(
-        'name,x_old,y_old,x_new,y_new\n"Basel, Münster",0,0,0,0\nb,1,0,900,0\nc,0,1,0,900\n', encoding="utf-8"
-    )
-    assert read_control_points(path).names == ("Basel, Münster", "b", "c")
+    text = 'name,x_old,y_old,x_new,y_new\n"Basel, Münster",0,0,0,0\nb,1,0,900,0\nc,0,1,0,900\n'
+    assert read(text).names == ("Basel, Münster", "b", "c")
 
 
-def test_longitudes_and_latitudes(tmp_path):
+def test_longitudes_and_latitudes(read):
     """Degrees are projected with a CRS, as pyproj does it."""
-    path = tmp_path / "points.csv"
     places = [(7.5, 47.5), (7.9, 47.4), (7.7, 47.6)]
-    path.write_text(
-        "x_old,y_old,lon,lat\n" + "".join(f"{k},{k * k},{lon},{lat}\n" for k, (lon, lat) in enumerate(places)),
-        encoding="utf-8",
-    )
+    text = "x_old,y_old,lon,lat\n" + "".join(f"{k},{k * k},{lon},{lat}\n" for k, (lon, lat) in enumerate(places))
     truth = np.stack(
         Transformer.from_crs("EPSG:4326", "EPSG:32632", always_xy=True).transform(*np.transpose(places)), -1
     )
-    np.testing.assert_allclose(read_control_points(path, crs="EPSG:32632").new, truth, atol=1e-6)
-    refuses(r"Its truth is longitudes and latitudes; a CRS is needed that makes a plane", read_control_points, path)
+    np.testing.assert_allclose(read(text, crs="EPSG:32632").new, truth, atol=1e-6)
+    refuses(r"Its truth is longitudes and latitudes; a CRS is needed that makes a plane", read, text)
 
 
-def test_points_that_are_not_enabled(tmp_path):
+def test_points_that_are_not_enabled(read):
     """QGIS's points that are switched off are left out, which is told."""
-    path = tmp_path / "points.csv"
-    path.write_text("mapX,mapY,pixelX,pixelY,enable\n0,0,0,0,1\n9,0,1,0,1\n0,9,0,1,1\n5,5,7,7,0\n", encoding="utf-8")
+    text = "mapX,mapY,pixelX,pixelY,enable\n0,0,0,0,1\n9,0,1,0,1\n0,9,0,1,1\n5,5,7,7,0\n"
     with pytest.warns(Notice, match=r"^1 control point\(s\) of '.*' are not enabled and are left out\.$"):
-        assert len(read_control_points(path).old) == 3
+        assert len(read(text).old) == 3
 
 
-def test_what_may_be_degrees(tmp_path):
+def test_what_may_be_degrees(read):
     """Truth without names that could be degrees is noted."""
-    path = tmp_path / "points.csv"
-    path.write_text("0,0,7.5,47.5\n1,0,7.6,47.5\n0,1,7.5,47.6\n", encoding="utf-8")
-    assert "if these are degrees" in read_control_points(path).note
-    path.write_text("0,0,7.5,47.5\n1,0,7.6,97.5\n0,1,7.5,47.6\n", encoding="utf-8")  # no latitude
-    assert read_control_points(path).note == ""
+    assert "if these are degrees" in read("0,0,7.5,47.5\n1,0,7.6,47.5\n0,1,7.5,47.6\n").note
+    assert read("0,0,7.5,47.5\n1,0,7.6,97.5\n0,1,7.5,47.6\n").note == ""  # no latitude
 
 
 @pytest.mark.parametrize(
@@ -99,6 +100,14 @@ def test_what_may_be_degrees(tmp_path):
         ("0,0,0,0\n1,3,1,0\n2,2,3,-1e16\n", "Invalid control point '3'. It must lie within 1e.15 in truth"),
         ("1,1,0,0\n1,1,1,0\n1,1,3,9\n", "Invalid control points. They must not be in one place, as they are on the"),
         ("0,0,0,0\n1,nan,1,0\n2,2,3,0\n", "Invalid control point '2'. Its places must be finite"),
+        (
+            "1,5,2,5,600,5,200,5\n5,5,2,5,604,5,200,5\n2,5,9,5,601,5,207,5\n",  # no link table
+            "It has 8 columns of whole numbers. With decimal commas, semicolons must part",
+        ),
+        ("-gcp 1 2 3\n", r"Line 1 must have -gcp pixel line easting northing \[elevation\]\.$"),
+        ("-gcp 1 2 3 4\n-gcp 1,5 2,5 3,5 4,5\n", r"Line 2 must have -gcp pixel line"),
+        ('-gcp 1 2 3 4 "in.tif\n', r"Line 1 has a quotation mark that does not end on the line\.$"),
+        ("-gcp 1 2 3 4\n", r"It has 1 control points; there must be at least 3\.$"),
     ],
 )
 def test_wrong_files(text, message, tmp_path):
@@ -118,14 +127,11 @@ def test_no_file(tmp_path):
     refuses("It cannot be read as text", read_control_points, tmp_path / "x.csv")
 
 
-def test_coordinates_of_a_crs(tmp_path):
+def test_coordinates_of_a_crs(read):
     """With a CRS truth that is no degrees is its coordinates, here of US survey feet, but for a stray one."""
-    path = tmp_path / "points.csv"
-    path.write_text("0,0,6500000,1900000\n10,0,6500100,1900000\n0,10,6500000,1900100\n", encoding="utf-8")
-    foot = 1200.0 / 3937.0
-    np.testing.assert_allclose(read_control_points(path, crs="EPSG:2230").new[1] / foot, [6500100, 1900000], rtol=1e-12)
-    path.write_text("0,0,7,47\n10,0,8,47\n0,10,7,48\n10,10,8,480\n", encoding="utf-8")
-    refuses(r"Its lat is .480", read_control_points, path, crs="EPSG:32632")
+    found = read("0,0,6500000,1900000\n10,0,6500100,1900000\n0,10,6500000,1900100\n", crs="EPSG:2230")
+    np.testing.assert_allclose(found.new[1] / FOOT, [6500100, 1900000], rtol=1e-12)
+    refuses(r"Its lat is .480", read, "0,0,7,47\n10,0,8,47\n0,10,7,48\n10,10,8,480\n", crs="EPSG:32632")
 
 
 FOOT = 1200.0 / 3937.0  # of the US survey, in metres
@@ -139,76 +145,57 @@ def stating(crs, rows=FEET):
 
 
 @pytest.mark.parametrize("crs", ["EPSG:2230", CRS("EPSG:2230").to_wkt(), CRS("EPSG:2230").to_wkt("WKT1_GDAL")])
-def test_the_crs_that_a_file_states(crs, tmp_path):
+def test_the_crs_that_a_file_states(crs, read):
     """Is the plane of its coordinates, in its unit, with a word neither for the same one nor for the same given."""
-    path = tmp_path / "a.points"
-    path.write_text(stating(crs), encoding="utf-8")
     for given in (None, "EPSG:2230"):
-        found = read_control_points(path, crs=given)
+        found = read(stating(crs), crs=given)
         np.testing.assert_allclose(found.new[1] / FOOT, [6500100, 1900000], rtol=1e-12)
         assert found.crs is not None
         assert found.chosen(np.array([True, True, True])).crs is found.crs
 
 
-def test_another_crs_than_a_file_states(tmp_path):
+def test_another_crs_than_a_file_states(read):
     """What is given holds, which is told; the same zone in metres is another."""
-    path = tmp_path / "a.points"
-    path.write_text(stating("EPSG:2230"), encoding="utf-8")
     for given in ("EPSG:32611", "EPSG:26946"):
         with pytest.warns(Notice, match=rf"^'.*' states the CRS NAD83 / California zone 6 \(ftUS\); .* of {given}\.$"):
-            np.testing.assert_array_equal(read_control_points(path, crs=given).new[1], [6500100, 1900000])
+            np.testing.assert_array_equal(read(stating("EPSG:2230"), crs=given).new[1], [6500100, 1900000])
 
 
-def test_a_geographic_crs_that_a_file_states(tmp_path):
+def test_a_geographic_crs_that_a_file_states(read):
     """Its places are brought to the plane that is given, over the datum, as pyproj does it; else there is none."""
-    path = tmp_path / "a.points"
     rows = [(0.0, 0.0, 7.5, 47.5), (1.0, 0.0, 7.9, 47.4), (0.0, 1.0, 7.7, 47.6)]
-    path.write_text(stating("EPSG:4149", rows), encoding="utf-8")
     shifted = Transformer.from_crs("EPSG:4149", "EPSG:25832", always_xy=True)
     truth = np.stack(shifted.transform(*np.transpose(rows)[2:]), axis=-1)
-    np.testing.assert_allclose(read_control_points(path, crs="EPSG:25832").new, truth, atol=1e-3)
-    refuses(r"Its truth is longitudes and latitudes; a CRS is needed", read_control_points, path)
+    np.testing.assert_allclose(read(stating("EPSG:4149", rows), crs="EPSG:25832").new, truth, atol=1e-3)
+    refuses(r"Its truth is longitudes and latitudes; a CRS is needed", read, stating("EPSG:4149", rows))
 
 
-def test_degrees_in_a_file_that_states_metres(tmp_path):
+def test_degrees_in_a_file_that_states_metres(read):
     """They are told of, and taken as longitudes and latitudes."""
-    path = tmp_path / "a.points"
     rows = [(0.0, 0.0, 7.5, 47.5), (1.0, 0.0, 7.9, 47.4), (0.0, 1.0, 7.7, 47.6)]
-    path.write_text(stating("EPSG:32632", rows), encoding="utf-8")
     with pytest.warns(
         Notice, match=r"^3 of 3 control point\(s\) of '.*' look like degrees, as that at 7\.5, 47\.5, but"
     ):
-        found = read_control_points(path)
+        found = read(stating("EPSG:32632", rows))
     truth = Transformer.from_crs("EPSG:4326", "EPSG:32632", always_xy=True).transform(*np.transpose(rows)[2:])
     np.testing.assert_allclose(found.new, np.transpose(truth), atol=1e-6)
 
 
 @pytest.mark.parametrize("crs", ["EPSG:99999", 'LOCAL_CS["x",UNIT["metre",1]]', "nonsense"])
-def test_a_crs_that_is_none(crs, tmp_path):
+def test_a_crs_that_is_none(crs, read):
     """It is refused in one line, unless another is given."""
-    path = tmp_path / "a.points"
-    path.write_text(stating(crs), encoding="utf-8")
-    refuses(r"^Invalid points file '.*'\. It states a CRS that is no plane of the Earth", read_control_points, path)
-    assert read_control_points(path, crs="EPSG:2230").crs is not None
+    refuses(r"^Invalid points file '.*'\. It states a CRS that is no plane of the Earth", read, stating(crs))
+    assert read(stating(crs), crs="EPSG:2230").crs is not None
 
 
 @pytest.mark.parametrize("mark", ["\t", ";", " "])
 @pytest.mark.parametrize("comma", [False, True])
-def test_link_tables(mark, comma, tmp_path):
+def test_link_tables(mark, comma, read):
     """ArcGIS has a number before the coordinates, and residuals behind them; perhaps with decimal commas."""
     text = "".join(mark.join(map(str, [k, *row, 0.1, -0.2, 0.25])) + "\n" for k, row in enumerate(ROWS, 1))
-    path = tmp_path / "links.txt"
-    path.write_text(text.replace(".", ",") if comma else text, encoding="utf-8")
-    points = read_control_points(path)
+    points = read(text.replace(".", ",") if comma else text)
     np.testing.assert_array_equal(np.hstack([points.old, points.new]), ROWS)
     assert points.names == ("1", "2", "3")
-
-
-def test_a_link_table_of_commas_only(tmp_path):
-    """Four numbers with decimal commas are no link table."""
-    path = tmp_path / "points.csv"
-    path.write_text("1,5,2,5,600,5,200,5\n5,5,2,5,604,5,200,5\n2,5,9,5,601,5,207,5\n")
-    refuses(r"It has 8 columns of whole numbers. With decimal commas, semicolons must part", read_control_points, path)
 
 
 GCPS = [f"-gcp {a} {b} {c} {d}" for a, b, c, d in ROWS]
@@ -223,42 +210,15 @@ GCPS = [f"-gcp {a} {b} {c} {d}" for a, b, c, d in ROWS]
         "gdal raster edit " + " ".join(f"--gcp {a},{b},{c},{d},0" for a, b, c, d in ROWS) + " in.tif",
     ],
 )
-def test_points_of_gdal(text, tmp_path):
+def test_points_of_gdal(text, read):
     """One or many on a line, with heights or without, in a command or alone."""
-    path = tmp_path / "gcps.txt"
-    path.write_text(text, encoding="utf-8")
-    points = read_control_points(path)
+    points = read(text)
     np.testing.assert_array_equal(np.hstack([points.old, points.new]), ROWS)
     assert points.crs is None
 
 
-def test_the_crs_of_a_command_of_gdal(tmp_path):
+def test_the_crs_of_a_command_of_gdal(read):
     """It is that of the points."""
-    path = tmp_path / "gcps.sh"
     words = " ".join(f"-gcp {a} {b} {c} {d}" for a, b, c, d in FEET)
-    path.write_text(f'gdal_translate -a_srs "EPSG:2230" {words} in.tif out.tif\n', encoding="utf-8")
-    np.testing.assert_allclose(read_control_points(path).new[1] / FOOT, [6500100, 1900000], rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("-gcp 1 2 3\n", r"Line 1 must have -gcp pixel line easting northing \[elevation\]\.$"),
-        ("-gcp 1 2 3 4\n-gcp 1,5 2,5 3,5 4,5\n", r"Line 2 must have -gcp pixel line"),
-        ('-gcp 1 2 3 4 "in.tif\n', r"Line 1 has a quotation mark that does not end on the line\.$"),
-        ("-gcp 1 2 3 4\n", r"It has 1 control points; there must be at least 3\.$"),
-    ],
-)
-def test_wrong_points_of_gdal(text, message, tmp_path):
-    """One line says what is wrong, and where."""
-    path = tmp_path / "gcps.txt"
-    path.write_text(text, encoding="utf-8")
-    refuses(message, read_control_points, path)
-
-
-def test_names_of_arcgis(tmp_path):
-    """Blanks and underscores in the names of columns do not matter."""
-    path = tmp_path / "points.csv"
-    rows = "".join(f"{k},{a},{b},{c},{d}\n" for k, (a, b, c, d) in enumerate(ROWS))
-    path.write_text("Link,X Source,Y Source,X Map,Y_Map\n" + rows)
-    np.testing.assert_array_equal(read_control_points(path).new, np.array(ROWS)[:, 2:])
+    found = read(f'gdal_translate -a_srs "EPSG:2230" {words} in.tif out.tif\n')
+    np.testing.assert_allclose(found.new[1] / FOOT, [6500100, 1900000], rtol=1e-12)

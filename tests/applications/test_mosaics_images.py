@@ -319,7 +319,7 @@ def test_unreadable(tmp_path):
     (tmp_path / "text.tif").write_text("no image")
     for path, reason in ((text, "identify"), (tmp_path / "text.tif", "identify"), (tmp_path / "none.png", "No such")):
         refuses(f"Invalid image '{path}'. .*{reason}", open_pictures, [path])
-    refuses(f"Invalid image '{broken}'. It cannot be read", open_pictures([broken])[0].read)
+    refuses(f"Invalid image '{broken}'. It cannot be read", lambda: open_pictures([broken])[0].read())
     (tmp_path / "broken.ppm").write_text("P6 4O 50 255 ")
     with pytest.raises(ValueError, match=r"Invalid image '.*broken\.ppm'\. It cannot be read: invalid literal for int"):
         open_pictures([tmp_path / "broken.ppm"])

@@ -11,7 +11,7 @@ from measured_matrices import MATRICES, MIRROR, POINTWISE, SECOND_ORDER, jacobia
 from refusals import refuses
 from tables import each
 
-from projdist.matrices.measures import principal_scales
+from projdist.matrices.measures import ALIASES, MEASURES, Measure, decompose, get_measure, log_scales, principal_scales
 
 EPS = np.finfo(float).eps
 RNG = np.random.default_rng(20240229)
@@ -52,14 +52,6 @@ def test_principal_scales_are_singular_values(n):
     truth = np.linalg.svd(J, compute_uv=False)
     # Rounding is relative to the largest scale.
     np.testing.assert_allclose(principal_scales(J) / truth[..., :1], truth / truth[..., :1], atol=20 * EPS)
-
-
-@given(J=jacobians())
-def test_scales_of_any_matrix(J):
-    """a and b are the singular values also of ill-conditioned and of mirroring matrices."""
-    truth = np.linalg.svd(J, compute_uv=False)
-    assert abs(value("a", J) - truth[0]) <= 20 * EPS * truth[0]
-    assert abs(value("b", J) - truth[1]) <= 20 * EPS * truth[0]
 
 
 @pytest.mark.parametrize("size", [1e-6, 1e-10, 1e-13, 1e-15])
@@ -192,17 +184,17 @@ def test_angles_of_the_zero_matrix_are_undefined(name):
 
 
 @given(J=jacobians(), left=st.floats(-7, 7), right=st.floats(-7, 7))
-def test_fisher_is_invariant_on_both_sides(J, left, right):
-    """fisher(R J Q) = fisher(J) for rotations R and Q (Ozeri: Dist_F sees singular values only)."""
+def test_fisher(J, left, right):
+    """fisher(R J Q) = fisher(J) = fisher(J^-1) for rotations R and Q (Ozeri: Dist_F sees singular values only)."""
+    fisher = float(value("fisher", J))
     # b is known to eps a: up to 1e4 eps relative.
-    turned = rotation(left) @ J @ rotation(right)
-    assert value("fisher", turned) == pytest.approx(float(value("fisher", J)), abs=1e-10)
-
-
-@given(J=jacobians())
-def test_fisher_of_the_inverse(J):
-    """A map and its inverse have the same Fisher distortion."""
-    assert value("fisher", np.linalg.inv(J)) == pytest.approx(float(value("fisher", J)), abs=1e-10)
+    assert value("fisher", rotation(left) @ J @ rotation(right)) == pytest.approx(fisher, abs=1e-10)
+    assert value("fisher", np.linalg.inv(J)) == pytest.approx(fisher, abs=1e-10)
+    # ln^2(a/b) + ln^2(ab) = 2 (ln^2 a + ln^2 b), and kavrayskiy is fisher / sqrt(2).
+    parts = value("log_anisotropy", J) ** 2 + value("log_areal_scale", J) ** 2
+    assert parts == pytest.approx(2 * fisher**2, rel=1e-9, abs=1e-12)
+    assert value("kavrayskiy", J) * math.sqrt(2) == pytest.approx(fisher, rel=1e-14)
+    assert value("fisher", J.tolist()) == fisher  # lists are taken as matrices
 
 
 @pytest.mark.parametrize("n", [3, 4])
@@ -216,40 +208,26 @@ def test_fisher_in_any_dimension(n):
     assert value("fisher", np.diag(np.exp(t))) == pytest.approx(float(np.linalg.norm(t)), rel=1e-14)
 
 
-@given(J=jacobians())
-def test_angles_and_areas_make_the_fisher_distortion(J):
-    """ln^2(a/b) + ln^2(ab) = 2 (ln^2 a + ln^2 b), and kavrayskiy is fisher / sqrt(2)."""
-    fisher = float(value("fisher", J))
-    parts = value("log_anisotropy", J) ** 2 + value("log_areal_scale", J) ** 2
-    assert parts == pytest.approx(2 * fisher**2, rel=1e-9, abs=1e-12)
-    assert value("kavrayskiy", J) * math.sqrt(2) == pytest.approx(fisher, rel=1e-14)
-
-
-@given(J=jacobians())
-def test_apollonius(J):
-    """h^2 + k^2 = a^2 + b^2 and h k sin(theta') = a b (Snyder 1987, 4-10 and 4-11)."""
+@given(J=jacobians(), azimuth=st.floats(-720, 720))
+def test_scales_and_angles(J, azimuth):
+    """a and b are the singular values, also of ill-conditioned and mirroring matrices, and the others follow."""
+    truth = np.linalg.svd(J, compute_uv=False)
     h, k, a, b, s = (float(value(name, J)) for name in ("h", "k", "a", "b", "s"))
+    assert abs(a - truth[0]) <= 20 * EPS * truth[0]
+    assert abs(b - truth[1]) <= 20 * EPS * truth[0]
+    # h^2 + k^2 = a^2 + b^2 and h k sin(theta') = a b (Snyder 1987, 4-10 and 4-11).
     assert h * h + k * k == pytest.approx(a * a + b * b, rel=1e-13)
-    theta = math.radians(value("theta", J))
-    assert h * k * math.sin(theta) == pytest.approx(s, rel=1e-12)
+    assert h * k * math.sin(math.radians(value("theta", J))) == pytest.approx(s, rel=1e-12)
     # a b is known to eps a^2, for b is known to eps a.
     assert s == pytest.approx(a * b, abs=20 * EPS * a * a)
-
-
-@given(J=jacobians())
-def test_omega_from_the_scales(J):
-    """sin(omega / 2) = (a - b) / (a + b) (Snyder 1987, 4-9)."""
-    a, b = np.linalg.svd(J, compute_uv=False)
-    assert math.sin(math.radians(value("omega", J)) / 2) == pytest.approx((a - b) / (a + b), abs=1e-14)
-
-
-@given(J=jacobians(), azimuth=st.floats(-720, 720))
-def test_scale_at_an_azimuth(J, azimuth):
-    """scale@azimuth is |J t| for t that many degrees clockwise from north, and lies between b and a."""
+    # sin(omega / 2) = (a - b) / (a + b) (Snyder 1987, 4-9).
+    sine = (truth[0] - truth[1]) / truth.sum()
+    assert math.sin(math.radians(value("omega", J)) / 2) == pytest.approx(sine, abs=1e-14)
+    # scale@azimuth is |J t| for t that many degrees clockwise from north.
     t = np.array([math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth))])
     scale = float(value(f"scale@{azimuth}", J))
     assert scale == pytest.approx(float(np.linalg.norm(J @ t)), rel=1e-10)
-    assert value("b", J) * (1 - 1e-10) - 1e-12 <= scale <= value("a", J) * (1 + 1e-12)
+    assert b * (1 - 1e-10) - 1e-12 <= scale <= a * (1 + 1e-12)
 
 
 def test_scale_along_the_graticule():
@@ -272,6 +250,8 @@ def test_largest_scale_error(J):
     a, b = np.linalg.svd(J, compute_uv=False)
     assert ppm == pytest.approx(1e6 * max(abs(a - 1), abs(b - 1)), rel=1e-9, abs=1e-6)
     assert value("areal_error_ppm", J) == pytest.approx(1e6 * abs(a * b - 1), rel=1e-9, abs=1e-5)
+    # Jordan's term, a mean over the azimuths, is at most the largest |scale - 1|.
+    assert value("jordan", J) <= 1e-6 * ppm * (1 + 1e-12) + 1e-14
 
 
 @each("angle", [-170.0, -90.0, -20.0, 0.0, 1.6786477, 45.0, 179.0])
@@ -316,12 +296,165 @@ def test_jordan_of_nearly_singular_maps(a, b):
         assert value("jordan", np.diag([a, scale * b])) == pytest.approx(expected, rel=1e-9)
 
 
-@given(J=jacobians())
-def test_jordan_between_bounds(J):
-    """Jordan's term, a mean over the azimuths, is at most the largest |scale - 1|."""
-    assert value("jordan", J) <= 1e-6 * value("ppm", J) * (1 + 1e-12) + 1e-14
-
-
 def test_airy_closed_form():
     """Airy's term of scales 2 and 1/2 is sqrt((1 + 1/4) / 2)."""
     assert value("airy", np.diag([0.5, -2.0])) == pytest.approx(math.sqrt(0.625), rel=1e-15)
+
+
+# ---- measures by name ---------------------------------------------------------------------------
+
+SYMBOLS = {
+    "h": "meridional_scale",
+    "k": "parallel_scale",
+    "s": "areal_scale",
+    "a": "tissot_semimajor",
+    "b": "tissot_semiminor",
+    "omega": "angular_distortion",
+    "theta": "meridian_parallel_angle",
+    "convergence": "meridian_convergence",
+    "ppm": "scale_error_ppm",
+    "max_scale": "tissot_semimajor",
+    "min_scale": "tissot_semiminor",
+}
+
+
+@each(("symbol", "name"), SYMBOLS.items())
+def test_symbols_and_aliases(symbol, name):
+    """The textbooks' symbols find the measures that pyproj's Factors names."""
+    assert get_measure(symbol) is MEASURES[name]
+
+
+def test_registry_is_consistent():
+    """Names are their keys, aliases lead to names and hide none, kinds are known, and each has a description."""
+    for name, measure in MEASURES.items():
+        assert measure.name == name
+        assert get_measure(name) is get_measure(measure) is measure
+        assert measure.kind in ("ratio", "signed", "magnitude")
+        assert measure.description.endswith((".", ")", "degrees"))
+        assert len(measure.description) > 15
+    assert {get_measure(name).name for name in ALLOWED.split("one of ")[1].split(", ...")[0].split(", ")} <= set(
+        MEASURES
+    )
+    assert set(ALIASES.values()) <= set(MEASURES)
+    assert not set(ALIASES) & set(MEASURES)
+
+
+@each("name", [name for name in POINTWISE if MEASURES[name].kind == "magnitude"])
+def test_magnitudes_are_not_negative(name):
+    """A measure of the kind "magnitude" is never below 0."""
+    assert (value(name, MATRICES) >= 0).all()
+
+
+@pytest.mark.parametrize("name", [name for name in POINTWISE if MEASURES[name].kind == "ratio"])
+def test_ratios_scale_with_the_map(name):
+    """A ratio of a doubled map is doubled, or fourfold for areas."""
+    factor = 4.0 if name == "areal_scale" else 2.0
+    np.testing.assert_allclose(value(name, 2.0 * MATRICES), factor * value(name, MATRICES), rtol=1e-14)
+
+
+def test_a_callable_is_a_measure():
+    """A function of J is a measure under its own name; a Measure stays itself."""
+
+    def shear(J):
+        return J[..., 0, 1]
+
+    measure = get_measure(shear)
+    assert (measure.name, measure.kind, measure.needs_hessian) == ("shear", "magnitude", False)
+    np.testing.assert_array_equal(measure(MATRICES), MATRICES[:, 0, 1])
+    np.testing.assert_array_equal(measure([[1, 5], [0, 1]]), 5.0)
+    named = Measure("mine", shear, "m", kind="signed")
+    assert get_measure(named) is named
+
+
+# A mistyped name, and the suggestions: all of them, in their order.
+TYPOS = {
+    "fischer": "fisher",
+    "omgea": "omega",
+    "Omega": "omega",
+    "areal": "areal_scale or areal_error_ppm",
+    "tissot-semimajor": "tissot_semimajor",
+    "angular distorsion": "angular_distortion",
+    "scale": "scale_error_ppm or scale@AZIMUTH",
+}
+
+
+ALLOWED = (
+    "It must be one of fisher, h, k, s, a, b, omega, ... (see 'projdist list measures', or projdist.MEASURES), "
+    "scale@AZIMUTH, or a function of J."
+)
+
+
+def message(wrong):
+    with pytest.raises(ValueError, match=r"^Invalid measure '") as error:
+        get_measure(wrong)
+    return str(error.value)
+
+
+@each("text", TYPOS)
+def test_unknown_measures_are_told_close_names(text):
+    """What was nearly typed, begun, or written otherwise is suggested, and where the others are listed."""
+    assert message(text) == f"Invalid measure '{text}'. Did you mean {TYPOS[text]}? {ALLOWED}"
+
+
+@each("text", ["", "qqq", "hh", "nonsense", "mercator", "of"])
+def test_nonsense_has_no_hint(text):
+    """What is like no name has none suggested."""
+    assert message(text) == f"Invalid measure '{text}'. {ALLOWED}"
+
+
+@pytest.mark.parametrize("wrong", [5, None, ["h"]])
+def test_what_is_no_measure_at_all_is_refused(wrong):
+    """A number, None or a list is refused as a name would be, by ValueError."""
+    assert message(wrong) == f"Invalid measure '{wrong}'. {ALLOWED}"
+
+
+@pytest.mark.parametrize("text", ["", "north", "nan", "inf", "4 5"])
+def test_azimuths_are_checked(text):
+    """scale@ takes a finite number of degrees."""
+    match = rf"^Invalid azimuth '{text}' in 'scale@{text}'\. It must be a number of degrees, as in scale@45\.$"
+    refuses(match, get_measure, f"scale@{text}")
+
+
+@pytest.mark.parametrize("name", SECOND_ORDER)
+def test_second_derivatives_are_asked_for(name):
+    """Flexion and skewness without H are refused."""
+    match = rf"^Invalid call of measure '{name}'\. It needs the second derivatives H as well\.$"
+    refuses(match, get_measure(name), np.eye(2))
+
+
+def test_log_scales():
+    """ln^2 a + ln^2 b and ln(ab) of a diagonal matrix, NaN for a singular one."""
+    square, area = log_scales(np.array([np.diag([2.0, 4.0]), np.diag([2.0, 0.0])]))
+    assert square[0] == pytest.approx(5 * math.log(2) ** 2)
+    assert area[0] == pytest.approx(3 * math.log(2))
+    assert np.isnan([square[1], area[1]]).all()
+
+
+# ---- the parts of a linear map ------------------------------------------------------------------
+
+
+@each("azimuth", [0.0, 30.0, 90.0, 135.0, 179.0])
+@each("turned", [0.0, 25.0, -160.0])
+def test_stretch(azimuth, turned):
+    """A stretch along an azimuth, a scale and a turn after it are told apart."""
+    stretch = rotation(-math.radians(azimuth)) @ np.diag([1.0, 1.5]) @ rotation(-math.radians(azimuth)).T
+    parts = decompose(0.3 * rotation(-math.radians(turned)) @ stretch)
+    assert parts.scale == pytest.approx(0.3 * np.sqrt(1.5), rel=1e-14)
+    assert parts.stretch == pytest.approx(1.5, rel=1e-14)
+    assert parts.stretch_azimuth == pytest.approx(azimuth, abs=1e-12)
+
+
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+def test_shear_and_rotation(mirror):
+    """The shear is what the axes' images lack to a right angle, the rotation that of the vertical."""
+    x, y = rotation(math.radians(50.0)) @ [0.0, 1.0], rotation(-math.radians(20.0)) @ [0.0, 1.0]
+    parts = decompose(np.column_stack([-mirror * x, 2.0 * y]))
+    assert abs(parts.shear) == pytest.approx(20.0, abs=1e-12)
+    assert parts.rotation == pytest.approx(20.0, abs=1e-12)
+
+
+def test_similarities_have_no_direction():
+    """Of a turn and a scale no direction is stretched; what is undefined is NaN."""
+    parts = decompose(np.stack([2.0 * rotation(-math.radians(33.0)), np.full((2, 2), np.nan)]))
+    np.testing.assert_allclose(parts.stretch, [1.0, np.nan], rtol=1e-15)
+    assert np.isnan(parts.stretch_azimuth).all()

@@ -1,11 +1,15 @@
 """The drawn surface: all of the map once, nothing across its seams, an outline along them; lines and coasts on it."""
 
+import functools
+
 import numpy as np
 import pytest
 import shapely
 from refusals import refuses
 from tables import each
 
+import projdist
+from projdist import surfaces
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.earth.natural_earth import coastlines
 from projdist.field.at_points import jacobian
@@ -13,8 +17,17 @@ from projdist.matrices.measures import get_measure, principal_scales
 from projdist.plots.basemap import map_size
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Box, Cap, Region, RegionLike
-from projdist.surfaces.domain import domain_of, graticule, graticule_steps, ground_size, project_lines, rough_scales
-from projdist.surfaces.land import coast, coast_resolution, land_polygons
+from projdist.surfaces.domain import (
+    domain_of,
+    graticule,
+    graticule_steps,
+    ground_size,
+    normalised,
+    project_lines,
+    rough_scales,
+)
+from projdist.surfaces.fields import field, jumping, measured
+from projdist.surfaces.land import PreparedArea, _whole_area, coast, coast_resolution, land_polygons
 from projdist.surfaces.surface import Surface, build_surface
 
 OBLIQUE = f"+proj=ob_tran +o_proj=moll +o_lat_p=40 +o_lon_p=60 +R={R}"
@@ -302,3 +315,89 @@ def test_fine_land_of_equal_area_maps(projection: str, bounds: tuple[float, floa
     corners = np.column_stack([surface.x, surface.y])[triangles]
     area = shapely.area(shapely.polygons(corners)).sum() + sum(shapely.Polygon(piece).area for piece in pieces)
     assert area / 1e6 == pytest.approx(known, rel=0.05)
+
+
+# ---- land of equal-area maps ---------------------------------------------------------------------
+
+SIZE = 5e6  # metres, of maps of a continent: what their curves are smooth to
+
+
+@pytest.mark.parametrize(
+    ("projection", "region"),
+    [
+        # The picture shows the pole, and closes round it.
+        pytest.param("EPSG:3035", "box:-10,35,40,70", marks=pytest.mark.slow),
+        ("EPSG:3035", "country:DE"),
+        pytest.param("EPSG:6931", "cap:0,90,2000", marks=pytest.mark.slow),  # cut at the antimeridian
+        ("EPSG:3577", "country:AU"),  # islands only
+        ("ESRI:102025", "box:40,30,60,50"),  # about the Caspian Sea, a hole
+    ],
+)
+def test_equal_area_maps_keep_the_area_of_the_land(projection: str, region: str) -> None:
+    """By even and odd, the rings have the area of the land within the surroundings, on the ground."""
+    ground = surfaces.surface_of(projection, region, 2.0).ground
+    assert ground is not None
+    rings = surfaces.land_rings(ground, "50m", SIZE)
+    assert rings is not None
+    shapes = [shapely.make_valid(shapely.polygons(ring)) for ring in rings]
+    inside = functools.reduce(shapely.symmetric_difference, shapes)
+    west, south, east, north = ground.domain.box.bounds
+    box = f"box:{west!r},{south!r},{projdist.get_region('globe').bounds[2] if east == 180.0 else east!r},{north!r}"
+    truth = projdist.get_region(f"land@50m & {box}").area_km2
+    assert shapely.area(inside) / 1e6 == pytest.approx(truth, rel=2e-4)  # chords, smooth to 2.5 km
+
+
+def test_torn_maps_have_no_rings() -> None:
+    """A seam, or an edge, may part what a ring is around."""
+    for projection, region in (("igh", "box:-60,-60,60,-10"), ("+proj=ortho +lat_0=50 +lon_0=10", "box:-60,-60,80,70")):
+        surface = surfaces.surface_of(projection, region, 2.0)
+        assert surfaces.land_rings(surface if surface.ground is None else surface.ground, "50m", SIZE) is None
+
+
+# ---- areas ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("region", "share"), [(None, 0.3), ((-12.0, 30.0, 45.0, 72.0), 0.3), ((20.0, 20.0, 21.0, 21.0), 0.0)]
+)
+def test_few_cells_may_be_on_the_border(region: tuple[float, float, float, float] | None, share: float) -> None:
+    """Cells that GEOS finds on the coast are among them, all but boxes of which are off it; inland there are none."""
+    surface = build_surface(domain_of(Projection.from_user_input("eqc"), region), None if region else 2.0)
+    lons, lats = (degrees[surface.whole.T] for degrees in surface.lonlat())
+    lons = normalised(lons[0]) + np.mod(lons - lons[0] + 180.0, 360.0) - 180.0
+    area: PreparedArea = _whole_area("coast", "110m")
+    boxes = shapely.box(lons.min(axis=0), lats.min(axis=0), lons.max(axis=0), lats.max(axis=0))
+    met = set(area.edges.query(boxes, predicate="intersects")[0].tolist())
+    found = set(area.may_border(lons, lats).tolist())
+    assert met <= found
+    assert len(found) <= share * len(boxes)
+
+
+# ---- jumps ---------------------------------------------------------------------------------------
+
+JOINT = 40.0 + 44.0 / 60.0 + 11.98 / 3600.0  # degrees: where Goode joins the sinusoidal map to Mollweide's
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("projection", "measure", "jumps"),
+    [
+        ("goode-homolosine", "omega", True),
+        ("goode-homolosine", "h", True),
+        ("robin", "omega", False),
+        ("merc", "s", False),
+        ("+proj=ortho +R=6371000", "h", False),
+        ("winkel-tripel", "omega", False),
+    ],
+)
+def test_jumps_are_where_maps_are_joined(projection: str, measure: str, jumps: bool) -> None:
+    """Goode's map jumps at 40 degrees 44 minutes; kinks, steep fields and limbs are no jumps."""
+    surface = build_surface(domain_of(Projection.from_user_input(projection), None), 2.0)
+    chosen = get_measure(measure)
+    values = field(surface, chosen)
+    levels = np.concatenate([np.linspace(0.5, 3.0, 26), np.arange(5.0, 90.0, 5.0)])
+    at = functools.partial(measured, surface.domain.projection, chosen)
+    found = jumping(surface, values, levels, at)
+    assert found.any() == jumps
+    lat = np.abs(surface.lonlat()[1][surface.triangles[found]])
+    assert ((lat.min(axis=1) < JOINT) & (lat.max(axis=1) > JOINT)).all()
