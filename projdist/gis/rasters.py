@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from projdist._typing import AnyArray, FloatArray
-from projdist.applications.mosaics import Georeference, MeanGeoreference
+from projdist.applications.mosaics import Georeference
 from projdist.applications.oldmaps import RectifiedScan
 from projdist.field import jacobian, measure_at
 from projdist.gis.layers import needed_for
@@ -389,7 +389,7 @@ def georeference_of(path: str | os.PathLike[str]) -> Georeference | None:
 def save_geotiff(
     pixels: AnyArray,
     path: str | os.PathLike[str],
-    place: Georeference | MeanGeoreference,
+    place: Georeference,
     *,
     flavour: str = FLAVOURS[0],
     overwrite: bool = True,

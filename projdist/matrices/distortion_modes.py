@@ -196,8 +196,12 @@ def _words(E: FloatArray) -> str:
     n = len(E)
     if abs(np.trace(E)) / np.sqrt(n) > 1.0 - 0.5 * _PURE**2:
         return "size"
-    if n != 2:
-        return _space_words(E)
+    if n != 2:  # by the entries above `_LEAST`
+        names = _AXES if n <= len(_AXES) else [f"{k + 1}" for k in range(n)]
+        pairs = [*zip(*np.triu_indices(n), strict=True)]
+        named = [(E[i, j], names[i]) if i == j else (np.sqrt(2.0) * E[i, j], names[i] + names[j]) for i, j in pairs]
+        shown = [f"{name} {value:+.1f}" for value, name in named if abs(value) > _LEAST]
+        return ", ".join(shown).replace("-", "\N{MINUS SIGN}")
     turned = float(np.degrees(0.5 * np.arctan2(2.0 * E[0, 1], E[0, 0] - E[1, 1])))
     low, high = np.linalg.eigvalsh(E)
     ratio = low / high
@@ -218,16 +222,3 @@ def _direction(degrees: float) -> str:
     if abs(folded) <= _ALONG:
         return "horizontal"
     return "vertical" if abs(folded) >= 90.0 - _ALONG else f"along {folded:.0f}°"
-
-
-def _space_words(E: FloatArray) -> str:
-    """Description in other dimensions than 2, by the entries above `_LEAST`."""
-    n = len(E)
-    names = _AXES if n <= len(_AXES) else [f"{k + 1}" for k in range(n)]
-    named = [
-        (E[i, j] * (1.0 if i == j else np.sqrt(2.0)), names[i] if i == j else f"{names[i]}{names[j]}")
-        for i in range(n)
-        for j in range(i, n)
-    ]
-    shown = [f"{name} {value:+.1f}" for value, name in named if abs(value) > _LEAST]
-    return ", ".join(shown).replace("-", "\N{MINUS SIGN}")

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.matrices.spd import EPS, JacobiSet, LapackSets, View, lower_factor, pieces, symmetric_exp, transposed
+from projdist.matrices import spd
+from projdist.matrices.spd import EPS, JacobiSet, LapackSets, View, lower_factor, pieces, transposed
 
 _NEWTON_STEPS = 100  # 3 to 5 suffice, from far away about 15
 _GRADIENT_STEPS = 1000  # about 15 suffice; conditions of 1e6 take 300
@@ -111,7 +112,7 @@ def _floor(view: View) -> FloatArray:
 def _refined(A: FloatArray, w: FloatArray, mean: Mean) -> Mean:
     """One more Newton step from T itself if its condition let rounding accumulate over the steps."""
     # The rounding of A and T remains, some eps times the condition: a third to a tenth of the error before.
-    poor = (np.abs(np.linalg.inv(mean.T)) @ np.abs(mean.T)).max(axis=(-1, -2)) > _POOR
+    poor = spd.row_condition(mean.T) > _POOR
     if not poor.any():
         return mean
     T = mean.T[poor]
@@ -200,7 +201,7 @@ def log_euclidean(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     for part in pieces(A):
         U, scales, _ = np.linalg.svd(A[:, part])
         logs += np.einsum("bi,bija,bia,bika->bjk", w[:, part], U, np.log(scales), U, optimize=True)
-    return _known(A, w, symmetric_exp(logs)[0])
+    return _known(A, w, spd.symmetric_exp(logs)[0])
 
 
 _ORDER = 0.01  # of the two power means of `mpm`; its error is of the order of the square

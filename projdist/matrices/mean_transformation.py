@@ -301,7 +301,18 @@ def _newton(view: _View, ratio: FloatArray) -> FloatArray | None:
     hessian = ratio.sum() * np.eye(i.size)
     for part in pieces(view.Z[None]):
         Z, weight = view.Z[part], ratio[part]
-        across, excess = _across(Z, view.spread[part])
+        # Unit tangents (N, P, n, n) along which the Hessian of |Z|^2 / 2 exceeds 1, and its excess (N, P).
+        if n == 2:
+            half = np.stack([-Z[:, 0, 1], 0.5 * (Z[:, 0, 0] - Z[:, 1, 1])], axis=-1)
+            p, q = half.T / (np.sqrt(2.0) * np.maximum(np.hypot(*half.T), 1e-300))
+            across = np.stack([p, q, q, -p], axis=-1).reshape(-1, 1, 2, 2)
+            excess = spd.bend(view.spread[part])[:, None] - 1.0
+        else:
+            eigenvalues, U = np.linalg.eigh(Z)
+            a, b = np.triu_indices(n, 1)
+            products = transposed(U)[:, a, :, None] * transposed(U)[:, b, None, :]
+            across = (products + transposed(products)) / np.sqrt(2.0)
+            excess = spd.bend(0.5 * np.abs(eigenvalues[:, a] - eigenvalues[:, b])) - 1.0
         across = across[..., i, j] * root
         hessian += np.einsum("mpc,mp,mpd->cd", across, excess * weight[:, None], across, optimize=True)
         directions = Z[:, i, j] * (root / np.maximum(view.far[part], 1e-300)[:, None])
@@ -316,37 +327,17 @@ def _newton(view: _View, ratio: FloatArray) -> FloatArray | None:
     return V if size <= 1.0 else V / size
 
 
-def _across(Z: FloatArray, spread: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Unit tangents (N, P, n, n) along which the Hessian of |Z|^2 / 2 exceeds 1, and its excess (N, P)."""
-    n = Z.shape[-1]
-    if n == 2:
-        half = np.stack([-Z[:, 0, 1], 0.5 * (Z[:, 0, 0] - Z[:, 1, 1])], axis=-1)
-        length = np.maximum(np.hypot(*half.T), 1e-300)
-        p, q = half.T / (np.sqrt(2.0) * length)
-        return np.stack([p, q, q, -p], axis=-1).reshape(-1, 1, 2, 2), spd.bend(spread)[:, None] - 1.0
-    values, U = np.linalg.eigh(Z)
-    a, b = np.triu_indices(n, 1)
-    left, right = transposed(U)[:, a], transposed(U)[:, b]
-    products = left[..., :, None] * right[..., None, :]
-    return (products + transposed(products)) / np.sqrt(2.0), spd.bend(0.5 * np.abs(values[:, a] - values[:, b])) - 1.0
-
-
 def _look(A: FloatArray, w: FloatArray, T: FloatArray) -> _View:
     n = A.shape[-1]
     Z, spread = logarithms(_whitened(T, A))
     far = np.sqrt(spd.dot(Z, Z))
-    condition = _condition(T)
+    condition = float(spd.row_condition(T))
     far = np.where(far > _SAME * n * condition, far, 0.0)
     away = far > 0
     ratio = np.divide(w, far, out=np.zeros_like(w), where=away)
     floor = 4.0 * n * EPS * float((w[away] + condition * ratio[away]) @ np.cosh(spread[away]))
     pull = np.einsum("m,mij->ij", ratio, Z)
     return _View(Z, spread, far, float(w @ far), pull, float(w[~away].sum()), floor)
-
-
-def _condition(T: FloatArray) -> float:
-    """Condition of T, invariant under scaling of rows."""
-    return float((np.abs(np.linalg.inv(T)) @ np.abs(T)).max())
 
 
 def _whitened(T: FloatArray, A: FloatArray) -> FloatArray:
@@ -363,7 +354,7 @@ def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tup
     Z, spread = logarithms(_whitened(base, A))
     far = np.sqrt(spd.dot(Z, Z))
     longest = float(far.max())
-    same = _SAME * A.shape[-1] * _condition(base) * float(np.cosh(spread.max()))
+    same = _SAME * A.shape[-1] * float(spd.row_condition(base)) * float(np.cosh(spread.max()))
     if longest <= same:
         return base, True, True
     sides = np.where(np.einsum("mij,ij->m", Z, Z[np.argmax(far)]) < 0, -w, w)

@@ -364,6 +364,11 @@ def bend(r: FloatArray) -> FloatArray:
     return np.asarray(r / np.tanh(r))
 
 
+def row_condition(T: FloatArray) -> FloatArray:
+    """|T^-1| |T|, (...): the condition of T (..., n, n), invariant under scaling of rows."""
+    return np.asarray((np.abs(np.linalg.inv(T)) @ np.abs(T)).max(axis=(-1, -2)))
+
+
 def pieces(A: FloatArray) -> list[slice]:
     """Slices of the second axis of matrices (B, N, n, n) that fit into the cache."""
     b, count, n, _ = A.shape

@@ -61,16 +61,6 @@ class Survey(NamedTuple):
     a: FloatArray
     b: FloatArray
 
-    @classmethod
-    def of(cls, projection: Projection, bounds: Bounds) -> Survey:
-        """The survey of bounds on 180 by 121 places: two degrees apart on a globe."""
-        west, south, _, north = bounds
-        u = west + longitude_width(bounds) * (np.arange(180) + 0.5) / 180
-        v = np.clip(south + (north - south) * np.linspace(0.0, 1.0, 121), -POLE, POLE)
-        lon, lat = np.meshgrid(normalised(u), v)
-        x, y = projection(lon, lat)
-        return cls(lon, lat, x, y, *rough_scales(projection, lon, lat, x, y))
-
 
 @dataclass(frozen=True)
 class Domain:
@@ -128,7 +118,13 @@ def domain_of(projection: Projection, region: RegionLike | None) -> Domain:
     """The drawn part of a projection in a region; None is its area of use, or the globe."""
     place = region_for(region, [projection])
     box = Box.between(place.bounds) if is_part(place) else place
-    survey = Survey.of(projection, place.bounds)
+    west, south, _, north = place.bounds
+    # 180 by 121 places: two degrees apart on a globe.
+    u = west + longitude_width(place.bounds) * (np.arange(180) + 0.5) / 180
+    v = np.clip(south + (north - south) * np.linspace(0.0, 1.0, 121), -POLE, POLE)
+    lon, lat = np.meshgrid(normalised(u), v)
+    x, y = projection(lon, lat)
+    survey = Survey(lon, lat, x, y, *rough_scales(projection, lon, lat, x, y))
     return Domain(projection, place, box, survey, _beyond(projection, place, survey))
 
 

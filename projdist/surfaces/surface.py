@@ -153,24 +153,19 @@ class Surface:
         block[(row >= blocks[0] * _BLOCK) | (column >= blocks[1] * _BLOCK)] = blocks.prod()
         filled = np.bincount(block, minlength=blocks.prod() + 1) == _BLOCK**2
         filled[-1] = False
-        fans, numbers = self._fans(np.flatnonzero(filled), blocks[1])
-        filled[:] = False
-        filled[numbers] = True
-        return np.concatenate([fans, triangles_of(whole[~filled[block]], cut)])
-
-    def _fans(self, numbers: IntArray, in_a_row: int) -> tuple[IntArray, IntArray]:
-        """Triangles of those of the numbered blocks whose fans do not fold, and the numbers of these blocks."""
-        side, zeros = np.arange(_BLOCK), np.zeros(_BLOCK, dtype=int)
+        # The corners around each block and its middle; where all turns are of one sign, the fan does not fold.
+        numbers, side, zeros = np.flatnonzero(filled), np.arange(_BLOCK), np.zeros(_BLOCK, dtype=int)
         up = np.concatenate([zeros, side, zeros + _BLOCK, _BLOCK - side])
         along = np.concatenate([side, zeros + _BLOCK, _BLOCK - side, zeros])
-        row, column = (_BLOCK * index for index in np.divmod(numbers, in_a_row))
+        row, column = (_BLOCK * index for index in np.divmod(numbers, blocks[1]))
         ring = (row[:, None] + up) * self.shape[1] + (column[:, None] + along) % self.shape[1]
         middle = (row + _BLOCK // 2) * self.shape[1] + column + _BLOCK // 2
         x, y = self.x[ring] - self.x[middle, None], self.y[ring] - self.y[middle, None]
         turns = np.sign(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1))
         even = np.abs(turns.sum(axis=1)) == np.abs(turns).sum(axis=1)
         fans = np.stack([np.broadcast_to(middle[:, None], ring.shape), ring, np.roll(ring, -1, axis=1)], axis=-1)
-        return fans[even].reshape(-1, 3), numbers[even]
+        filled[numbers[~even]] = False
+        return np.concatenate([fans[even].reshape(-1, 3), triangles_of(whole[~filled[block]], cut)])
 
     def cells(self, chosen: BoolArray) -> tuple[IntArray, list[IntArray]]:
         """The chosen ones of the whole cells and of the cut cells."""

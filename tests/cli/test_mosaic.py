@@ -14,7 +14,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from projdist.applications.mosaics import (
-    MeanGeoreference,
+    Georeference,
     mosaic,
     read_correspondences,
     read_world_file,
@@ -374,7 +374,7 @@ def test_sheets_in_two_crss(tmp_path):
     H = maps(np.random.default_rng(3))[:2]
     sheets = [tmp_path / "a.tif", tmp_path / "b.tif"]
     for sheet, pixels, code in zip(sheets, cut(H), (2056, 21781), strict=True):
-        place = MeanGeoreference(np.diag([5.0, -5.0, 1.0]), rasterio.CRS.from_epsg(code).to_wkt(), 0.0, 1)
+        place = Georeference(np.diag([5.0, -5.0, 1.0]), rasterio.CRS.from_epsg(code).to_wkt(), 0.0, 1)
         save_geotiff(np.dstack([pixels, np.full(pixels.shape[:2], 255, np.uint8)]), sheet, place)
     table = write_csv(tmp_path / "points.csv", common_points(H, np.array([[300.0, 240.0]] * 2)))
     code, _, err = run(*map(str, sheets), "--correspondences", str(table), "-o", str(tmp_path / "m.png"))

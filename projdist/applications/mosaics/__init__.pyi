@@ -2,7 +2,6 @@ from .bundle_adjustment import ModelFit
 from .canvases import (
     Canvas,
     Georeference,
-    MeanGeoreference,
     SphereCanvas,
     mean_georeference,
     read_world_file,
@@ -55,7 +54,6 @@ __all__ = [
     "ImageRegistration",
     "MappedPanorama",
     "Match",
-    "MeanGeoreference",
     "ModelFit",
     "Mosaic",
     "Panorama",

@@ -256,27 +256,19 @@ _MIDDLE = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])  # of th
 
 
 class Georeference(NamedTuple):
-    """The affine map from pixels to coordinates, (3, 3), and the CRS as WKT, "" if unknown."""
+    """The affine map from pixels to coordinates, (3, 3), and the CRS as WKT, "" if unknown.
 
-    matrix: FloatArray
-    crs: str
-
-
-class MeanGeoreference(NamedTuple):
-    """The affine map from the pixels of a mosaic that best fits the coordinates of its sheets' corners.
-
-    `rms`: RMS residual in the unit of the coordinates; `sheets`: number of sheets with coordinates.
+    Of a mosaic it is the map that best fits the coordinates of its sheets' corners: `rms` is the RMS residual in the
+    unit of the coordinates, and `sheets` the number of sheets with coordinates.
     """
 
     matrix: FloatArray
     crs: str
-    rms: float
-    sheets: int
+    rms: float = 0.0
+    sheets: int = 1
 
 
-def mean_georeference(
-    canvas: Canvas, sizes: FloatArray, sheets: Sequence[Georeference | None]
-) -> MeanGeoreference | None:
+def mean_georeference(canvas: Canvas, sizes: FloatArray, sheets: Sequence[Georeference | None]) -> Georeference | None:
     """The georeference of a mosaic, by least squares over the corners of sheets that have one; None if none has.
 
     It does not rectify the mosaic: `rms` is the deviation of the sheets' own coordinates. Raises ValueError for sheets
@@ -298,7 +290,7 @@ def mean_georeference(
     matrix = np.eye(3)
     matrix[:2, :2], matrix[:2, 2] = A, target - A @ middle
     rms = float(np.sqrt((gaps**2).sum(axis=1).mean()))
-    return MeanGeoreference(matrix, names.pop() if names else "", rms, len(given))
+    return Georeference(matrix, names.pop() if names else "", rms, len(given))
 
 
 def world_file(path: AnyPath) -> Path:

@@ -251,23 +251,8 @@ def _table(content: str, text: str) -> _PointTable:
 def _gcps(content: str, text: str) -> _PointTable:
     """The numbers after each `-gcp` of a text, and the CRS of an option `-a_srs` or `-s_srs`."""
     rows: list[tuple[int, list[str]]] = []
-    crs = ""
-    words = _words(content, text)
-    for place, (number, word) in enumerate(words):
-        if word in _GCP:
-            behind = [one for _, one in words[place + 1 : place + 6]]
-            count = next((k for k, one in enumerate(behind) if not is_number(one)), len(behind))
-            if count < len(_NUMBERS):
-                raise ValueError(f"{text} Line {number} must have -gcp pixel line easting northing [elevation].")
-            rows.append((number, behind[: len(_NUMBERS)]))
-        elif word in _STATED_BY and place + 1 < len(words):
-            crs = words[place + 1][1]
-    return _PointTable([*_NUMBERS], False, rows, crs)
-
-
-def _words(content: str, text: str) -> list[tuple[int, str]]:
-    """The words of commands, quoted ones as one, with their line numbers."""
     words: list[tuple[int, str]] = []
+    crs = ""
     for number, line in enumerate(content.splitlines(), start=1):
         try:
             found = shlex.split(line.strip().removesuffix("\\").removesuffix("^"), comments=True)
@@ -278,4 +263,13 @@ def _words(content: str, text: str) -> list[tuple[int, str]]:
             numbers = word.split(",")
             are_parts = len(numbers) >= len(_NUMBERS) and all(map(is_number, numbers))
             words += [(number, part) for part in (numbers if are_parts else [word])]
-    return words
+    for place, (number, word) in enumerate(words):
+        if word in _GCP:
+            behind = [one for _, one in words[place + 1 : place + 6]]
+            count = next((k for k, one in enumerate(behind) if not is_number(one)), len(behind))
+            if count < len(_NUMBERS):
+                raise ValueError(f"{text} Line {number} must have -gcp pixel line easting northing [elevation].")
+            rows.append((number, behind[: len(_NUMBERS)]))
+        elif word in _STATED_BY and place + 1 < len(words):
+            crs = words[place + 1][1]
+    return _PointTable([*_NUMBERS], False, rows, crs)
