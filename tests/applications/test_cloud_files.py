@@ -57,6 +57,9 @@ DATA {form}
 """
 
 
+ASCII_PCD = PCD.format(form="ascii")
+
+
 def pcd(form):
     """A PCD file with columns of several types and several numbers, by hand."""
     rows = [(x, y, z, 60000 + k, 0.5, -k) for k, (x, y, z) in enumerate(POINTS.tolist())]
@@ -68,15 +71,9 @@ def pcd(form):
 def faces_first(order):
     """A PLY file with faces of three and four corners and an element of numbers before its vertices, by hand."""
     lines = ["element face 2", "property uchar flag", "property list uchar int vertex_indices", "element range 1"]
-    lines += [
-        "property short low",
-        "property double high",
-        "element vertex 3",
-        *(f"property double {x}" for x in "xyz"),
-    ]
-    head = "\n".join(
-        ["ply", f"format {order} 1.0", *lines, "element edge 1", "property int one", "end_header\n"]
-    ).encode()
+    lines += ["property short low", "property double high", "element vertex 3"]
+    lines += [*(f"property double {x}" for x in "xyz"), "element edge 1", "property int one", "end_header\n"]
+    head = "\n".join(["ply", f"format {order} 1.0", *lines]).encode()
     if order == "ascii":
         points = "".join(" ".join(map(repr, row)) + "\n" for row in POINTS.tolist())
         return head + f"7 3 0 1 2\n7 4 0 1 2 0\n-5 0.5\n{points}42\n".encode()
@@ -122,6 +119,7 @@ def test_any_dimension(file):
     """A CSV file may have any number of coordinates; a row of empty cells is a missing point."""
     cloud = file("a.csv", "1,2,3,4,5\n,,,,\n")
     np.testing.assert_array_equal(cloud.points, [[1, 2, 3, 4, 5], [np.nan] * 5])
+    assert file("a.csv", "x,y,id\n1,2,a\n3,4\n").ids == ("a", "")  # a row that ends before its id
 
 
 def test_weights(tmp_path):
@@ -152,39 +150,6 @@ def test_points_that_lack_a_coordinate(file):
     with pytest.warns(Notice, match=r"^1 point\(s\) .*: 2\.$"):
         cloud = file("a.ply", ply("binary_little_endian", points=np.array(nan)))
     np.testing.assert_array_equal(cloud.points, [nan[0], [np.nan] * 3, nan[2]])
-
-
-def test_a_short_id(file):
-    """A row that ends before its id has an empty one."""
-    assert file("a.csv", "x,y,id\n1,2,a\n3,4\n").ids == ("a", "")
-
-
-@pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize(
-    ("kind", "mark", "numbers"),
-    [
-        ("ushort", "H", [0, 40000, 65535]),
-        ("uint16", "H", [32768, 1, 2]),
-        ("short", "h", [-32768, 5, 32767]),
-        ("uchar", "B", [200, 255, 0]),
-        ("char", "b", [-128, 127, -1]),
-        ("uint", "I", [0, 3_000_000_000, 4_294_967_295]),
-        ("int", "i", [-2_147_483_648, 2_147_483_647, 0]),
-    ],
-)
-def test_whole_numbers_of_ply(file, tmp_path, order, kind, mark, numbers):
-    """Every type has its own range, with or without a sign, and is written as it was."""
-    properties = f"property float x\nproperty float y\nproperty {kind} n\n"
-    head = f"ply\nformat {order} 1.0\nelement vertex 3\n{properties}end_header\n"
-    rows = [(float(k), k * k / 2, number) for k, number in enumerate(numbers)]
-    if order == "ascii":
-        data = "".join(f"{x} {y} {n}\n" for x, y, n in rows).encode()
-    else:
-        data = b"".join(struct.pack(f"{ORDERS[order]}ff{mark}", *row) for row in rows)
-    cloud = file("a.ply", head.encode() + data)
-    assert cloud.content.vertices["n"].tolist() == numbers
-    cloud.write(tmp_path / "b.ply", np.eye(2), np.zeros(2))
-    assert (tmp_path / "b.ply").read_bytes() == head.encode() + data
 
 
 def test_csv_is_written(file, tmp_path):
@@ -236,6 +201,8 @@ def test_xyz(file, tmp_path):
 @pytest.mark.parametrize("order", ORDERS)
 def test_ply(file, order, tmp_path):
     """PLY is read and written in each of its forms: but for points and turned normals it is what it was."""
+    file("a.ply", ply(order, "float")).write(tmp_path / "single.ply", A, SHIFT)
+    np.testing.assert_allclose(read_cloud(tmp_path / "single.ply").points, MOVED, rtol=6e-8)  # floats stay floats
     cloud = file("a.ply", ply(order))
     np.testing.assert_array_equal(cloud.points, POINTS)
     cloud.write(tmp_path / "b.ply", A, SHIFT)
@@ -266,26 +233,21 @@ SCALARS = {
 
 @pytest.mark.parametrize("order", ORDERS)
 @pytest.mark.parametrize("kind", SCALARS)
-def test_types_of_ply(file, order, kind):
-    """Each type of PLY has its size, its sign and its order of bytes, and what comes behind it is in its place."""
+def test_types_of_ply(file, order, kind, tmp_path):
+    """Each type of PLY has its size, its sign and its order of bytes, and is written as it was."""
     letter, *ends = SCALARS[kind]
     lines = [f"format {order} 1.0", "element vertex 2", "property float x", f"property {kind} more", "property float y"]
-    head = "\n".join(["ply", *lines, "end_header", ""]).encode()
+    data = "\n".join(["ply", *lines, "end_header", ""]).encode()
     if order == "ascii":
-        rows = "".join(f"{k} {end} {k + 0.5}\n" for k, end in enumerate(ends)).encode()
+        data += "".join(f"{float(k)} {end} {k + 0.5}\n" for k, end in enumerate(ends)).encode()
     else:
-        rows = b"".join(struct.pack(f"{ORDERS[order]}f{letter}f", k, end, k + 0.5) for k, end in enumerate(ends))
-    cloud = file("a.ply", head + rows)
+        data += b"".join(struct.pack(f"{ORDERS[order]}f{letter}f", k, end, k + 0.5) for k, end in enumerate(ends))
+    cloud = file("a.ply", data)
     assert cloud.content.vertices["more"].tolist() == ends
     assert cloud.points.tolist() == [[0.0, 0.5], [1.0, 1.5]]
-
-
-@pytest.mark.parametrize("order", ORDERS)
-def test_ply_in_single_precision(file, order, tmp_path):
-    """Coordinates keep their type: floats are good to 6e-8."""
-    cloud = file("a.ply", ply(order, "float"))
-    cloud.write(tmp_path / "b.ply", A, SHIFT)
-    np.testing.assert_allclose(read_cloud(tmp_path / "b.ply").points, MOVED, rtol=6e-8)
+    cloud.write(tmp_path / "b.ply", np.eye(2), np.zeros(2))
+    # Large floats have another text, as 1.2676506e+30, for the same number.
+    assert (tmp_path / "b.ply").read_bytes() == data or (order == "ascii" and letter in "fd")
 
 
 @pytest.mark.parametrize(
@@ -313,47 +275,27 @@ def test_ply_in_single_precision(file, order, tmp_path):
         ("a.pcd", "solid\n", "It is no PCD file: 'solid' is no line of such a header"),
         ("a.pcd", PCD.format(form="binary_compressed"), "Its data are binary_compressed; they must be ascii or binary"),
         ("a.pcd", PCD.format(form="zip"), "It is no PCD file: its header must end with DATA"),
-        ("a.pcd", PCD.format(form="ascii").replace("SIZE 4", "SIZE 3"), "Its header must have FIELDS, SIZE, TYPE and"),
-        ("a.pcd", PCD.format(form="ascii").replace("SIZE 4 ", "SIZE "), "Its header must have FIELDS, SIZE, TYPE and"),
-        ("a.pcd", PCD.format(form="ascii").replace("FIELDS x", "FIELDS u"), "Its FIELDS must have x, y and perhaps z"),
-        ("a.pcd", PCD.format(form="ascii") + "1 2 3 4 5\n", "Point 1 must have 6 numbers"),
-        (
-            "a.pcd",
-            PCD.format(form="ascii") + "1,5 2 3 4 5 6\n",
-            "Point 1 must have 6 numbers, with decimal points, not",
-        ),
+        ("a.pcd", ASCII_PCD.replace("SIZE 4", "SIZE 3"), "Its header must have FIELDS, SIZE, TYPE and"),
+        ("a.pcd", ASCII_PCD.replace("SIZE 4 ", "SIZE "), "Its header must have FIELDS, SIZE, TYPE and"),
+        ("a.pcd", ASCII_PCD.replace("FIELDS x", "FIELDS u"), "Its FIELDS must have x, y and perhaps z"),
+        ("a.pcd", ASCII_PCD + "1 2 3 4 5\n", "Point 1 must have 6 numbers"),
+        ("a.pcd", ASCII_PCD + "1,5 2 3 4 5 6\n", "Point 1 must have 6 numbers, with decimal points, not"),
         ("a.pcd", PCD.format(form="binary") + "12345678", "It ends before its 3 points do"),
         ("a.ply", faces_first("ascii").partition(b"5.5")[0], "Vertex 2 must have 3 numbers"),
-        (
-            "a.ply",
-            faces_first("ascii").partition(b"3 0 1")[0],
-            "It ends before its vertices, among those of its element",
-        ),
+        ("a.ply", faces_first("ascii").partition(b"3 0 1")[0], "It ends before its vertices, among those of its el"),
         ("a.ply", faces_first("binary_big_endian")[:-106], "It ends before its vertices, among those of its element"),
         ("a.ply", "solid", "It is no PLY file: its header must begin with ply"),
         ("a.ply", ply("binary_little_endian")[:-50], "It ends before its 3 vertices do"),
         ("a.ply", ply("ascii")[:-50], "Vertex 2 must have 7 numbers"),
         ("a.ply", ply("ascii").replace(b"vertex 3", b"vertex 1000000000000000000"), "Vertex 4 must have 7 numbers"),
         ("a.ply", ply("binary_big_endian").replace(b"vertex 3", b"vertex 1" + 18 * b"0"), "It ends before its 10"),
-        (
-            "a.ply",
-            ply("ascii").replace(b" 1 5.5", b" 256 5.5"),
-            "Vertex 2 has 256 for red, which its type uint8 cannot",
-        ),
+        ("a.ply", ply("ascii").replace(b" 1 5.5", b" 256 5.5"), "Vertex 2 has 256 for red, which its type uint8 can"),
         ("a.ply", ply("ascii").replace(b" 1 5.5", b" 1.5 5.5"), "Vertex 2 has 1.5 for red, which its type uint8 can"),
-        (
-            "a.ply",
-            ply("ascii", "float").replace(b"4.0 1", b"1e39 1"),
-            "Vertex 2 has 1e.39 for x, which its type float32",
-        ),
+        ("a.ply", ply("ascii", "float").replace(b"4.0 1", b"1e39 1"), "Vertex 2 has 1e.39 for x, which its type fl"),
         ("a.ply", ply("ascii").replace(b"float ny", b"float nx"), "Its vertices have two properties of one name"),
         ("a.ply", ply("ascii", "int"), "Its vertices must have x, y and perhaps z of type float or double"),
         ("a.ply", HEADER.format(order="zip", kind="float"), "Its header must name a format and an element vertex"),
-        (
-            "a.ply",
-            HEADER.format(order="ascii", kind="half"),
-            "The line 'property half x' of its header is not understood",
-        ),
+        ("a.ply", HEADER.format(order="ascii", kind="half"), "The line 'property half x' of its header is not und"),
     ],
 )
 def test_refused(file, name, data, said):
@@ -398,9 +340,7 @@ def test_pcd(file, form, tmp_path):
 
 def test_pcd_with_missing_points_and_columns_of_one_name(file):
     """Organised clouds have nan where nothing was seen; padding has the same name again and again."""
-    head = (
-        PCD.format(form="ascii").replace("z more normal", "z _ _").replace("2 4\nTYPE F F F U F", "4 4\nTYPE F F F F F")
-    )
+    head = ASCII_PCD.replace("z more normal", "z _ _").replace("2 4\nTYPE F F F U F", "4 4\nTYPE F F F F F")
     head = head.replace("COUNT 1 1 1 1 2\n", "").replace("HEIGHT 1", "HEIGHT 2").replace("POINTS 3\n", "")
     cloud = file("a.pcd", head.replace("WIDTH 3", "WIDTH 1") + "1 2 3 0 0\nnan nan nan 0 0\n")
     np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [np.nan] * 3])

@@ -9,15 +9,7 @@ from old_map_points import ROUNDING, grid, sheets, smooth
 from refusals import refuses
 from scipy import stats
 
-from projdist.applications.oldmaps import ControlPoints, old_map
-from projdist.applications.oldmaps.fits import (
-    FALSE_ALARM,
-    SplineModes,
-    _log_probability,
-    _Others,
-    _Residuals,
-    wrong_points,
-)
+from projdist.applications.oldmaps import ControlPoints, fits, old_map
 
 
 @pytest.mark.slow
@@ -25,8 +17,8 @@ from projdist.applications.oldmaps.fits import (
 def test_false_alarms(kind, count):
     """Of sets with normal errors and no wrong point 5 % at most have a point named; 3 standard deviations more pass."""
     sets = 400
-    named = sum(bool(wrong_points(points).any()) for points in sheets(kind, count, 100.0, range(sets)))
-    assert named <= sets * FALSE_ALARM + 3.0 * math.sqrt(sets * FALSE_ALARM * (1.0 - FALSE_ALARM))
+    named = sum(bool(fits.wrong_points(points).any()) for points in sheets(kind, count, 100.0, range(sets)))
+    assert named <= sets * fits.FALSE_ALARM + 3.0 * math.sqrt(sets * fits.FALSE_ALARM * (1.0 - fits.FALSE_ALARM))
 
 
 @pytest.mark.slow
@@ -35,7 +27,7 @@ def test_false_alarms(kind, count):
 def test_no_alarm_without_errors(kind, count):
     """Whatever a spline lacks at the rim of a smooth map is no error of a point; rounding is none, either."""
     for points in sheets(kind, count, 0.0, range(75 if count < 300 else 10)):
-        assert not wrong_points(points).any()
+        assert not fits.wrong_points(points).any()
 
 
 @pytest.mark.slow
@@ -49,7 +41,7 @@ def test_wrong_points_are_named(kind, noise):
         wrong = rng.permutation(100) < rng.integers(3, 11)
         angle, size = rng.uniform(0.0, 2.0 * np.pi, 100), rng.uniform(4e3, 1e4, 100)
         away = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * (size * wrong)[:, None]
-        named = wrong_points(ControlPoints(points.old, points.new + away))
+        named = fits.wrong_points(ControlPoints(points.old, points.new + away))
         missed, others = missed + int((wrong & ~named).sum()), others + int((named & ~wrong).sum())
     # Twenty sets with a chance of 5 % each have three such points or fewer in 98 of 100 cases.
     assert (missed, others <= (0 if noise == 0.0 else 3)) == (0, True)
@@ -63,7 +55,7 @@ def test_neighbours_of_a_wrong_point():
         old = np.concatenate([points.old, points.old + 2.0])
         new = smooth("waves", old) + rng.normal(0.0, 20.0, old.shape)
         new[number] += [-1500.0, 1500.0]
-        named = wrong_points(ControlPoints(old, new))
+        named = fits.wrong_points(ControlPoints(old, new))
         assert (named[number], named[number + 40]) == (True, False)
 
 
@@ -76,9 +68,9 @@ def test_points_left_out_one_by_one(order):
     """
     rng = np.random.default_rng(4)
     u, z = rng.normal(size=(30, 2)), rng.normal(size=30) + 1j * rng.normal(size=30)
-    spline = SplineModes(u, order)
+    spline = fits.SplineModes(u, order)
     smoothing = spline.cross_validated(z)
-    others = _Others(spline, z, 4)
+    others = fits._Others(spline, z, 4)
     x, y = u.T
     P = np.stack([x**i * y**j for i in range(order) for j in range(order - i)], axis=-1)
     square = ((u[:, None] - u) ** 2).sum(axis=-1)
@@ -131,8 +123,10 @@ def test_outliers_are_told_in_order():
 def test_the_chance_of_a_residual():
     """The square of a residual in the plane over its variance has the distribution F(2, 2 m)."""
     for freedom in (1, 7, 200):
-        one = _Residuals(np.array([0.3, 5.0, 40.0]), np.ones(3), freedom)
-        np.testing.assert_allclose(_log_probability([one], 0.0), stats.f.logsf(one.square, 2, 2 * freedom), rtol=1e-9)
+        one = fits._Residuals(np.array([0.3, 5.0, 40.0]), np.ones(3), freedom)
+        np.testing.assert_allclose(
+            fits._log_probability([one], 0.0), stats.f.logsf(one.square, 2, 2 * freedom), rtol=1e-9
+        )
 
 
 def test_exact_points_have_no_outliers():

@@ -142,6 +142,9 @@ def test_resultant_length():
     assert none.mean_resultant_length == pytest.approx(0.0, abs=1e-12)
     assert none.note.startswith("There is no meaningful mean orientation: the mean resultant length is ")
     equal = mean_rotation(turns([40.0, 40.0]))
+    pytest.importorskip("pandas")
+    np.testing.assert_allclose(json.loads(equal.to_json())["q"], turns([-40.0])[0], atol=1e-12)
+    assert equal.to_frame()["mean_resultant_length"][0] == pytest.approx(1.0)
     assert equal.mean_resultant_length == pytest.approx(1.0, abs=1e-12)
     assert equal.note == ""
     # Directional statistics (Mardia & Jupp 2000, equation 2.2.8): |sum of e^it| / N.
@@ -222,20 +225,8 @@ def test_shift():
     points = np.array([[[1.0, 5.0], [3.0, -2.0]], [[0.0, 0.0], [-1.0, 7.0]]])
     np.testing.assert_array_equal(axes_shift(points[0]), [-1.0, 2.0])
     np.testing.assert_array_equal((points + axes_shift(points)[:, None]).min(axis=1), np.zeros((2, 2)))
-
-
-def test_points_are_checked():
-    """Points are finite, and there are some."""
     refuses(r"^Invalid shape \(0, 2\) of points\. It must be \(\.\.\., M, n\)", axes_shift, np.ones((0, 2)))
     refuses(r"^Invalid point at index 1\. It must be finite\.$", axes_shift, [[0.0, 0.0], [np.nan, 1.0]])
-
-
-def test_forms():
-    """A rotation can be had as JSON and as a frame."""
-    pytest.importorskip("pandas")
-    found = mean_rotation(np.stack([np.eye(2), np.eye(2)]))
-    assert json.loads(found.to_json())["q"] == [[1.0, 0.0], [0.0, 1.0]]
-    assert found.to_frame()["mean_resultant_length"][0] == pytest.approx(1.0)
 
 
 def test_mean_of_angles_with_weights():

@@ -17,15 +17,7 @@ from projdist.matrices.measures import get_measure, principal_scales
 from projdist.plots.basemap import map_size
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Box, Cap, Region, RegionLike
-from projdist.surfaces.domain import (
-    domain_of,
-    graticule,
-    graticule_steps,
-    ground_size,
-    normalised,
-    project_lines,
-    rough_scales,
-)
+from projdist.surfaces import domain
 from projdist.surfaces.fields import field, jumping, measured
 from projdist.surfaces.land import PreparedArea, _whole_area, coast, coast_resolution, land_polygons
 from projdist.surfaces.surface import Surface, build_surface
@@ -37,7 +29,7 @@ SEAMED = ["robin", "igh", "tmerc", "healpix", "peirce_q", OBLIQUE, ORTHO, f"+pro
 
 
 def surface_of(projection: object, region: RegionLike | None = None, step: float | None = 2.0) -> Surface:
-    return build_surface(domain_of(Projection.from_user_input(projection), region), step)
+    return build_surface(domain.domain_of(Projection.from_user_input(projection), region), step)
 
 
 @each(("projection", "lon", "lat"), [("igh", -20.0, -40.0), ("igh", -40.0, 30.0), ("moll", 180.0, 10.0)])
@@ -45,7 +37,7 @@ def surface_of(projection: object, region: RegionLike | None = None, step: float
 def test_rough_scales_beside_a_seam(projection: str, lon: float, lat: float, side: float) -> None:
     """Half a metre from a seam they are those of the point's own side, where the sixth-order stencils find them."""
     place, the_map = (np.array([lon + side]), np.array([lat])), Projection.from_user_input(projection)
-    found = rough_scales(the_map, *place, *the_map(*place))
+    found = domain.rough_scales(the_map, *place, *the_map(*place))
     truth = principal_scales(jacobian(projection, np.array([lon + np.sign(side) * 0.05]), place[1]))
     np.testing.assert_allclose(np.ravel(found), np.ravel(truth), rtol=2e-3)  # of 5 km apart
 
@@ -68,8 +60,8 @@ def test_nothing_crosses_a_seam(projection: str) -> None:
     corners = np.stack([surface.x, surface.y], axis=-1)[surface.triangles]
     assert np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max() < allowed
     assert spans(*np.swapaxes(surface.outline, 0, 1)).max() < allowed
-    for lines in (graticule(GLOBE.bounds, 30.0, 30.0), coast(GLOBE.bounds, "110m", 1.0)):
-        pieces = project_lines(surface.domain, lines, size)
+    for lines in (domain.graticule(GLOBE.bounds, 30.0, 30.0), coast(GLOBE.bounds, "110m", 1.0)):
+        pieces = domain.project_lines(surface.domain, lines, size)
         assert max(spans(piece[:-1], piece[1:]).max() for piece in pieces) < min(allowed, 0.05 * size)
 
 
@@ -164,7 +156,7 @@ def test_endless_maps_are_cut() -> None:
 @pytest.mark.slow
 def test_what_proj_gets_wrong_is_not_drawn() -> None:
     """PROJ's transverse Mercator is wrong about its singular points; meridians are 40,008 km long on GRS 80."""
-    surface = build_surface(domain_of(Projection.from_user_input("+proj=tmerc"), GLOBE), 2.0)
+    surface = build_surface(domain.domain_of(Projection.from_user_input("+proj=tmerc"), GLOBE), 2.0)
     west, east, south, north = surface.extent
     assert max(-south, north) == pytest.approx(20_003_931.5, abs=10.0)
     assert max(-west, east) < 22e6
@@ -209,10 +201,10 @@ def test_region_outside_the_map() -> None:
 
 def test_ground_size() -> None:
     """Width at the middle latitude; across the pole where that is less."""
-    assert ground_size(GLOBE.bounds) == pytest.approx((360.0, 180.0))
-    assert ground_size((0.0, 59.0, 10.0, 61.0)) == pytest.approx((5.0, 2.0))
-    assert ground_size((-180.0, 80.0, 180.0, 90.0)) == pytest.approx((20.0, 10.0))
-    assert ground_size((-180.0, -90.0, 180.0, -80.0)) == pytest.approx((20.0, 10.0))
+    assert domain.ground_size(GLOBE.bounds) == pytest.approx((360.0, 180.0))
+    assert domain.ground_size((0.0, 59.0, 10.0, 61.0)) == pytest.approx((5.0, 2.0))
+    assert domain.ground_size((-180.0, 80.0, 180.0, 90.0)) == pytest.approx((20.0, 10.0))
+    assert domain.ground_size((-180.0, -90.0, 180.0, -80.0)) == pytest.approx((20.0, 10.0))
 
 
 @pytest.mark.parametrize(
@@ -226,15 +218,15 @@ def test_ground_size() -> None:
 )
 def test_graticule_steps_are_round(region: Region, steps: tuple[float, float]) -> None:
     """Whole degrees, or minutes and seconds such as people write; in the north meridians are farther apart."""
-    assert graticule_steps(region.bounds) == pytest.approx(steps)
+    assert domain.graticule_steps(region.bounds) == pytest.approx(steps)
 
 
 def test_graticule_step_as_given() -> None:
     """A step is taken for meridians and parallels, unless the lines would be thousands."""
-    assert graticule_steps(EUROPE.bounds, 7.0) == (7.0, 7.0)
+    assert domain.graticule_steps(EUROPE.bounds, 7.0) == (7.0, 7.0)
     with pytest.raises(ValueError, match=r"Invalid step '0.1'. It makes 5,400 lines, and at most 2,000 are drawn."):
-        graticule_steps(GLOBE.bounds, 0.1)
-    refuses(r"Invalid step '0'. It must be a positive number of degrees.", graticule_steps, GLOBE.bounds, 0)
+        domain.graticule_steps(GLOBE.bounds, 0.1)
+    refuses(r"Invalid step '0'. It must be a positive number of degrees.", domain.graticule_steps, GLOBE.bounds, 0)
 
 
 @each(
@@ -362,9 +354,9 @@ def test_torn_maps_have_no_rings() -> None:
 )
 def test_few_cells_may_be_on_the_border(region: tuple[float, float, float, float] | None, share: float) -> None:
     """Cells that GEOS finds on the coast are among them, all but boxes of which are off it; inland there are none."""
-    surface = build_surface(domain_of(Projection.from_user_input("eqc"), region), None if region else 2.0)
+    surface = build_surface(domain.domain_of(Projection.from_user_input("eqc"), region), None if region else 2.0)
     lons, lats = (degrees[surface.whole.T] for degrees in surface.lonlat())
-    lons = normalised(lons[0]) + np.mod(lons - lons[0] + 180.0, 360.0) - 180.0
+    lons = domain.normalised(lons[0]) + np.mod(lons - lons[0] + 180.0, 360.0) - 180.0
     area: PreparedArea = _whole_area("coast", "110m")
     boxes = shapely.box(lons.min(axis=0), lats.min(axis=0), lons.max(axis=0), lats.max(axis=0))
     met = set(area.edges.query(boxes, predicate="intersects")[0].tolist())
@@ -392,7 +384,7 @@ JOINT = 40.0 + 44.0 / 60.0 + 11.98 / 3600.0  # degrees: where Goode joins the si
 )
 def test_jumps_are_where_maps_are_joined(projection: str, measure: str, jumps: bool) -> None:
     """Goode's map jumps at 40 degrees 44 minutes; kinks, steep fields and limbs are no jumps."""
-    surface = build_surface(domain_of(Projection.from_user_input(projection), None), 2.0)
+    surface = build_surface(domain.domain_of(Projection.from_user_input(projection), None), 2.0)
     chosen = get_measure(measure)
     values = field(surface, chosen)
     levels = np.concatenate([np.linspace(0.5, 3.0, 26), np.arange(5.0, 90.0, 5.0)])
