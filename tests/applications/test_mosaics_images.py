@@ -96,9 +96,6 @@ def test_leaves_move(monkeypatch, size):
         assert np.hypot(*(got - known)[inside].T).max(initial=0.0) < 1.0
 
 
-# ---- few points, and many that look alike ----------------------------------------------------
-
-
 def overlap_apart(found, H):
     """Distances in pixels of the first two images' maps from the known ones, where the images overlap."""
     x = np.stack(np.meshgrid(np.linspace(0, 420, 13), np.linspace(0, 320, 13)), axis=-1).reshape(-1, 2)
@@ -188,9 +185,6 @@ def test_without_opencv(monkeypatch):
         match(open_pictures([np.zeros((50, 60), np.uint8)] * 2))
 
 
-# ---- files ----------------------------------------------------------------------------------
-
-
 def test_kinds_of_images(tmp_path):
     """Grey and coloured images of 8 and 16 bits, with palettes and alpha, are read alike."""
     pytest.importorskip("cv2")
@@ -215,22 +209,19 @@ def test_upright(tmp_path, orientation):
     """Images that lie on their side are turned as their EXIF data say: the first row is at the top."""
     upright = np.arange(48, dtype=np.uint8).reshape(6, 8)
     # What a camera stores, from EXIF 2.3, 4.6.4 A: where the 0th row and the 0th column are.
-    stored = {
-        1: upright,
-        2: upright[:, ::-1],
-        3: upright[::-1, ::-1],
-        4: upright[::-1],
-        5: upright.T,
-        6: upright.T[::-1],
-        7: upright.T[::-1, ::-1],
-        8: upright.T[:, ::-1],
-    }[orientation]
+    T = upright.T
+    ways = [upright, upright[:, ::-1], upright[::-1, ::-1], upright[::-1], T, T[::-1], T[::-1, ::-1], T[:, ::-1]]
+    stored = ways[orientation - 1]
     exif = Image.Exif()
     exif[0x0112] = orientation
     Image.fromarray(np.ascontiguousarray(stored)).save(tmp_path / "turned.png", exif=exif)
-    picture = Picture(tmp_path / "turned.png")
-    assert picture.size == (8, 6)
+    Image.fromarray(np.ascontiguousarray(stored).astype(np.uint16) * 80).save(tmp_path / "deep.png", exif=exif)
+    picture, deep = Picture(tmp_path / "turned.png"), Picture(tmp_path / "deep.png")
+    assert picture.size == deep.size == (8, 6)
     assert (picture.read().colours[..., 0] == upright).all()
+    # OpenCV reads deep images as they are stored.
+    pytest.importorskip("cv2")
+    assert (deep.read(deep=True).colours[..., 0] == np.round(upright * (80.0 * 65535.0 / 4095.0))).all()
 
 
 def test_one_range_for_all(tmp_path):
@@ -285,22 +276,6 @@ def test_no_data(tmp_path):
     picture = Picture(tmp_path / "dem.tif")
     assert picture.levels == (0.0, 1.0)
     assert np.argwhere(picture.read().mask == 0).tolist() == [[1, 2]]
-
-
-@pytest.mark.parametrize("orientation", range(1, 9))
-def test_deep_images_upright(tmp_path, orientation):
-    """Deep images, which OpenCV reads as they are stored, are turned as others are."""
-    pytest.importorskip("cv2")
-    values = np.arange(48, dtype=np.uint16).reshape(6, 8) * 80
-    exif = Image.Exif()
-    exif[0x0112] = orientation
-    shallow = tmp_path / "shallow.png"
-    Image.fromarray((values // 80).astype(np.uint8)).save(shallow, exif=exif)
-    Image.fromarray(values).save(tmp_path / "deep.png", exif=exif)
-    deep = Picture(tmp_path / "deep.png")
-    there = Picture(shallow).read().colours[..., 0]
-    assert deep.size == there.shape[::-1]
-    assert (deep.read(deep=True).colours[..., 0] == np.round(there * (80.0 * 65535.0 / 4095.0))).all()
 
 
 def test_bombs_are_not_read(tmp_path):

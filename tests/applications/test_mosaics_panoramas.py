@@ -35,9 +35,6 @@ def turned(name, seed=2, wobble=2.0):
     return cameras(np.random.default_rng(seed), *SETS[name], wobble), 270.0 if name == "all round" else FOCAL
 
 
-# ---- rotations and focal lengths -------------------------------------------------------------
-
-
 @all_sets
 @pytest.mark.parametrize("focal", ["common", pytest.param("free", marks=pytest.mark.slow)])
 def test_exact_points_give_the_cameras(name, focal):
@@ -123,9 +120,6 @@ def test_turns():
     np.testing.assert_allclose(turns(w[-1]), turned_by(w[-1]), atol=1e-14)
 
 
-# ---- the vertical ---------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", ["150 degrees", "a full turn"])
 def test_the_horizon_is_level(name):
     """However the first camera was held, the panorama is level, and longitude 0 is in its middle."""
@@ -139,9 +133,6 @@ def test_the_horizon_is_level(name):
     np.testing.assert_allclose(np.diff(turn), np.diff(SETS[name][0]), atol=1e-8)
     if name == "150 degrees":
         assert np.mean(turn) == pytest.approx(0.0, abs=1e-8)
-
-
-# ---- pictures -------------------------------------------------------------------------------
 
 
 def test_a_camera_there_and_back():
@@ -231,9 +222,6 @@ def test_from_pictures(name, degrees, share):
     assert off_by(found.cameras.rotations, R) < degrees
     assert found.cameras.focals[0] == pytest.approx(f, rel=share)
     assert found.notes == []
-
-
-# ---- the map --------------------------------------------------------------------------------
 
 
 @pytest.mark.slow

@@ -44,9 +44,6 @@ def with_wrong(points, rng, share):
     return dataclasses.replace(points, xj=xj), wrong
 
 
-# ---- maps -----------------------------------------------------------------------------------
-
-
 @MODELS
 def test_exact_points_give_the_maps(model):
     """From points without error the maps come back to rounding, whatever plane they were made in."""
@@ -118,9 +115,6 @@ def linear_fit(points, count):
     return M
 
 
-# ---- wrong points ---------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 @MODELS
 @pytest.mark.parametrize("share", [0.1, 0.5])
@@ -164,9 +158,6 @@ def test_points_on_a_line_give_no_map():
     found = register(both)
     assert (found.images, found.left_out) == ([0, 1], [2])
     assert found.matches[1].reason == "the points lie on a line"
-
-
-# ---- chance ---------------------------------------------------------------------------------
 
 
 def two_images(xi, xj, tolerance=4.0, model="affine"):
@@ -215,9 +206,6 @@ def test_chance_is_not_believed():
         assert two_images(*x) is None
 
 
-# ---- the model ------------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 @MODELS
 def test_the_model_that_made_the_points(model):
@@ -258,9 +246,6 @@ def test_torrs_criterion():
         assert found.models[model].gric == pytest.approx(gric, rel=1e-6)
 
 
-# ---- components -----------------------------------------------------------------------------
-
-
 def test_components():
     """The largest group is registered; other groups and single images are reported, none silently."""
     H = np.tile(np.eye(3), (7, 1, 1))
@@ -299,9 +284,6 @@ def test_mirrored_images_are_named(model):
             ValueError, match=rf"^Invalid orientation of {told}\. They mirror the others; all must agree\.$"
         ):
             register(points, model=model)
-
-
-# ---- the table ------------------------------------------------------------------------------
 
 
 def test_the_table(tmp_path):

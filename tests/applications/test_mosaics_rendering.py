@@ -230,9 +230,6 @@ def test_refused(pictures, found):
     refuses(r"^Invalid images. They must be those of the correspondences", render, found, pictures[:5])
 
 
-# ---- files ----------------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", PICTURE_SUFFIXES)
 def test_files(tmp_path, found, pictures, suffix):
@@ -268,9 +265,6 @@ def test_grey_images(tmp_path, cuts, found):
     assert drawn.is_grey
     assert drawn.bands.shape[2] == 2
     assert (np.ptp(drawn.pixels[..., :3].astype(int), axis=-1) <= 1).all()
-
-
-# ---- vignettes, and more than 8 bits -----------------------------------------------------------
 
 
 @pytest.mark.slow

@@ -163,9 +163,6 @@ def test_modes():
     assert found.to_dict()["modes"][0]["words"] == "horizontal"
 
 
-# ---- scale ---------------------------------------------------------------------------------------
-
-
 def test_scale_and_turn_of_a_scan():
     """A map 1 : 50,000, scanned with 300 dots per inch and turned clockwise by 10 degrees, is told so."""
     truth = grid(5) * [9000.0, 6000.0]
@@ -211,6 +208,9 @@ def test_standard_errors_of_helmert():
         assert found.rectifications[name].rotation_error == pytest.approx(np.degrees(error / abs(a)), rel=1e-9)
     exact = old_map(ControlPoints(old[[0, 1, 2]], new[[0, 1, 2]]), model="affine")
     assert exact.to_dict()["rectifications"]["affine"]["scale_error"] is None
+    # Without the scan's resolution there is no denominator.
+    assert exact.denominator(2.0) is None
+    assert exact.to_dict()["rectifications"]["mdt"]["denominator"] is None
 
 
 @pytest.mark.slow
@@ -252,10 +252,3 @@ def test_standard_errors_are_the_spread():
         found.append([float(mean.parts.scale), float(mean.parts.rotation), mean.scale_error, mean.rotation_error])
     spread, told = np.std(found, axis=0, ddof=1)[:2], np.sqrt(np.mean(np.square(found), axis=0))[2:]
     np.testing.assert_allclose(told, spread, rtol=0.2)
-
-
-def test_no_denominator():
-    """Without the scan's resolution there is none."""
-    found = old_map(ControlPoints(*scattered()), model="affine")
-    assert found.denominator(2.0) is None
-    assert found.to_dict()["rectifications"]["mdt"]["denominator"] is None

@@ -27,9 +27,6 @@ def chained(clouds, shared):
     return chain
 
 
-# ---- two clouds -----------------------------------------------------------------------------
-
-
 @CASES
 def test_a_map_is_found(seed, n):
     """Both fits find the map that made one set from the other, and correlations of 1."""
@@ -103,9 +100,6 @@ def test_far_from_the_origin():
     fit = affine_fit(y, y @ B.T + s)
     np.testing.assert_allclose(fit.matrix, B, atol=1e-8)
     np.testing.assert_allclose(y @ fit.matrix.T + fit.shift, y @ B.T + s, atol=1e-7)
-
-
-# ---- several clouds -------------------------------------------------------------------------
 
 
 @pytest.mark.slow

@@ -121,9 +121,6 @@ def test_arguments_are_checked():
     refuses(r"^Invalid points\. They must be finite\.$", affine_fit, a, a * np.nan)
 
 
-# ---- wrong partners ------------------------------------------------------------------------------
-
-
 def noisy_clouds(rng, count, size, n, noise):
     """Affine images of one cloud with normal errors of their own, and the matrices."""
     base = rng.normal(size=(size, n))
@@ -181,9 +178,6 @@ def test_wrong_ids():
     assert {one.point for one in found.wrong} == set(ids[:10])
     refuses(r"^Invalid robust with the correspondence icp\.", register, [first, second], correspond="icp", robust=True)
     refuses(r"^Invalid robust '1'\. It must be True or False\.", register, [first, second], robust=1)
-
-
-# ---- weights -------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow

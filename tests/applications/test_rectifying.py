@@ -124,8 +124,6 @@ def test_wrong_words(tmp_path):
         rectify(old_map(ControlPoints(found.points.old + 900.0, found.points.new), model="affine"), path)
 
 
-# ---- several old maps ----------------------------------------------------------------------------
-
 SPLINE = 5e-3  # of Jacobians, by interpolation between 17 x 17 points; 1e-3 in the middle, most at the rim
 
 SLOPES = (0.4, 0.3j, -0.1 + 0.3j)

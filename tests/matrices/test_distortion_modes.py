@@ -120,9 +120,6 @@ def test_wrong_input():
         modes(np.eye(2)[None]).scores(np.eye(3))
 
 
-# ---- of maps ----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("name", "words", "rms"), [("mercator", "size", 0.5958740917), ("eqc", "horizontal", 0.421346611)]
 )

@@ -138,8 +138,6 @@ def test_second_order_values_have_the_shape_of_the_batch(name, shape):
     np.testing.assert_allclose(result, 2 / math.pi * math.tan(0.5), rtol=1e-12)
 
 
-# ---- quadrature in thirty digits -----------------------------------------------------------------
-
 # In units of rounding the closed form is good to ten or so; both measures are of the order of H / J.
 RELATIVE = 1e-14
 

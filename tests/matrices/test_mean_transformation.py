@@ -27,9 +27,6 @@ def geometric_mean(P, Q):
     return root @ scipy.linalg.sqrtm(inverse @ Q @ inverse) @ root
 
 
-# ---- the source paper's theorem 2 -------------------------------------------------------------
-
-
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_it_is_the_cholesky_factor_of_the_frechet_mean(n):
     """T is the Cholesky factor of the Frechet mean of A_i A_i^T, here by gradient steps on scipy's eigenvalues."""
@@ -103,9 +100,6 @@ def test_figures(seed, n):
     assert result.gradient_norm <= 4 * result.floor < 1e-9
 
 
-# ---- invariances ------------------------------------------------------------------------------
-
-
 @matrix_samples.CASES
 def test_invariances(seed, n):
     """The mean moves with the map, does not see the local frames, and inversion is an isometry."""
@@ -174,9 +168,6 @@ def test_uniqueness_in_the_half_plane():
     for x, ln_y in rng.normal(scale=6.0, size=(20, 2)):
         found = means.newton_in_plane(points, w, np.array([[x], [np.exp(ln_y)]]))
         assert factor_distance(truth, found.T[0]) < 1e-12
-
-
-# ---- means that are known ---------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
@@ -277,9 +268,6 @@ def test_identical_matrices():
         assert result.cost == pytest.approx(0.0, abs=1e-28)
 
 
-# ---- another library --------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(np.ndarray, "mT"), reason="pyRiemann needs numpy 2")
 @pytest.mark.parametrize("n", range(2, 9))
@@ -292,8 +280,6 @@ def test_agreement_with_pyriemann(n):
         theirs = mean_riemann(A @ matrix_samples.transposed(A), tol=tolerance, sample_weight=w)
         assert factor_distance(np.linalg.cholesky(theirs), mdt(A, w).T) < tolerance
 
-
-# ---- difficult matrices, named methods and sets of sets ------------------------------------------
 
 # ---- traps ------------------------------------------------------------------------------------
 
@@ -352,9 +338,6 @@ def test_references(seed, n):
     assert references[best] >= found.cost + found.distances[best] - 1e-12
     pair = [matrix_samples.cost(reference, A[:2]) for reference in A[:2]]
     assert np.mean(pair) == pytest.approx(2 * mdt(A[:2]).cost, rel=1e-10)
-
-
-# ---- named methods ----------------------------------------------------------------------------
 
 
 def arithmetic(A, w):
@@ -419,9 +402,6 @@ def test_power_means_come_near(n):
     assert 0 < found.cost - truth < 1e-8
 
 
-# ---- sets of sets, and large ones -------------------------------------------------------------
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 3, 5])
 @pytest.mark.parametrize("method", ["auto", *means.METHODS])
@@ -466,9 +446,6 @@ def test_memory(n, count, times):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < times * A.nbytes
-
-
-# ---- errors -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("shape", [(2, 2), (3, 2, 3), (0, 2, 2), (3, 0, 0), (4,)])

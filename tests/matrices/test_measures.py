@@ -42,9 +42,6 @@ OF_GRATICULE = ["meridional_scale", "parallel_scale", "meridian_parallel_angle"]
 LOGARITHMIC = ["fisher", "log_anisotropy", "log_areal_scale", "kavrayskiy"]
 
 
-# ---- principal scales -------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("n", [1, 2, 3, 5])
 def test_principal_scales_are_singular_values(n):
     """The principal scales are numpy's singular values, for any dimension and batch."""
@@ -88,9 +85,6 @@ def test_principal_scales_of_undefined_matrices_are_nan():
 def test_principal_scales_check_the_shape(shape):
     """What is not square in its last two axes is refused."""
     refuses(r"^Invalid Jacobian shape \(.*\)\. The last two axes must be equal", principal_scales, np.ones(shape))
-
-
-# ---- the family -------------------------------------------------------------------------------
 
 
 def test_every_measure_is_in_one_class_of_invariance():
@@ -178,9 +172,6 @@ def test_scale_errors_of_the_zero_matrix():
 def test_angles_of_the_zero_matrix_are_undefined(name):
     """Where a direction has no image its angle is NaN, not 0."""
     assert np.isnan(value(name, np.zeros((2, 2))))
-
-
-# ---- theorems ---------------------------------------------------------------------------------
 
 
 @given(J=jacobians(), left=st.floats(-7, 7), right=st.floats(-7, 7))
@@ -300,8 +291,6 @@ def test_airy_closed_form():
     """Airy's term of scales 2 and 1/2 is sqrt((1 + 1/4) / 2)."""
     assert value("airy", np.diag([0.5, -2.0])) == pytest.approx(math.sqrt(0.625), rel=1e-15)
 
-
-# ---- measures by name ---------------------------------------------------------------------------
 
 SYMBOLS = {
     "h": "meridional_scale",
@@ -428,9 +417,6 @@ def test_log_scales():
     assert square[0] == pytest.approx(5 * math.log(2) ** 2)
     assert area[0] == pytest.approx(3 * math.log(2))
     assert np.isnan([square[1], area[1]]).all()
-
-
-# ---- the parts of a linear map ------------------------------------------------------------------
 
 
 @each("azimuth", [0.0, 30.0, 90.0, 135.0, 179.0])

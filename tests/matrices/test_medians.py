@@ -32,9 +32,6 @@ def median(A, w=None):
     return mdt(A, w, method="median")
 
 
-# ---- medians that are known -------------------------------------------------------------------
-
-
 @SIZES
 @pytest.mark.parametrize("condition", [1.0, 100.0])
 def test_on_a_geodesic_it_is_the_median_of_numbers(n, condition):
@@ -132,9 +129,6 @@ def test_small_sets():
     np.testing.assert_allclose(found.distances, fisher_squares(found.T, A), rtol=1e-11)
 
 
-# ---- its laws -----------------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 @CASES
 def test_no_other_matrix_is_better(seed, n):
@@ -202,9 +196,6 @@ def test_many_matrices():
     logs = np.log([2.0, 3.0]) + np.concatenate([V, -V])
     found = median(np.exp(logs)[:, None, :] * np.eye(2))
     np.testing.assert_allclose(found.T, np.diag([2.0, 3.0]), rtol=1e-10, atol=1e-10)
-
-
-# ---- another library --------------------------------------------------------------------------
 
 
 @pytest.mark.skipif(not hasattr(np.ndarray, "mT"), reason="pyRiemann needs numpy 2")

@@ -46,9 +46,6 @@ def corrected(A, w=None, *, T=None, method="chordal"):
     return mean_rotation(A, w, T=T, method=method).q @ np.linalg.solve(mdt(A, w).T if T is None else T, A)
 
 
-# ---- rotations ------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("method", ROTATIONS)
 def test_mean_angle(method):
     """170, -170 and 175 degrees have the mean 178.3, not 58.3: no branch of the logarithm shows."""
@@ -215,9 +212,6 @@ def test_arguments_are_checked():
     for wrong in (0.0, np.nan):
         with pytest.raises(ValueError, match=r"^Invalid matrix at index 1\. It must be finite and invertible\.$"):
             mean_rotation(np.stack([np.eye(2), np.diag([1.0, wrong])]), T=np.eye(2))
-
-
-# ---- shifts ---------------------------------------------------------------------------------
 
 
 def test_shift():

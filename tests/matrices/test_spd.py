@@ -38,9 +38,6 @@ def distance(P, Q):
     return np.sqrt(np.sum(np.log(scipy.linalg.eigvalsh(Q, P)) ** 2))
 
 
-# ---- factors --------------------------------------------------------------------------------
-
-
 @CASES
 def test_lq_is_the_unique_factorisation(seed, n):
     """A = L Q, L lower triangular with a positive diagonal, Q orthogonal; L is the Cholesky factor of A A^T."""
@@ -61,9 +58,6 @@ def test_the_cholesky_map_has_an_inverse(seed, n):
     np.testing.assert_allclose(spd.from_lower(spd.to_lower(P)), P, rtol=1e-13, atol=1e-13)
     L = np.tril(rng.normal(size=(4, n, n)), -1) + np.exp(rng.normal(size=(4, n, 1))) * np.eye(n)
     np.testing.assert_allclose(spd.to_lower(spd.from_lower(L)), L, rtol=1e-11, atol=1e-11)
-
-
-# ---- the metric -----------------------------------------------------------------------------
 
 
 @CASES
@@ -193,9 +187,6 @@ def test_a_stack_and_a_single_matrix(count):
     np.testing.assert_allclose(spd.exp(stack, spd.log(stack, single)), [single] * count, rtol=1e-9, atol=1e-9)
     expected = [np.trace(np.linalg.inv(P) @ V @ np.linalg.inv(P) @ V) for P in stack]
     np.testing.assert_allclose(spd.metric(stack, V, V), expected, rtol=1e-8)
-
-
-# ---- errors ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("shape", [(2,), (2, 3), (0, 0), (4, 2, 1)])

@@ -16,7 +16,7 @@ from projdist.field.at_points import jacobian
 from projdist.matrices.measures import get_measure, principal_scales
 from projdist.plots.basemap import map_size
 from projdist.projections import Projection
-from projdist.regions import GLOBE, Box, Cap, Region, RegionLike
+from projdist.regions import GLOBE, Box, Cap, RegionLike
 from projdist.surfaces import domain
 from projdist.surfaces.fields import field, jumping, measured
 from projdist.surfaces.land import PreparedArea, _whole_area, coast, coast_resolution, land_polygons
@@ -114,18 +114,12 @@ def test_outline_of_plate_carree_is_the_rectangle() -> None:
     assert spans(*np.swapaxes(surface.outline, 0, 1)).sum() == pytest.approx(6.0 * np.pi * R, rel=1e-4)
 
 
-def test_outline_of_orthographic_is_the_circle() -> None:
-    """The outline is at the distance R from the centre, all the way round."""
-    surface = surface_of(ORTHO)
-    assert np.abs(np.linalg.norm(surface.outline, axis=-1) / R - 1.0).max() < 1e-6
-    assert spans(*np.swapaxes(surface.outline, 0, 1)).sum() == pytest.approx(2.0 * np.pi * R, rel=2e-3)
-
-
-def test_outline_at_an_antipode() -> None:
-    """The antipode of an oblique equal-area map is a full circle of radius 2 R."""
-    surface = surface_of(f"+proj=laea +lat_0=52 +lon_0=10 +R={R}")
-    assert np.abs(np.linalg.norm(surface.outline, axis=-1) / (2.0 * R) - 1.0).max() < 1e-6
-    assert spans(*np.swapaxes(surface.outline, 0, 1)).sum() == pytest.approx(4.0 * np.pi * R, rel=2e-3)
+@pytest.mark.parametrize(("projection", "radius"), [(ORTHO, 1.0), (f"+proj=laea +lat_0=52 +lon_0=10 +R={R}", 2.0)])
+def test_outlines_that_are_circles(projection: str, radius: float) -> None:
+    """All the way round at the distance R of the orthographic map, at 2 R of an antipode on an equal-area map."""
+    outline = surface_of(projection).outline
+    assert np.abs(np.linalg.norm(outline, axis=-1) / (radius * R) - 1.0).max() < 1e-6
+    assert spans(*np.swapaxes(outline, 0, 1)).sum() == pytest.approx(2.0 * np.pi * radius * R, rel=2e-3)
 
 
 @pytest.mark.slow
@@ -183,20 +177,13 @@ def test_region_that_is_no_box() -> None:
 
 
 def test_area_of_use_is_the_region() -> None:
-    """A national CRS is drawn over its area of use."""
+    """A national CRS is drawn over its area of use; a region that cannot be projected is refused by name."""
     surface = surface_of("EPSG:2154", step=None)
     lon, lat = surface.lonlat()
     assert (lon.min(), lon.max()) == pytest.approx((-9.86, 10.38), abs=0.01)
     assert (lat.min(), lat.max()) == pytest.approx((41.15, 51.56), abs=0.01)
-
-
-def test_region_outside_the_map() -> None:
-    """A region that cannot be projected is refused by name."""
-    with pytest.raises(ValueError, match=r"Invalid region for 'Orthographic'. No part of it can be projected."):
-        surface_of(ORTHO, Box(-175.0, -50.0, -165.0, -30.0), None)
-
-
-# ---- lines ----------------------------------------------------------------------------------
+    outside = Box(-175.0, -50.0, -165.0, -30.0)
+    refuses(r"Invalid region for 'Orthographic'. No part of it can be projected.", surface_of, ORTHO, outside, None)
 
 
 def test_ground_size() -> None:
@@ -207,26 +194,19 @@ def test_ground_size() -> None:
     assert domain.ground_size((-180.0, -90.0, 180.0, -80.0)) == pytest.approx((20.0, 10.0))
 
 
-@pytest.mark.parametrize(
-    ("region", "steps"),
-    [
+def test_graticule_steps() -> None:
+    """Whole degrees, or minutes and seconds such as people write; in the north meridians are farther apart."""
+    for region, steps in (
         (GLOBE, (30.0, 30.0)),
         (EUROPE, (10.0, 5.0)),
         (Cap(0.0, 90.0, 3000.0), (30.0, 10.0)),
         (Cap(10.0, 54.0, 1.0), (20 / 3600, 10 / 3600)),
-    ],
-)
-def test_graticule_steps_are_round(region: Region, steps: tuple[float, float]) -> None:
-    """Whole degrees, or minutes and seconds such as people write; in the north meridians are farther apart."""
-    assert domain.graticule_steps(region.bounds) == pytest.approx(steps)
-
-
-def test_graticule_step_as_given() -> None:
-    """A step is taken for meridians and parallels, unless the lines would be thousands."""
+    ):
+        assert domain.graticule_steps(region.bounds) == pytest.approx(steps)
+    # A step is taken for meridians and parallels, unless the lines would be thousands.
     assert domain.graticule_steps(EUROPE.bounds, 7.0) == (7.0, 7.0)
-    with pytest.raises(ValueError, match=r"Invalid step '0.1'. It makes 5,400 lines, and at most 2,000 are drawn."):
-        domain.graticule_steps(GLOBE.bounds, 0.1)
-    refuses(r"Invalid step '0'. It must be a positive number of degrees.", domain.graticule_steps, GLOBE.bounds, 0)
+    for step, said in ((0.1, "makes 5,400 lines, and at most 2,000 are drawn"), (0, "must be a positive number of de")):
+        refuses(rf"Invalid step '{step}'. It {said}", domain.graticule_steps, GLOBE.bounds, step)
 
 
 @each(
@@ -309,8 +289,6 @@ def test_fine_land_of_equal_area_maps(projection: str, bounds: tuple[float, floa
     assert area / 1e6 == pytest.approx(known, rel=0.05)
 
 
-# ---- land of equal-area maps ---------------------------------------------------------------------
-
 SIZE = 5e6  # metres, of maps of a continent: what their curves are smooth to
 
 
@@ -346,9 +324,6 @@ def test_torn_maps_have_no_rings() -> None:
         assert surfaces.land_rings(surface if surface.ground is None else surface.ground, "50m", SIZE) is None
 
 
-# ---- areas ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("region", "share"), [(None, 0.3), ((-12.0, 30.0, 45.0, 72.0), 0.3), ((20.0, 20.0, 21.0, 21.0), 0.0)]
 )
@@ -364,8 +339,6 @@ def test_few_cells_may_be_on_the_border(region: tuple[float, float, float, float
     assert met <= found
     assert len(found) <= share * len(boxes)
 
-
-# ---- jumps ---------------------------------------------------------------------------------------
 
 JOINT = 40.0 + 44.0 / 60.0 + 11.98 / 3600.0  # degrees: where Goode joins the sinusoidal map to Mollweide's
 
