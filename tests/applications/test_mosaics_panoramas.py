@@ -41,7 +41,8 @@ def test_exact_points_give_the_cameras(name, focal):
     """From points without error rotations and focal lengths come back to rounding."""
     R, f = turned(name)
     f = f * (1.0 if focal == "common" else 1.0 + 0.05 * np.random.default_rng(3).normal(size=len(R)))
-    found = panorama(common_directions(R, f, WIDTH, HEIGHT, np.random.default_rng(4)), focal=focal).cameras
+    points = common_directions(R, f, WIDTH, HEIGHT, np.random.default_rng(4), count=2000)
+    found = panorama(points, focal=focal).cameras
     assert found.images == list(range(len(R)))
     assert off_by(found.rotations, R) < 1e-9
     np.testing.assert_allclose(found.focals, f, rtol=1e-11)

@@ -142,7 +142,7 @@ def test_right_partners_are_seldom_named(count, size, n, noise):
     assert named <= 21
 
 
-@pytest.mark.parametrize("count", [2, 4])
+@pytest.mark.parametrize("count", [2, 3])
 def test_wrong_partners_are_named_and_left_out(count):
     """Exchanged rows are named, and no others; the robust fit is that without them."""
     rng = np.random.default_rng(3)

@@ -199,7 +199,7 @@ def test_many_matrices():
 
 
 @pytest.mark.skipif(not hasattr(np.ndarray, "mT"), reason="pyRiemann needs numpy 2")
-@pytest.mark.parametrize("n", range(2, 9))
+@pytest.mark.parametrize("n", [2, 3, 5, 8])
 def test_agreement_with_pyriemann(n):
     """Weiszfeld's algorithm as pyRiemann has it, run to its own rounding, ends within 1e-11."""
     median_riemann = pytest.importorskip("pyriemann.geometry.median").median_riemann
