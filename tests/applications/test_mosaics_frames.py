@@ -9,7 +9,7 @@ from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved
 from refusals import refuses
 from scipy.optimize import minimize
 
-from projdist.applications.mosaics import Correspondences, mosaic
+from projdist.applications.mosaics import Correspondences, mosaic, mosaics_of_groups
 from projdist.applications.mosaics.registration import ImageRegistration, common_frames
 from projdist.matrices.mean_transformation import mdt
 
@@ -259,6 +259,19 @@ def test_report():
     assert report["rms_pixels"] == pytest.approx(0.2 * 2, rel=0.2)
     assert found.to_frame()["mdt"].tolist() == report["distortions"]["mdt"][:6]
     assert mosaic(points, frame=own).matrices.tolist() == found.matrices.tolist()
+
+
+def test_groups_have_mosaics_of_their_own():
+    """The largest comes first, by the weights of its own images; a number names a frame of one group only."""
+    H = np.tile(np.eye(3), (5, 1, 1))
+    H[:, 0, 2], H[3, 0, 0] = [0.0, 150.0, 2000.0, 2000.0, 2150.0], 2.0
+    points = common_points(H, SIZES[:5])
+    large, small = mosaics_of_groups(points, weights=[5.0, 1.0, 1.0, 3.0, 1.0])
+    assert (large.images, small.images) == ([2, 3, 4], [0, 1])
+    logs = np.log([1.0, 2.0, 1.0])
+    np.testing.assert_allclose(large.frame.distortions, np.abs(logs - 0.6 * np.log(2.0)), rtol=1e-9)
+    assert large.messages(others=False) == small.messages(others=False) == []
+    refuses(r"^Invalid frame '0'\. An image is in one group only; it must be mdt", mosaics_of_groups, points, frame="0")
 
 
 def test_no_orientation_is_said():
