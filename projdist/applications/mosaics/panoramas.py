@@ -90,7 +90,7 @@ class Panorama(registration.ImageAnswer):
     def to_dict(self) -> dict[str, Any]:
         """The report. Lists are for all images in their order, with None for those left out."""
         found = self.cameras
-        images, groups, end = self._ends()
+        images, groups, end = self._shared_parts()
         lon, lat = angles_of(self.rotations[:, :, 2])
         rolls = np.degrees(np.arctan2(self.rotations[:, 1, 0], self.rotations[:, 1, 1]))
         return {

@@ -135,7 +135,7 @@ class ImageAnswer(Answer):
         of_image = dict(zip(self.images, values.tolist(), strict=True))
         return [of_image.get(image) for image in range(len(self.points.sizes))]
 
-    def _ends(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    def _shared_parts(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """The parts of the report that all such answers have: the images, their groups, and their pairs and notes."""
         name, found = self.points.name, self._found
         pairs = [
@@ -442,7 +442,7 @@ class Mosaic(ImageAnswer):
         """The report. Lists are for all images in their order, with None for those left out."""
         found, canvas, frames = self.registration, self.canvas(), self.frames
         references = {key: frame.reference for key, frame in frames.items() if frame and frame.reference is not None}
-        images, groups, end = self._ends()
+        images, groups, end = self._shared_parts()
         return {
             "model": found.model,
             **images,
