@@ -138,9 +138,8 @@ def modes(A: ArrayLike, weights: ArrayLike | None = None, *, T: ArrayLike | None
     if T is not None:
         mean = check_numbers("T", T)
         if mean.shape != A.shape[1:] or not np.isfinite(mean).all() or np.linalg.matrix_rank(mean) < len(mean):
-            raise ValueError(
-                f"Invalid T of shape {mean.shape}. It must be an invertible matrix of shape {A.shape[1:]}."
-            )
+            message = f"Invalid T of shape {mean.shape}. It must be an invertible matrix of shape {A.shape[1:]}."
+            raise ValueError(message)
     return _modes(A, w, mean)
 
 

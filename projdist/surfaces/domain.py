@@ -306,9 +306,8 @@ def graticule_steps(bounds: Bounds, step: float | None = None) -> tuple[float, f
         check_step(step)
         count = (longitude_width(bounds) + bounds[3] - bounds[1]) / step
         if count > _MOST_LINES:
-            raise ValueError(
-                f"Invalid step '{step}'. It makes {count:,.0f} lines, and at most {_MOST_LINES:,} are drawn."
-            )
+            message = f"Invalid step '{step}'. It makes {count:,.0f} lines, and at most {_MOST_LINES:,} are drawn."
+            raise ValueError(message)
         return step, step
 
     def nearest(step: float) -> float:
@@ -357,9 +356,8 @@ def even_grid(bounds: Bounds, step: float, central_meridian: float | None = None
     width = longitude_width(bounds)
     count = width * np.degrees(np.diff(np.sin(np.radians([south, north]))).item()) / step**2
     if count > _MOST_POINTS:
-        raise ValueError(
-            f"Invalid step '{step}'. It makes {count:,.0f} ellipses, and at most {_MOST_POINTS:,} are drawn."
-        )
+        message = f"Invalid step '{step}'. It makes {count:,.0f} ellipses, and at most {_MOST_POINTS:,} are drawn."
+        raise ValueError(message)
     rows = max(round((north - south) / step), 1)
     lats = south + (north - south) * (np.arange(rows) + 0.5) / rows
     start = west if width < 360.0 or central_meridian is None else central_meridian - 180.0

@@ -468,9 +468,8 @@ def boundary_polygon(surface: Surface) -> shapely.Polygon:
     segments = segments[(segments[:, 0] != segments[:, 1]).any(axis=1)]
     faces = shapely.get_parts(shapely.polygonize(shapely.linestrings(segments)))
     if not len(faces):
-        raise ValueError(
-            f"Invalid projection '{surface.domain.projection.name}'. Its map must have an edge that closes."
-        )
+        message = f"Invalid projection '{surface.domain.projection.name}'. Its map must have an edge that closes."
+        raise ValueError(message)
     filled = shapely.polygons(shapely.get_exterior_ring(faces))
     largest = int(np.argmax(shapely.area(filled)))
     beside = ~shapely.covered_by(shapely.point_on_surface(filled), filled[largest])

@@ -188,9 +188,8 @@ def parse_sizes(text: str) -> list[tuple[float, float]]:
     found = [re.fullmatch(r"\s*(\d+)\s*x\s*(\d+)\s*", word) for word in text.split(",")]
     pairs = [(float(match[1]), float(match[2])) for match in found if match]
     if len(pairs) < len(found):
-        raise ValueError(
-            f"Invalid sizes '{text}'. They must be WIDTHxHEIGHT in pixels, as 800x600, one or one an image."
-        )
+        message = f"Invalid sizes '{text}'. They must be WIDTHxHEIGHT in pixels, as 800x600, one or one an image."
+        raise ValueError(message)
     return pairs
 
 

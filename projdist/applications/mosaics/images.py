@@ -177,9 +177,8 @@ class Picture:
         if self._orientation in _SIDEWAYS:
             self.size = self.size[::-1]
         if max(self.size) > _LONGEST_SIDE:
-            raise ValueError(
-                f"{self._invalid} It has {self.size[0]} x {self.size[1]} pixels; {_LONGEST_SIDE} a side do."
-            )
+            message = f"{self._invalid} It has {self.size[0]} x {self.size[1]} pixels; {_LONGEST_SIDE} a side do."
+            raise ValueError(message)
 
     def _open(self) -> None:
         """Read the properties of an image, without its pixels if possible."""

@@ -147,9 +147,8 @@ def map_of_sphere(projection: ProjectionLike) -> tuple[Projection, ProjectedCrs]
     """A map of the sphere that has an inverse, and its plane; raises ValueError for other maps."""
     given = Projection.from_user_input(projection)
     if not given.ellipsoid.is_sphere:
-        raise ValueError(
-            f"Invalid projection '{given.label}'. It must be of a sphere: a name, or with +R=6371008.7714."
-        )
+        message = f"Invalid projection '{given.label}'. It must be of a sphere: a name, or with +R=6371008.7714."
+        raise ValueError(message)
     plane = projected_crs_of(given)
     if plane is None or not plane.has_inverse:
         raise ValueError(f"Invalid projection '{given.label}'. It must be one that PROJ has the inverse of.")

@@ -289,9 +289,8 @@ def save_mosaic(drawn: Rendered, path: AnyPath, *, overwrite: bool = True) -> Pa
         raise ValueError(f"Invalid picture file '{path}'. Its suffix must be {', '.join(PICTURE_SUFFIXES)}.")
     if drawn.pixels.dtype == np.uint16:
         if suffix not in DEEP_SUFFIXES:
-            raise ValueError(
-                f"Invalid picture file '{path}'. For 16 bits a colour its suffix must be .png, .tif or .tiff."
-            )
+            message = f"Invalid picture file '{path}'. For 16 bits a colour its suffix must be .png, .tif or .tiff."
+            raise ValueError(message)
         content = opencv().imencode(suffix, drawn.pixels[..., [2, 1, 0, 3]])[1].data
     else:
         pixels, form = drawn.bands, _FORMATS[suffix]

@@ -242,9 +242,8 @@ def _table(content: str, text: str) -> _PointTable:
             f" behind them; it has {len(first)}."
         )
     if len(first) == len(_LINK_TABLE) and all(cell.strip().lstrip("+-").isdigit() for _, row in rows for cell in row):
-        raise ValueError(
-            f"{text} It has 8 columns of whole numbers. With decimal commas, semicolons must part columns."
-        )
+        message = f"{text} It has 8 columns of whole numbers. With decimal commas, semicolons must part columns."
+        raise ValueError(message)
     return _PointTable([*allowed[len(first)]], False, rows, crs)
 
 

@@ -155,9 +155,8 @@ def fit(points: ControlPoints, model: str = "tps", smoothing: float | None = Non
     """
     check_choice("model", model, MODELS)
     if smoothing is not None and (not 0.0 <= check_number("smoothing", smoothing) < np.inf or model != "tps"):
-        raise ValueError(
-            f"Invalid smoothing '{smoothing:g}' of model '{model}'. It is for tps, finite and not negative."
-        )
+        message = f"Invalid smoothing '{smoothing:g}' of model '{model}'. It is for tps, finite and not negative."
+        raise ValueError(message)
     return MODELS[model](points, smoothing)
 
 
@@ -202,9 +201,8 @@ def _polynomial(degree: int, model: str, points: ControlPoints, smoothing: None)
     basis = terms.values(plane(points.old))
     count = basis.shape[1]
     if np.linalg.matrix_rank(basis) < count:
-        raise ValueError(
-            f"Invalid control points for model '{model}'. There must be {count} or more that determine it."
-        )
+        message = f"Invalid control points for model '{model}'. There must be {count} or more that determine it."
+        raise ValueError(message)
     Q, R = np.linalg.qr(basis)
 
     def influence(parts: FloatArray) -> FloatArray:

@@ -430,14 +430,3 @@ def upright(group: Group) -> tuple[Group, BoolArray]:
 def placed(A: FloatArray, shift: FloatArray, points: FloatArray) -> FloatArray:
     """Points (N, M, n) mapped into the frame."""
     return np.einsum("nij,nmj->nmi", A, points) + shift[:, None]
-
-
-def squared_residuals(places: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Weighted sums of squared distances from the points' mean places, and sums of the weights, both (N,)."""
-    # Points of only one cloud do not count.
-    shared = (weights > 0.0).sum(axis=0) > 1
-    places, weights = places[:, shared], weights[:, shared]
-    places = np.where((weights > 0.0)[..., None], places, 0.0)
-    mean = np.einsum("im,imn->mn", weights, places) / weights.sum(axis=0)[:, None]
-    squares = weights * np.sum((places - mean) ** 2, axis=2)
-    return squares.sum(axis=1), weights.sum(axis=1)

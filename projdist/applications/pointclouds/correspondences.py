@@ -128,7 +128,15 @@ def _turned(cloud: WeightedCloud, template: WeightedCloud) -> list[FloatArray]:
         some = basis.points[:: -(-len(basis.points) // _LOOKED_AT)]
         distance = _nearest(target.points, some @ starts.swapaxes(1, 2))[1]
         starts = starts[np.argsort(np.median(distance, axis=1), kind="stable")[:_PROMISING]]
-    found = dict(_closest_turn(basis, target, turn) for turn in starts)
+    found: dict[bytes, FloatArray] = {}
+    for turn in starts:
+        known: set[bytes] = set()
+        while not _again(partners := _partners(basis.points @ turn.T, target.points), known):
+            one, other, w = _pairs(basis, target, partners)
+            U, _, V = np.linalg.svd(other.T @ (w[:, None] * one))
+            U[:, -1] *= np.linalg.det(U @ V)
+            turn = U @ V
+        found[partners.tobytes()] = turn
     return [laid(basis.points @ turn.T) for turn in found.values()]
 
 
@@ -138,19 +146,6 @@ def _equal_moments(cloud: WeightedCloud) -> tuple[WeightedCloud, Affine]:
     _, extents, V = np.linalg.svd(white.root)
     back = Affine((V.T * extents) @ V / np.sqrt(cloud.weights.sum()), white.centre)
     return WeightedCloud(back.inverse()(cloud.points), cloud.weights), back
-
-
-def _closest_turn(basis: WeightedCloud, target: WeightedCloud, turn: FloatArray) -> tuple[bytes, FloatArray]:
-    """The rotation to which closest points converge from a start, and a key of its partners."""
-    known: set[bytes] = set()
-    while True:
-        found = _partners(basis.points @ turn.T, target.points)
-        if _again(found, known):
-            return found.tobytes(), turn
-        one, other, w = _pairs(basis, target, found)
-        U, _, V = np.linalg.svd(other.T @ (w[:, None] * one))
-        U[:, -1] *= np.linalg.det(U @ V)
-        turn = U @ V
 
 
 def _pairs(

@@ -225,9 +225,8 @@ def register(
     """
     check_choice("method", method, affine.FITS)
     if check_bool("robust", robust) and correspond == "icp":
-        raise ValueError(
-            "Invalid robust with the correspondence icp. It is for rows and ids, whose partners are given."
-        )
+        message = "Invalid robust with the correspondence icp. It is for rows and ids, whose partners are given."
+        raise ValueError(message)
     arrays, labels = _checked(clouds, names)
     wanted = labels[frame] if isinstance(frame, int) and 0 <= frame < len(labels) else frame
     if not isinstance(wanted, str) or wanted not in (*FRAMES, *labels):
@@ -262,11 +261,14 @@ def register(
         own = group.A[reference]
         A = np.linalg.solve(own, group.A)
         shift = np.linalg.solve(own, (group.shift - group.shift[reference]).T).T
-    squares, total = affine.squared_residuals(affine.placed(A, shift, points), chosen)
+    # Squared distances from mean places, without points of only one cloud.
+    places, shared = affine.placed(A, shift, points), (chosen > 0.0).sum(axis=0) > 1
+    w, gaps = chosen[:, shared], np.where((chosen > 0.0)[..., None], places, 0.0)[:, shared]
+    gaps = gaps - np.einsum("im,imn->mn", w, gaps) / w.sum(axis=0)[:, None]
+    squares, total = (w * np.sum(gaps**2, axis=2)).sum(axis=1), w.sum(axis=1)
     distances = np.full(counts.shape, np.nan)
     if correspond != "icp":
         # From the place that the right points give, of a wrong point and, left out, of a right one.
-        places = affine.placed(A, shift, points)
         by_all, by_right = (affine.wrong_partners(places, some)[1] for some in (counts, right))
         distances = np.where(wrong | np.isnan(by_right), by_all, by_right)
     marks = tuple(str(k + 1) for k in range(points.shape[1]))
@@ -285,7 +287,7 @@ def register(
         mdt_sum=float(found.distances.sum()),
         rms=np.sqrt(squares / total),
         rms_total=float(np.sqrt(squares.sum() / total.sum())),
-        used=(chosen[:, (chosen > 0.0).sum(axis=0) > 1] > 0.0).sum(axis=1),
+        used=(w > 0.0).sum(axis=1),
         correlations=group.correlations,
         # Least squares multiplies each canonical axis by its correlation.
         shrinkage=np.log(group.correlations).sum(axis=1) if method == "least_squares" else np.zeros(len(group.A)),
@@ -331,9 +333,8 @@ def _checked(clouds: Sequence[ArrayLike], names: Sequence[str] | None) -> tuple[
         raise ValueError(f"Invalid clouds. There must be at least two; there {'is one' if arrays else 'are none'}.")
     for name, cloud in zip(labels, arrays, strict=True):
         if cloud.ndim != 2 or cloud.size == 0:
-            raise ValueError(
-                f"Invalid cloud '{name}' of shape {cloud.shape}. It must be (M, n), M points in n dimensions."
-            )
+            message = f"Invalid cloud '{name}' of shape {cloud.shape}. It must be (M, n), M points in n dimensions."
+            raise ValueError(message)
         if cloud.shape[1] != arrays[0].shape[1]:
             raise ValueError(
                 f"Invalid cloud '{name}'. It has {cloud.shape[1]} coordinates a point, "
