@@ -60,7 +60,7 @@ HOMES = {
         *(
             "surfaces.tissot_ellipses",
             "plots.images",
-            "plots.ground_distortion",
+            "plots.map_drawing",
             "designs.newton",
             "designs.spline_sheets",
         ),
@@ -70,7 +70,7 @@ HOMES = {
         *("decisions.data_edges", "designs.base_maps"),
         *("surfaces.surface", "surfaces.domain", "surfaces.land", "surfaces.regional", "surfaces.tissot_ellipses"),
         *("plots.basemap", "plots.geoaxes", "plots.morphs"),
-        *("gis.layers", "gis.reading", "gis.conversion", "web.outlines", "web.live"),
+        *("gis.layers", "gis.reading", "gis.conversion", "web.frames", "web.live"),
     },
     "matplotlib": {"plots"},
     "cartopy": {"plots.geoaxes"},

@@ -13,9 +13,8 @@ from .figures import (
 )
 from .geoaxes import add_heatmap, add_tissot, to_cartopy
 from .graphs import DISTRIBUTIONS, distribution_figure, profile_figure
-from .ground_distortion import ground_map, local_field
 from .images import OLD_MAP_MEASURES, OLD_MAP_PANELS, mosaic_figure, old_map_figure
-from .map_drawing import heatmap, tissot
+from .map_drawing import ground_map, heatmap, local_field, tissot
 from .morphs import FILM_SUFFIXES, morph
 from .shape_space import space_figure
 from .style import Look, Theme

@@ -1,4 +1,4 @@
-"""Base maps: sea, land and lakes, lines and their labels, and the region as a clip path."""
+"""Base maps: sea, land, lakes and labelled lines; of regions also cities, a scale bar and a locator globe."""
 
 from __future__ import annotations
 
@@ -8,18 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
+from matplotlib import colors, patches, patheffects, transforms, tri
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
-from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
-from matplotlib.patheffects import withStroke
-from matplotlib.transforms import TransformedPath
-from matplotlib.tri import Triangulation
 
-from projdist import surfaces
+from projdist import earth, field, matrices, projections, regions, surfaces
 from projdist._typing import FloatArray, IntArray
-from projdist.earth import latitude_text, longitude_text
-from projdist.plots.style import add_lines, style_of
+from projdist.plots.style import add_lines, set_view, style_of
 from projdist.surfaces import Surface
 
 CONTEXTS = ("none", "coast", "borders", "full")
@@ -47,17 +42,13 @@ def draw_basemap(
         _draw_land(ax, surface, surface.ground, colours.neighbours, 0.2, lakes=lakes)
     if not over_colours:
         _draw_land(ax, surface, surface, colours.land, 0.5, lakes=lakes, has_sea=context != "none")
-    halo = [withStroke(linewidth=1.3, foreground="#ffffff99")] if over_colours else None
-    shore = {"colors": colours.over_coast if over_colours else colours.coast, "linewidths": 0.5, "path_effects": halo}
+    halo = [patheffects.withStroke(linewidth=1.3, foreground="#ffffff99")] if over_colours else None
+    shore, grid, border = colours.coast, colours.graticule, colours.outline
+    if over_colours:
+        shore, grid, border = colours.over_coast, colours.over_graticule, colours.over_coast
     lines = graticule_lines(surface, step)
-    add_lines(
-        ax,
-        [piece for line in lines for piece in line.pieces],
-        colors=colours.over_graticule if over_colours else colours.graticule,
-        linewidths=0.4,
-        zorder=1.0,
-        label="graticule",
-    )
+    pieces = [piece for line in lines for piece in line.pieces]
+    add_lines(ax, pieces, colors=grid, linewidths=0.4, zorder=1.0, label="graticule")
     if context != "none" and not surface.domain.projection.is_of_another_body:
         shores: dict[str, Callable[..., list[FloatArray]]] = {"coastline": surfaces.coast}
         if lakes:
@@ -65,24 +56,15 @@ def draw_basemap(
         ground = (surface.ground or surface).domain
         for label, within in shores.items():
             found = within(ground.box.bounds, surfaces.coast_resolution(surface))
-            add_lines(ax, surfaces.project_lines(ground, found, map_size(surface)), label=label, zorder=1.2, **shore)
+            seen = surfaces.project_lines(ground, found, map_size(surface))
+            add_lines(ax, seen, label=label, colors=shore, linewidths=0.5, path_effects=halo, zorder=1.2)
     outline = _joined((surface.ground or surface).outline)
     rim = add_lines(ax, outline, colors=colours.outline, linewidths=0.8, zorder=3.0, label="outline")
     rim.set_capstyle("round")
     if surface.border:
-        edge = colours.over_coast if over_colours else colours.outline
-        add_lines(ax, surface.border, label="border", colors=edge, linewidths=0.9, zorder=1.3, path_effects=halo)
+        add_lines(ax, surface.border, label="border", colors=border, linewidths=0.9, zorder=1.3, path_effects=halo)
     if surface.is_local:
         label_graticule(ax, lines)
-
-
-def draw_globe(ax: Axes, surface: Surface) -> None:
-    """Draw a small map: sea, land and outline."""
-    _draw_land(ax, surface, surface, style_of(ax).colours.locator, 0.5)
-    west, east, south, north = surface.view
-    ax.set(xlim=(west, east), ylim=(south, north), aspect="equal")
-    ax.set_axis_off()
-    add_lines(ax, surface.outline, colors="#555555", linewidths=0.6, zorder=1.0)
 
 
 def map_size(surface: Surface) -> float:
@@ -93,30 +75,26 @@ def map_size(surface: Surface) -> float:
 
 def _set_view(ax: Axes, surface: Surface) -> None:
     """Set the view with equal scales in x and y; the frame is drawn if the map continues beyond it."""
-    west, east, south, north = surface.view
-    ax.set_xlim(west, east)
-    ax.set_ylim(south, north)
-    ax.set_aspect("equal")
-    ax.set_axis_off()
+    set_view(ax, *surface.view)
     if surface.goes_on:
-        frame = Rectangle((0.0, 0.0), 1.0, 1.0, transform=ax.transAxes, fill=False, clip_on=False, label="frame")
-        frame.set(edgecolor=style_of(ax).colours.outline, linewidth=0.8, zorder=5.0)
+        frame = patches.Rectangle((0.0, 0.0), 1.0, 1.0, transform=ax.transAxes, fill=False, clip_on=False)
+        frame.set(edgecolor=style_of(ax).colours.outline, linewidth=0.8, zorder=5.0, label="frame")
         ax.add_patch(frame)
 
 
-def triangulation(surface: Surface, triangles: IntArray) -> tuple[Triangulation, IntArray]:
+def triangulation(surface: Surface, triangles: IntArray) -> tuple[tri.Triangulation, IntArray]:
     """Triangulation of a surface for matplotlib, and the vertices in use."""
     used = np.zeros(surface.x.size, dtype=bool)
     used[triangles] = True
     kept = np.flatnonzero(used)
-    return Triangulation(surface.x[kept], surface.y[kept], (np.cumsum(used) - 1)[triangles]), kept
+    return tri.Triangulation(surface.x[kept], surface.y[kept], (np.cumsum(used) - 1)[triangles]), kept
 
 
-def region_clip(ax: Axes, surface: Surface) -> TransformedPath | None:
+def region_clip(ax: Axes, surface: Surface) -> transforms.TransformedPath | None:
     """Clip path of the region; None if its triangles are exactly the region."""
     if not surface.pieces:
         return None
-    return TransformedPath(closed_path(surface.pieces), ax.transData)
+    return transforms.TransformedPath(closed_path(surface.pieces), ax.transData)
 
 
 def closed_path(pieces: Sequence[FloatArray]) -> Path:
@@ -149,7 +127,7 @@ def _draw_land(
     def fill(triangles: IntArray, face: str, above: float) -> None:
         mapped, kept = triangulation(surface, triangles)
         # Of matplotlib's ways to fill many triangles, this one leaves no hairlines between them.
-        draw_triangles(ax, mapped, np.zeros(kept.size), clip, cmap=ListedColormap([face]), zorder=above)
+        draw_triangles(ax, mapped, np.zeros(kept.size), clip, cmap=colors.ListedColormap([face]), zorder=above)
 
     fill(surface.covering(), sea if has_sea else colour, zorder)
     if not has_sea:
@@ -164,14 +142,14 @@ def _draw_land(
             fill(cells, face, above)
         if pieces:
             # A thin edge of the same colour closes the joints between the pieces.
-            drawn = PathPatch(closed_path(pieces), color=face, linewidth=0.3, rasterized=True, zorder=above)
+            drawn = patches.PathPatch(closed_path(pieces), color=face, linewidth=0.3, rasterized=True, zorder=above)
             ax.add_artist(drawn)
             if clip is not None:
                 drawn.set_clip_path(clip)
 
 
 def draw_triangles(
-    ax: Axes, mesh: Triangulation, values: FloatArray, clip: TransformedPath | None = None, **style: Any
+    ax: Axes, mesh: tri.Triangulation, values: FloatArray, clip: transforms.TransformedPath | None = None, **style: Any
 ) -> None:
     """Draw values at the vertices of triangles as colours between them."""
     filled = ax.tripcolor(mesh, values, shading="gouraud", rasterized=True, **style)
@@ -187,37 +165,26 @@ _AIR = 2.5  # points between a label and the frame
 _BEYOND = 9.0  # points to the right of the frame, where a figure may end
 _FLAT = 0.35  # of a line's direction towards an edge: one that runs along it is not labelled there
 # By whether a line is a meridian.
-_EDGES = {
-    True: ("bottom", "top", "left", "right"),
-    False: ("left", "right", "bottom", "top"),
-}
+_EDGES = {True: ("bottom", "top", "left", "right"), False: ("left", "right", "bottom", "top")}
 
 
 class GraticuleLine(NamedTuple):
-    """A meridian or parallel of `value` degrees, and its projected lines (x, y)."""
+    """A meridian or parallel, its label, and its projected lines (x, y)."""
 
     is_meridian: bool
-    value: float
+    text: str
     pieces: Sequence[FloatArray]
 
-    @property
-    def text(self) -> str:
-        """The label."""
-        return (longitude_text if self.is_meridian else latitude_text)(self.value, minutes=True)
 
-
-@dataclass(frozen=True)
-class _Label:
-    """A text at an edge of the frame or "inside", centred at x, y in points from the frame's lower left.
-
-    `half` is half its width and height.
-    """
+class _Label(NamedTuple):
+    """A text at an edge of the frame or "inside": its middle from the lower left, and half its size, in points."""
 
     text: str
     edge: str
     x: float
     y: float
-    half: tuple[float, float]
+    width: float
+    height: float
 
     @classmethod
     def at(cls, text: str, edge: str, place: Sequence[float], size: float) -> _Label:
@@ -225,16 +192,15 @@ class _Label:
         x, y = place
         width, height = 0.5 * len(text) * _WIDTH * size, 0.5 * _HEIGHT * size
         if edge == "inside":
-            return cls(text, edge, x, y, (width, height))
+            return cls(text, edge, x, y, width, height)
         width += _AIR
-        if edge in ("left", "right"):
-            return cls(text, edge, x - width, y, (width, height))
-        return cls(text, edge, x, y - (_AIR + height), (width, height))
+        x, y = (x - width, y) if edge in ("left", "right") else (x, y - (_AIR + height))
+        return cls(text, edge, x, y, width, height)
 
     def overlaps(self, other: _Label) -> bool:
         """True if two labels touch."""
-        apart = abs(self.x - other.x), abs(self.y - other.y)
-        return apart[0] < self.half[0] + other.half[0] and apart[1] < self.half[1] + other.half[1]
+        beside = abs(self.x - other.x) < self.width + other.width
+        return beside and abs(self.y - other.y) < self.height + other.height
 
 
 def label_graticule(ax: Axes, lines: Sequence[GraticuleLine]) -> None:
@@ -242,7 +208,7 @@ def label_graticule(ax: Axes, lines: Sequence[GraticuleLine]) -> None:
     ax.apply_aspect()
     box = ax.get_window_extent()
     points, style = 72.0 / ax.figure.dpi, style_of(ax)
-    size, colours = _SIZE * style.scale, style.colours
+    size = _SIZE * style.scale
     width, height = box.width * points, box.height * points
     placed: list[_Label] = []
     for line in lines:
@@ -258,35 +224,22 @@ def label_graticule(ax: Axes, lines: Sequence[GraticuleLine]) -> None:
             candidates = [_Label.at(line.text, "inside", xy[np.argmin(xy[:, 1])].tolist(), size)] if len(xy) else []
         for label in candidates:
             right = width + (_BEYOND if label.edge == "bottom" else 0.0)
-            if label.x + label.half[0] < right and not any(label.overlaps(other) for other in placed):
+            if label.x + label.width < right and not any(label.overlaps(other) for other in placed):
                 placed.append(label)
                 break
     for label in placed:
         outside = label.edge in ("bottom", "left")
-        text = ax.text(
-            label.x / width,
-            label.y / height,
-            label.text,
-            transform=ax.transAxes,
-            ha="center",
-            va="center",
-            fontsize=size,
-            color=colours.text if outside else colours.quiet,
-            zorder=4.0,
-            label="graticule label",
-        )
+        place: dict[str, Any] = {"transform": ax.transAxes, "ha": "center", "va": "center", "zorder": 4.0}
+        words = style.letters(_SIZE, quiet=not outside)
+        text = ax.text(label.x / width, label.y / height, label.text, label="graticule label", **place, **words)
         if not outside:
-            text.set_path_effects([withStroke(linewidth=1.5, foreground=f"{colours.background}b0")])
+            text.set_path_effects([patheffects.withStroke(linewidth=1.5, foreground=f"{style.colours.background}b0")])
 
 
 def crossings(pieces: Sequence[FloatArray], edge: str, width: float, height: float) -> list[tuple[float, float]]:
     """Crossings of lines with an edge of the frame, except shallow ones."""
-    across, level, end = {
-        "bottom": (1, 0.0, width),
-        "top": (1, height, width),
-        "left": (0, 0.0, height),
-        "right": (0, width, height),
-    }[edge]
+    across, end = (1, width) if edge in ("bottom", "top") else (0, height)
+    level = {"bottom": 0.0, "top": height, "left": 0.0, "right": width}[edge]
     found = []
     for piece in pieces:
         off = piece[:, across] - level
@@ -304,10 +257,11 @@ def graticule_lines(surface: Surface, step: float | None) -> list[GraticuleLine]
     bounds, size = domain.box.bounds, map_size(surface)
     steps = surfaces.graticule_steps(surface.domain.region.bounds if surface.is_local else bounds, step)
     meridians, parallels = surfaces.graticule_values(bounds, *steps)
-    values = [*((True, value) for value in meridians), *((False, value) for value in parallels)]
+    labels = [(True, earth.longitude_text(value, minutes=True)) for value in meridians]
+    labels += [(False, earth.latitude_text(value, minutes=True)) for value in parallels]
     return [
-        GraticuleLine(is_meridian, value, surfaces.project_lines(domain, [line], size))
-        for (is_meridian, value), line in zip(values, surfaces.graticule(bounds, *steps), strict=True)
+        GraticuleLine(is_meridian, text, surfaces.project_lines(domain, [line], size))
+        for (is_meridian, text), line in zip(labels, surfaces.graticule(bounds, *steps), strict=True)
     ]
 
 
@@ -317,3 +271,244 @@ def _joined(segments: FloatArray) -> list[FloatArray]:
         return []
     lines = shapely.get_parts(shapely.line_merge(shapely.multilinestrings(shapely.linestrings(segments))))
     return [shapely.get_coordinates(line) for line in lines]
+
+
+# ---- places --------------------------------------------------------------------------------------
+
+
+_TEXT = 6.5  # points
+_LETTER, _LINE = 0.6, 1.25  # of a letter and a line, in the size
+
+_NEARLY_ONE = 0.03
+_SAMPLE = 200  # nodes at which scales are looked at
+_BAR = 0.22  # of a picture's width, at most
+_ROUND = tuple(m * 10.0**k for k in range(0, 7) for m in (1, 2, 5))
+
+_PLACED_AT_ONCE = 8.0  # degrees: a smaller region has a globe that tells where it is
+_LEAST_FOR_LOCATOR = 170.0  # points; in a smaller picture it would be in the way
+_LOCATOR = 0.17  # of the smaller side
+_LOCATOR_STEP = 4.0  # degrees
+_MARK = "#d7301f"
+
+_CITIES_PER_INCH = 1.1  # of the sum of a picture's sides
+_ABOUT = [(0.0, 0.0), *((0.1 * east, 0.1 * north) for east in (-1, 1) for north in (-1, 1))]  # coarse coasts miss some
+_MAIN = 3  # cities that labels of isolines give way to
+_ALONG = 8  # points along a name
+_APART = 0.12  # of the smaller side: cities are no closer
+
+
+@dataclass
+class _Texts:
+    """Boxes in points that are occupied, the size of the frame, and the relative font size."""
+
+    ax: Axes
+    width: float
+    height: float
+    boxes: list[tuple[float, float, float, float]]
+    letters: float
+
+    @classmethod
+    def of(cls, ax: Axes) -> _Texts:
+        """The frame of axes, in which the boxes of existing labels are occupied."""
+        ax.apply_aspect()
+        box, points = ax.get_window_extent(), 72.0 / ax.figure.dpi
+        found = cls(ax, box.width * points, box.height * points, [], style_of(ax).scale)
+        for text in ax.texts:
+            if text.get_text():
+                extent = text.get_window_extent()
+                x, y = (extent.x0 - box.x0) * points, (extent.y0 - box.y0) * points
+                found.boxes.append((x, y, x + extent.width * points, y + extent.height * points))
+        return found
+
+    @property
+    def size(self) -> float:
+        """Font size in points."""
+        return self.letters * _TEXT
+
+    def take(self, x: float, y: float, width: float, height: float) -> bool:
+        """Occupy a box with its lower left corner at x, y, if it is free and within the frame."""
+        if self.is_free(x, y, width, height):
+            self.boxes.append((x, y, x + width, y + height))
+            return True
+        return False
+
+    def is_free(self, x: float, y: float, width: float, height: float) -> bool:
+        """True if a box is free and within the frame."""
+        right, top = x + width, y + height
+        if x < 2.0 or y < 2.0 or right > self.width - 2.0 or top > self.height - 2.0:
+            return False
+        return not any(x < b[2] and b[0] < right and y < b[3] and b[1] < top for b in self.boxes)
+
+    def write(self, text: str, x: float, y: float, ha: str, label: str) -> None:
+        """Write a text with a halo."""
+        style = style_of(self.ax)
+        halo = [patheffects.withStroke(linewidth=1.6, foreground=f"{style.colours.background}d0")]
+        place: dict[str, Any] = {"transform": self.ax.transAxes, "ha": ha, "va": "center", "zorder": 6.0}
+        words = style.letters(_TEXT) | {"path_effects": halo, "label": label}
+        self.ax.text(x / self.width, y / self.height, text, **place, **words)
+
+
+def _has_places(surface: Surface) -> bool:
+    """True for pictures of parts of the Earth."""
+    return surface.is_local and not surface.domain.projection.is_of_another_body
+
+
+def draw_places(ax: Axes, surface: Surface, context: str) -> None:
+    """Draw a locator globe of a small region, a scale bar if the scale is nearly one, and cities."""
+    if context != "full" or not _has_places(surface):
+        return
+    texts = _Texts.of(ax)
+    is_small = max(surfaces.ground_size(surface.domain.region.bounds)) < _PLACED_AT_ONCE
+    if is_small and min(texts.width, texts.height) > _LEAST_FOR_LOCATOR:
+        _draw_locator(ax, surface, texts)
+    if _is_true_to_scale(surface):
+        _draw_scale_bar(ax, surface, texts)
+    _draw_cities(ax, surface, texts)
+
+
+def _corners(surface: Surface, width: float, height: float) -> list[tuple[float, float]]:
+    """Lower left corners, as fractions of the frame, of boxes in its four corners, least of the region first."""
+    west, east, south, north = surface.view
+    nodes = np.flatnonzero(surface.weights > 0)
+    share = (np.column_stack([surface.x[nodes], surface.y[nodes]]) - [west, south]) / [east - west, north - south]
+
+    def covered(corner: tuple[float, float]) -> float:
+        inside = ((share >= corner) & (share <= np.add(corner, [width, height]))).all(axis=1)
+        return float(surface.weights[nodes[inside]].sum())
+
+    return sorted([(0.0, 0.0), (1.0 - width, 0.0), (0.0, 1.0 - height), (1.0 - width, 1.0 - height)], key=covered)
+
+
+# ---- a globe --------------------------------------------------------------------------------
+
+
+def _draw_locator(ax: Axes, surface: Surface, texts: _Texts) -> None:
+    side = _LOCATOR * min(texts.width, texts.height)
+    air = 0.25 * side
+    shares = (side + air) / texts.width, (side + air) / texts.height
+    for x, y in _corners(surface, *shares):
+        if texts.take(x * texts.width + 0.5 * air, y * texts.height + 0.5 * air, side, side):
+            break
+    else:
+        return
+    left, bottom, right, top = texts.boxes[-1]
+    place = left / texts.width, bottom / texts.height, (right - left) / texts.width, (top - bottom) / texts.height
+    globe = ax.inset_axes(place, zorder=6.0)
+    west, south, east, north = surface.domain.region.bounds
+    lon, lat = float(surfaces.normalised(np.array(0.5 * (west + east)))), 0.5 * (south + north)
+    centre = f"+lon_0={lon:.6f} +lat_0={0.8 * lat:.6f}"
+    tilted = projections.Projection.from_user_input(f"+proj=ortho {centre} +R=6371008.7714")
+    seen = surfaces.surface_of(tilted, regions.GLOBE, _LOCATOR_STEP)
+    _draw_land(globe, seen, seen, style_of(globe).colours.locator, 0.5)
+    set_view(globe, *seen.view)
+    add_lines(globe, seen.outline, colors="#555555", linewidths=0.6, zorder=1.0)
+    spot = [float(one) for one in tilted(lon, lat)]
+    globe.plot(*spot, "o", color=_MARK, markersize=4.0, markeredgecolor="white", markeredgewidth=0.8)
+    globe.set_label("locator")
+
+
+# ---- a scale bar ----------------------------------------------------------------------------
+
+
+def _is_true_to_scale(surface: Surface) -> bool:
+    """True if nearly all scales in the region are nearly one."""
+    nodes = np.flatnonzero(surface.weights > 0)
+    nodes = nodes[:: max(nodes.size // _SAMPLE, 1)]
+    lon, lat = surface.lonlat()
+    J = field.jacobian(surface.domain.projection, surfaces.normalised(lon[nodes]), lat[nodes])
+    scales = matrices.principal_scales(J)
+    off = np.abs(scales[np.isfinite(scales).all(axis=1)] - 1.0)
+    return bool(off.size and np.quantile(off, 0.95) < _NEARLY_ONE)
+
+
+def _draw_scale_bar(ax: Axes, surface: Surface, texts: _Texts) -> None:
+    west, east, *_ = surface.view
+    metres = max(length for length in _ROUND if length <= _BAR * (east - west))
+    bar = metres / (east - west) * texts.width
+    text = f"{metres / 1000.0:g} km" if metres >= 1000.0 else f"{metres:g} m"
+    letters = texts.letters
+    width, height = max(bar, len(text) * _LETTER * texts.size) + 12.0, 10.0 + letters * 12.0
+    for x, y in _corners(surface, width / texts.width, height / texts.height):
+        if texts.take(x * (texts.width - 8.0) + 4.0, y * (texts.height - 8.0) + 4.0, width, height):
+            break
+    else:
+        return
+    left, bottom, right, _ = texts.boxes[-1]
+    start, stop = 0.5 * (left + right - bar), 0.5 * (left + right + bar)
+    colours = style_of(ax).colours
+    edge: dict[str, Any] = {"edgecolor": colours.text, "linewidth": 0.6, "zorder": 6.0, "transform": ax.transAxes}
+    for k, face in enumerate((colours.text, colours.background)):
+        corner = (start + 0.5 * k * bar) / texts.width, (bottom + 4.0) / texts.height
+        half = patches.Rectangle(corner, 0.5 * bar / texts.width, 3.0 / texts.height, facecolor=face, **edge)
+        half.set_path_effects([patheffects.withStroke(linewidth=2.0, foreground=f"{colours.background}d0")])
+        ax.add_patch(half)
+    texts.write(text, 0.5 * (start + stop), bottom + 7.0 + letters * 6.5, "center", "scale bar")
+
+
+# ---- cities ---------------------------------------------------------------------------------
+
+
+def _draw_cities(ax: Axes, surface: Surface, texts: _Texts) -> None:
+    """Draw dots and names of the main cities in the frame, those of the region first."""
+    known = earth.cities()
+    xy, order = _in_order(surface)
+    most = int(_CITIES_PER_INCH * (texts.width + texts.height) / 72.0 / texts.letters)
+    apart = _APART * min(texts.width, texts.height)
+    drawn: list[FloatArray] = []
+    for k in order:
+        if len(drawn) == most:
+            break
+        place = xy[k] * [texts.width, texts.height]
+        if any(np.hypot(*(place - other)) < apart for other in drawn):
+            continue
+        if _name(texts, known.name[k], place):
+            drawn.append(place)
+    if drawn:
+        x, y = (np.array(drawn) / [texts.width, texts.height]).T
+        colour = style_of(ax).colours.text
+        ax.plot(x, y, "o", transform=ax.transAxes, color=colour, markersize=2.2, zorder=6.0, label="cities")
+
+
+def main_cities(ax: Axes, surface: Surface) -> FloatArray:
+    """Points (n, 2) along the main cities of a region and their names, which labels must not cover."""
+    xy, order = _in_order(surface) if _has_places(surface) else (np.empty((0, 2)), np.empty(0, dtype=int))
+    if not order.size:
+        return np.empty((0, 2))
+    west, east, south, north = surface.view
+    ax.apply_aspect()
+    letter = _LETTER * _TEXT * style_of(ax).scale * ax.figure.dpi / 72.0 / ax.get_window_extent().width
+    ends = [[letter * len(earth.cities().name[k]), 0.0] for k in order[:_MAIN]]
+    places = np.concatenate(
+        [xy[k] + np.linspace(0.0, 1.0, _ALONG)[:, None] * end for k, end in zip(order[:_MAIN], ends, strict=True)]
+    )
+    return np.asarray([west, south] + places * [east - west, north - south])
+
+
+def _in_order(surface: Surface) -> tuple[FloatArray, IntArray]:
+    """Places (n, 2) of all cities as fractions of the frame, and the indices of visible ones, the region's first."""
+    known, (west, east, south, north) = earth.cities(), surface.view
+    x, y = (surface.ground or surface).domain(known.lon, known.lat)
+    share = np.column_stack([(x - west) / (east - west), (y - south) / (north - south)])
+    with np.errstate(invalid="ignore"):
+        seen = np.asarray((share > 0.01) & (share < 0.99)).all(axis=1)
+    near = [surface.domain.region.contains(known.lon + east, known.lat + north) for east, north in _ABOUT]
+    inside = np.logical_or.reduce(near)
+    return share, np.concatenate([np.flatnonzero(seen & inside), np.flatnonzero(seen & ~inside)])
+
+
+def _name(texts: _Texts, name: str, place: FloatArray) -> bool:
+    """Write a city's name beside its dot: right if there is room, else left, above or below."""
+    width, height = len(name) * _LETTER * texts.size, _LINE * texts.size
+    x, y = place
+    if not texts.is_free(x - 1.5, y - 1.5, 3.0, 3.0):
+        return False
+    for left, bottom in (
+        (x + 3.0, y - 0.5 * height),
+        (x - 3.0 - width, y - 0.5 * height),
+        (x - 0.5 * width, y + 2.5),
+        (x - 0.5 * width, y - 2.5 - height),
+    ):
+        if texts.take(left, bottom, width, height):
+            texts.write(name, left, bottom + 0.5 * height, "left", "city")
+            return True
+    return False

@@ -8,14 +8,11 @@ from typing import Any
 
 import matplotlib
 import numpy as np
-from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
-from matplotlib.ticker import MaxNLocator
+from matplotlib import colors, ticker
 
+from projdist import matrices, numerics, support
 from projdist._typing import FloatArray
-from projdist.matrices import Measure
-from projdist.numerics import quantiles
 from projdist.plots.style import THEMES, Theme, with_minus
-from projdist.support import check_numbers, check_pair, listed, quoted, tell
 from projdist.surfaces import Surface
 
 Levels = int | Sequence[float] | None
@@ -47,21 +44,21 @@ _FEW_LEVELS = 5  # that a notice names
 class ColourScale:
     """Colour scale of a measure, shared by all panels of a figure."""
 
-    measure: Measure
-    norm: Normalize
-    cmap: str | Colormap
+    measure: matrices.Measure
+    norm: colors.Normalize
+    cmap: str | colors.Colormap
     levels: FloatArray
     extend: str
 
     @classmethod
     def of(
         cls,
-        measure: Measure,
+        measure: matrices.Measure,
         values: Sequence[FloatArray],
         weights: Sequence[FloatArray],
         *,
         levels: Levels = None,
-        cmap: str | Colormap | None = None,
+        cmap: str | colors.Colormap | None = None,
         limits: tuple[float, float] | None = None,
         colours: Theme = THEMES["light"],
     ) -> ColourScale:
@@ -72,16 +69,18 @@ class ColourScale:
         a "ratio" are even in the logarithm, those of a "signed" measure in the value. Raises ValueError
         for invalid levels, limits and colour maps.
         """
-        known = isinstance(cmap, Colormap) or (isinstance(cmap, str) and cmap in matplotlib.colormaps)
+        known = isinstance(cmap, colors.Colormap) or (isinstance(cmap, str) and cmap in matplotlib.colormaps)
         if cmap is not None and not known:
-            raise ValueError(f"Invalid colour map {quoted(cmap)}. It must be a name of matplotlib or a Colormap.")
+            raise ValueError(
+                f"Invalid colour map {support.quoted(cmap)}. It must be a name of matplotlib or a Colormap."
+            )
         wanted = _check_levels(levels)
         data, area = np.concatenate(values), np.concatenate(weights)
         usable = np.isfinite(data) & (area > 0)
         data, area = data[usable], area[usable]
         if not data.size:
             raise ValueError(f"Invalid measure '{measure.name}'. It has no value in the region.")
-        low, high = _limits(measure, data, area) if limits is None else check_pair("colour limits", limits)
+        low, high = _limits(measure, data, area) if limits is None else support.check_pair("colour limits", limits)
         if not -np.inf < low < high < np.inf or (measure.kind == "ratio" and low <= 0):
             raise ValueError(
                 f"Invalid colour limits '{low:g}, {high:g}'. They must ascend, and be positive for a ratio."
@@ -92,13 +91,15 @@ class ColourScale:
             few = [f"{level:g}" for level in missed[:_FEW_LEVELS]]
             few += [f"{missed.size - len(few)} more"] if missed.size > len(few) else []
             has = "level {} has no isoline: it is" if missed.size == 1 else "levels {} have no isolines: they are"
-            tell(f"The {has.format(listed(few, 'and'))} beyond the values, {data.min():.6g} to {data.max():.6g}.")
+            support.tell(
+                f"The {has.format(support.listed(few, 'and'))} beyond the values, {data.min():.6g} to {data.max():.6g}."
+            )
         if cmap is None and measure.kind == "magnitude":
             cmap = colours.rising
         elif cmap is None:  # diverging if the neutral value is on the scale, else light at the limit nearer to it
             start, stop = _from_neutral(measure, np.array([low, high]))
             cmap = colours.diverging if start <= 0 <= stop else colours.rising if start > 0 else colours.falling
-        norm = LogNorm(low, high) if measure.kind == "ratio" else Normalize(low, high)
+        norm = colors.LogNorm(low, high) if measure.kind == "ratio" else colors.Normalize(low, high)
         slack = _SLACK * (high - low)
         beyond = bool(data.min() < low - slack), bool(data.max() > high + slack)
         extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
@@ -106,7 +107,7 @@ class ColourScale:
 
     @classmethod
     def of_surfaces(
-        cls, measure: Measure, surfaces: Sequence[Surface], values: Sequence[FloatArray], **options: Any
+        cls, measure: matrices.Measure, surfaces: Sequence[Surface], values: Sequence[FloatArray], **options: Any
     ) -> ColourScale:
         """Colour scale for values at the vertices of surfaces, by those at their nodes."""
         inner = [value[: surface.nodes] for value, surface in zip(values, surfaces, strict=True)]
@@ -123,16 +124,16 @@ class ColourScale:
         return float(self.norm.vmin or 0.0), float(self.norm.vmax or 0.0)
 
     @property
-    def colours(self) -> Colormap:
+    def colours(self) -> colors.Colormap:
         """Colour map from limit to limit; of a diverging one, the part around the neutral value that is used."""
-        whole = self.cmap if isinstance(self.cmap, Colormap) else matplotlib.colormaps[self.cmap]
+        whole = self.cmap if isinstance(self.cmap, colors.Colormap) else matplotlib.colormaps[self.cmap]
         # Diverging is what has a middle that is lighter, or darker, than both ends.
         start, middle, stop = whole([0.0, 0.5, 1.0])[:, :3] @ [0.30, 0.59, 0.11]
         if self.measure.kind == "magnitude" or not (middle - start) * (middle - stop) > 0:
             return whole
         ends = _from_neutral(self.measure, np.array(self.limits))
         low, high = 0.5 + 0.5 * ends / np.abs(ends).max()
-        return ListedColormap(whole.resampled(4 * _COLOURS)(np.linspace(low, high, _COLOURS)))
+        return colors.ListedColormap(whole.resampled(4 * _COLOURS)(np.linspace(low, high, _COLOURS)))
 
     @property
     def label(self) -> str:
@@ -144,7 +145,7 @@ class ColourScale:
         return f"{name}{symbol}" + (f" ({unit})" if unit else "")
 
 
-def _from_neutral(measure: Measure, values: FloatArray) -> FloatArray:
+def _from_neutral(measure: matrices.Measure, values: FloatArray) -> FloatArray:
     """Distance from the neutral value: 0, or of a ratio 1, in the logarithm."""
     return np.log(np.maximum(values, _LEAST_RATIO)) if measure.kind == "ratio" else values
 
@@ -157,16 +158,16 @@ def _check_levels(levels: Levels) -> int | FloatArray:
         if 1 <= levels <= _MOST_LEVELS:
             return int(levels)
     elif isinstance(levels, Sequence | np.ndarray) and not isinstance(levels, str | bytes):
-        chosen = np.unique(check_numbers("levels", levels))
+        chosen = np.unique(support.check_numbers("levels", levels))
         if chosen.size <= _MOST_LEVELS and np.isfinite(chosen).all():
             return chosen
     raise ValueError(
-        f"Invalid levels {quoted(levels)}. They must be a number of isolines, 1 to {_MOST_LEVELS}, or as many finite "
-        "values."
+        f"Invalid levels {support.quoted(levels)}. They must be a number of isolines, 1 to {_MOST_LEVELS}, or as "
+        "many finite values."
     )
 
 
-def _noise(measure: Measure) -> float:
+def _noise(measure: matrices.Measure) -> float:
     return _NOISE.get(measure.unit, 1e-7)
 
 
@@ -178,10 +179,10 @@ def shown_levels(scale: ColourScale, values: FloatArray) -> FloatArray:
     return scale.levels[(scale.levels > values.min()) & (scale.levels < values.max())]
 
 
-def _limits(measure: Measure, data: FloatArray, area: FloatArray) -> tuple[float, float]:
+def _limits(measure: matrices.Measure, data: FloatArray, area: FloatArray) -> tuple[float, float]:
     """Limits of values, never equal; they include the neutral value if they come near to it."""
     distance = _from_neutral(measure, data)
-    low, high, least, most = quantiles(distance, area, [_TAIL, 1.0 - _TAIL, _FEW, 1.0 - _FEW])
+    low, high, least, most = numerics.quantiles(distance, area, [_TAIL, 1.0 - _TAIL, _FEW, 1.0 - _FEW])
     start, stop, room = float(distance.min()), float(distance.max()), 0.25 * (high - low)
     start, stop = (start if start >= low - room else low), (stop if stop <= high + room else high)  # no far tails
     start, stop = _with_neutral(start, stop, np.inf if stop - start <= _noise(measure) else _NEAR)
@@ -217,7 +218,7 @@ _MANTISSAS = (
 )
 
 
-def _round_levels(measure: Measure, low: float, high: float, intervals: int) -> FloatArray:
+def _round_levels(measure: matrices.Measure, low: float, high: float, intervals: int) -> FloatArray:
     """Round numbers within the limits."""
     if measure.kind == "ratio" and high > 1.6 * low:
         decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
@@ -232,7 +233,7 @@ def _round_levels(measure: Measure, low: float, high: float, intervals: int) -> 
 
 def round_values(low: float, high: float, intervals: int, slack: float = 0.0) -> FloatArray:
     """Round numbers, evenly spaced, from `low` to `high`, or beyond them by `slack`."""
-    values = np.asarray(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
+    values = np.asarray(ticker.MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
     return values[(values >= low - slack) & (values <= high + slack)]
 
 

@@ -9,46 +9,25 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import colors, rc_context
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 
-from projdist import surfaces
+from projdist import answers, decisions, field, matrices, regions, support, surfaces
 from projdist._typing import FloatArray
-from projdist.answers import LocalCorrections
-from projdist.field import sample
-from projdist.matrices import Measure, Modes, get_measure
-from projdist.plots.basemap import check_context
+from projdist.plots import basemap, layouts, map_drawing
 from projdist.plots.colours import ColourScale, Levels
-from projdist.plots.ground_distortion import GroundMap, LocalField
-from projdist.plots.layouts import BAR, FOOT, arranged, bar_axes, check_dpi, fit_titles
-from projdist.plots.map_drawing import (
-    AnyMeasure,
-    check_exaggeration,
-    draw_colourbar,
-    draw_heatmap,
-    draw_tissot,
-    words_of,
-)
 from projdist.plots.style import Look, StyledFigure, look_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
-from projdist.regions import GLOBE, Place, RegionLike, region_for, region_title
-from projdist.support import check_choice, check_instance, check_path, quoted, replacing
-from projdist.surfaces import Surface
-
-if TYPE_CHECKING:
-    from projdist.decisions import LDP
-
 
 _TURN = 360.0
 _ANGLES = ("meridian_convergence",)  # in degrees, -180 to 180
 
 
-def field_against(surface: Surface, measure: Measure, other: Projection | None) -> FloatArray:
+def field_against(surface: surfaces.Surface, measure: matrices.Measure, other: Projection | None) -> FloatArray:
     """Measure at the vertices of a surface, minus that of another map there, or for a ratio divided by it."""
     values = surfaces.field(surface, measure)
     if other is None:
@@ -58,14 +37,14 @@ def field_against(surface: Surface, measure: Measure, other: Projection | None) 
 
 
 def _measured_against(
-    projection: Projection, measure: Measure, other: Projection | None, lon: FloatArray, lat: FloatArray
+    projection: Projection, measure: matrices.Measure, other: Projection | None, lon: FloatArray, lat: FloatArray
 ) -> FloatArray:
     """The values of `field_against` at points."""
     values = surfaces.measured(projection, measure, lon, lat)
     return values if other is None else _against(values, surfaces.measured(other, measure, lon, lat), measure)
 
 
-def _against(values: FloatArray, others: FloatArray, measure: Measure) -> FloatArray:
+def _against(values: FloatArray, others: FloatArray, measure: matrices.Measure) -> FloatArray:
     """Difference of values, or for a ratio their quotient."""
     if measure.kind == "ratio":
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -89,13 +68,13 @@ _BESIDE, _BELOW = 0.5, 0.16  # inches for the labels of a graticule
 def figure(projections: ProjectionLike | Iterable[ProjectionLike], kind: str = "heatmap", **options: Any) -> Figure:
     """Figure of a kind, "heatmap" or "tissot", with the options of `heatmap_figure` or `tissot_figure`."""
     kinds: dict[str, Callable[..., Figure]] = {"heatmap": heatmap_figure, "tissot": tissot_figure}
-    return kinds[check_choice("kind", kind, list(kinds))](projections, **options)
+    return kinds[support.check_choice("kind", kind, list(kinds))](projections, **options)
 
 
 def tissot_figure(
     projections: ProjectionLike | Iterable[ProjectionLike],
     *,
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     step: float | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
@@ -114,8 +93,8 @@ def tissot_figure(
     `axes` draws the principal directions. `context` is what a picture of a region shows of the Earth, one of
     `CONTEXTS`.
     """
-    check_context(context)
-    exaggeration = check_exaggeration(exaggeration)
+    basemap.check_context(context)
+    exaggeration = map_drawing.check_exaggeration(exaggeration)
     look = look_for(look)
     maps = _maps(projections, region, titles, airy_kavrayskiy, look)
     points = [surfaces.tissot_points(one.surface, step, grid) for one in maps]
@@ -127,7 +106,7 @@ def tissot_figure(
     times = "" if factor == 1.0 else f", distortion exaggerated {factor:g} times"
 
     def draw(ax: Axes, k: int) -> None:
-        draw_tissot(ax, maps[k].surface, panels[k], radius, maps[k].words, context, axes=axes)
+        map_drawing.draw_tissot(ax, maps[k].surface, panels[k], radius, maps[k].words, context, axes=axes)
 
     foot = f"Ellipses: circles on the ground with a radius of {length}{times}{_over(maps)}"
     return _figure(maps, draw, size, dpi, look, foot)
@@ -136,12 +115,12 @@ def tissot_figure(
 def heatmap_figure(
     projections: ProjectionLike | Iterable[ProjectionLike],
     *,
-    measure: AnyMeasure = "fisher",
+    measure: map_drawing.AnyMeasure = "fisher",
     against: ProjectionLike | None = None,
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     step: float | None = None,
     levels: Levels = None,
-    cmap: str | Colormap | None = None,
+    cmap: str | colors.Colormap | None = None,
     limits: tuple[float, float] | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
@@ -155,8 +134,8 @@ def heatmap_figure(
     `against` is another map, whose measure at the same place is subtracted; scales are divided by it. `context` is what
     a picture of a region shows of the Earth, one of `CONTEXTS`.
     """
-    check_context(context)
-    chosen = get_measure(measure)
+    basemap.check_context(context)
+    chosen = matrices.get_measure(measure)
     other = None if against is None else Projection.from_user_input(against)
     look = look_for(look)
     maps = _maps(projections, region, titles, airy_kavrayskiy, look, other)
@@ -174,7 +153,7 @@ def heatmap_figure(
     def draw(ax: Axes, k: int) -> None:
         surface = maps[k].surface
         values_at = functools.partial(_measured_against, surface.domain.projection, chosen, other)
-        draw_heatmap(ax, surface, values[k], scale, maps[k].words, context, values_at, step=step)
+        map_drawing.draw_heatmap(ax, surface, values[k], scale, maps[k].words, context, values_at, step=step)
 
     return _figure(maps, draw, size, dpi, look, f"{label}{_over(maps)}", scale)
 
@@ -182,7 +161,7 @@ def heatmap_figure(
 def modes_figure(
     projections: ProjectionLike | Iterable[ProjectionLike],
     *,
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
     titles: Sequence[str | None] | None = None,
@@ -195,49 +174,45 @@ def modes_figure(
     says; the squares of all modes add to that of the Fisher distortion. Modes of less than half a per cent are left
     out. `titles` are for the maps.
     """
-    check_context(context)
+    basemap.check_context(context)
     look = look_for(look)
     maps = _maps(projections, region, titles, None, look)
     panels: list[_Map] = []
-    scores: list[Measure] = []
+    scores: list[matrices.Measure] = []
     for one in maps:
-        found = sample(one.surface.domain.projection, one.region, tolerance=_TOLERANCE).modes
+        found = field.sample(one.surface.domain.projection, one.region, tolerance=_TOLERANCE).modes
         shown = np.flatnonzero(found.shares >= _LEAST_SHARE)
         for k in shown if shown.size else [0]:
             below = f"{100.0 * found.shares[k]:.0f} % {found.words[k]}"
             panels.append(replace(one, below=below, place=""))
-            scores.append(Measure(_MODE, functools.partial(_score, found, int(k)), kind="signed"))
+            in_mode = functools.partial(lambda found, k, J: found.scores(J)[..., k], found, int(k))
+            scores.append(matrices.Measure(_MODE, in_mode, kind="signed"))
     values = [surfaces.field(one.surface, score) for one, score in zip(panels, scores, strict=True)]
     scale = ColourScale.of_surfaces(scores[0], [one.surface for one in panels], values, colours=look.colours)
 
     def draw(ax: Axes, k: int) -> None:
         surface = panels[k].surface
         values_at = functools.partial(surfaces.measured, surface.domain.projection, scores[k])
-        draw_heatmap(ax, surface, values[k], scale, panels[k].words, context, values_at)
+        map_drawing.draw_heatmap(ax, surface, values[k], scale, panels[k].words, context, values_at)
 
     return _figure(panels, draw, size, dpi, look, f"{_MODE}{_over([replace(maps[0], place='')])}", scale)
-
-
-def _score(found: Modes, k: int, J: FloatArray) -> FloatArray:
-    """Scores of Jacobians in one mode."""
-    return found.scores(J)[..., k]
 
 
 def local_figure(
     projection: ProjectionLike,
     radius_km: float,
     *,
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     step: float | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
     title: str | None = None,
     look: Look | str | None = None,
-) -> tuple[Figure, LocalCorrections]:
+) -> tuple[Figure, answers.LocalCorrections]:
     """The local corrections of a projection over caps of `radius_km`, as `local_field` draws them; and their values."""
     look = look_for(look)
     (one,) = _maps([projection], region, None if title is None else [title], None, look)
-    local = LocalField.of(one.surface, radius_km, step)
+    local = map_drawing.LocalField.of(one.surface, radius_km, step)
     one = replace(one, below=local.below)
     label = f"{local.scale.label}{_over([one])}"
     figure = _figure([one], lambda ax, _: local.draw(ax, one.title), size, dpi, look, label, local.scale)
@@ -245,7 +220,7 @@ def local_figure(
 
 
 def ldp_figure(
-    found: LDP,
+    found: decisions.LDP,
     *,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
@@ -254,7 +229,7 @@ def ldp_figure(
 ) -> Figure:
     """The distortion of a low-distortion projection at the heights of the ground, as `ground_map` draws it."""
     look = look_for(look)
-    ground = GroundMap.of(found)
+    ground = map_drawing.GroundMap.of(found)
     one = _Map(ground.surface, found.region, look.title or title, None, ground.below())
     return _figure([one], lambda ax, _: ground.draw(ax, one.title), size, dpi, look, ground.scale.label, ground.scale)
 
@@ -264,26 +239,26 @@ def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = No
 
     Raises FileExistsError where there is one and it is not to be overwritten.
     """
-    check_instance("figure", figure, Figure, "a Figure of matplotlib")
-    path = check_path("picture file", path)
+    support.check_instance("figure", figure, Figure, "a Figure of matplotlib")
+    path = support.check_path("picture file", path)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"Invalid picture file '{path}'. Its suffix must be .png, .svg or .pdf.")
-    dots = figure.dpi if dpi is None else check_dpi(dpi)
+    dots = figure.dpi if dpi is None else layouts.check_dpi(dpi)
     content = encoded(figure, suffix, dpi=dots)  # matplotlib's PDFs cannot end on a disk that is full
-    with replacing(path, overwrite=overwrite) as new:
+    with support.replacing(path, overwrite=overwrite) as new:
         new.write_bytes(content)
     return path
 
 
 def encoded(figure: Figure, suffix: str, *, dpi: float) -> bytes:
     """Bytes of a figure as .png, .svg or .pdf; raises ValueError."""
-    check_instance("figure", figure, Figure, "a Figure of matplotlib")
-    check_choice("suffix", suffix, SUFFIXES)
+    support.check_instance("figure", figure, Figure, "a Figure of matplotlib")
+    support.check_choice("suffix", suffix, SUFFIXES)
     content = io.BytesIO()
     # Without a date, and one thread at a time, as the salt is global to matplotlib.
     with _SAVING, rc_context({"svg.hashsalt": "projdist"}):
-        figure.savefig(content, format=suffix[1:], dpi=check_dpi(dpi), metadata=_UNDATED[suffix])
+        figure.savefig(content, format=suffix[1:], dpi=layouts.check_dpi(dpi), metadata=_UNDATED[suffix])
     return content.getvalue()
 
 
@@ -291,8 +266,8 @@ def encoded(figure: Figure, suffix: str, *, dpi: float) -> bytes:
 class _Map:
     """Surface, title and subtitle of a panel."""
 
-    surface: Surface
-    region: Place
+    surface: surfaces.Surface
+    region: regions.Place
     title: str | None
     airy_kavrayskiy: float | None
     below: str = ""
@@ -301,13 +276,13 @@ class _Map:
     @property
     def words(self) -> tuple[str, str]:
         """Title and subtitle."""
-        name, below = words_of(self.surface.domain.projection, self.title, self.airy_kavrayskiy, self.below)
+        name, below = map_drawing.words_of(self.surface.domain.projection, self.title, self.airy_kavrayskiy, self.below)
         return name, " · ".join(part for part in (self.place, below) if part)
 
 
 def _maps(
     projections: ProjectionLike | Iterable[ProjectionLike],
-    region: RegionLike | None,
+    region: regions.RegionLike | None,
     titles: Sequence[str | None] | None,
     airy_kavrayskiy: Sequence[float | None] | None,
     look: Look,
@@ -318,12 +293,14 @@ def _maps(
     if not listed:
         raise ValueError("Invalid list of projections '[]'. It must name at least one.")
     chosen = [Projection.from_user_input(one) for one in listed]
-    place = region_for(region, chosen if other is None else [*chosen, other])
+    place = regions.region_for(region, chosen if other is None else [*chosen, other])
     if look.title and len(listed) == 1:
         titles = [look.title]
     above = zip(chosen, _each(titles, len(listed)), _each(airy_kavrayskiy, len(listed)), strict=True)
     shown = surfaces.shown_part(place)
-    words = region_title(place) if len(listed) == 1 and place != GLOBE else ""  # else at the foot, once for all
+    words = (
+        regions.region_title(place) if len(listed) == 1 and place != regions.GLOBE else ""
+    )  # else at the foot, once for all
     return [
         _Map(surfaces.surface_of(projection, shown), place, title, figure, place=words)
         for projection, title, figure in above
@@ -333,17 +310,19 @@ def _maps(
 def _over(maps: list[_Map]) -> str:
     """Suffix that names the region, unless it is the globe or already in the title of the only map."""
     region = maps[0].region
-    if region == GLOBE:
+    if region == regions.GLOBE:
         return ""
     away = "" if maps[0].surface.domain.region == region else "; parts far away are not drawn"
-    return away if maps[0].place else f", over {region_title(region)}{away}"
+    return away if maps[0].place else f", over {regions.region_title(region)}{away}"
 
 
 def _each(values: Sequence[Any] | None, count: int) -> Sequence[Any]:
     if values is None:
         return [None] * count
     if not isinstance(values, list | tuple | np.ndarray) or len(values) != count:
-        raise ValueError(f"Invalid titles or figures {quoted(values)}. There must be one for each of {count} maps.")
+        raise ValueError(
+            f"Invalid titles or figures {support.quoted(values)}. There must be one for each of {count} maps."
+        )
     return values
 
 
@@ -366,14 +345,14 @@ def _figure(
     if scale is not None:
         shapes = shapes / shapes.max(axis=1, keepdims=True)
     labels = (_BESIDE, _BELOW) if any(one.surface.is_local for one in maps) else (0.0, 0.0)
-    words, foot = [one.words for one in maps], FOOT if scale is None else BAR
+    words, foot = [one.words for one in maps], layouts.FOOT if scale is None else layouts.BAR
     with look.applied():
-        figure, axes, room = arranged(shapes, size, dpi, foot=foot, words=words, labels=labels, look=look)
+        figure, axes, room = layouts.arranged(shapes, size, dpi, foot=foot, words=words, labels=labels, look=look)
         for k, ax in enumerate(axes):
             draw(ax, k)
-        fit_titles(axes, room)
+        layouts.fit_titles(axes, room)
         if scale is None:
             figure.foot(text)
         elif look.colourbar:
-            draw_colourbar(figure, scale, cax=bar_axes(figure), label=text)
+            map_drawing.draw_colourbar(figure, scale, cax=layouts.bar_axes(figure), label=text)
     return figure

@@ -8,17 +8,14 @@ from typing import Any
 
 import numpy as np
 import shapely
-from matplotlib.colors import Colormap
+from matplotlib import colors
 
+from projdist import earth, matrices, projections, regions, support, surfaces
 from projdist._typing import FloatArray
-from projdist.earth import Ellipsoid
-from projdist.matrices import get_measure
+from projdist.plots import map_drawing
 from projdist.plots.colours import ColourScale, Levels
-from projdist.plots.map_drawing import AnyMeasure, draw_bar_below, draw_ellipses, draw_field
-from projdist.projections import ProjectedCrs, Projection, ProjectionError, ProjectionLike, projected_crs_of
-from projdist.regions import Box, RegionLike, region_for
-from projdist.support import check_instance
-from projdist.surfaces import Surface, boundary_polygon, field, fit, measured, surface_of, tissot_points
+from projdist.projections import Projection
+from projdist.surfaces import Surface
 
 _THRESHOLD = 5e-4  # of a map's shorter side, as cartopy has it for Robinson's map
 
@@ -63,7 +60,7 @@ def _class() -> Any:
 # ---- geoaxes -------------------------------------------------------------------------------------
 
 
-def to_cartopy(projection: ProjectionLike, *, region: RegionLike | None = None) -> Any:
+def to_cartopy(projection: projections.ProjectionLike, *, region: regions.RegionLike | None = None) -> Any:
     """A projection as a CRS of cartopy's, for `plt.axes(projection=...)`, with its edge where the map has it.
 
     Parameters
@@ -105,13 +102,13 @@ def to_cartopy(projection: ProjectionLike, *, region: RegionLike | None = None) 
     _need_cartopy("projection for cartopy")
     projection = Projection.from_user_input(projection)
     plane = _plane_of(projection)
-    bounds = region_for(region, [projection]).bounds
-    polygon = boundary_polygon(surface_of(projection, Box.between(bounds)))
+    bounds = regions.region_for(region, [projection]).bounds
+    polygon = surfaces.boundary_polygon(surfaces.surface_of(projection, regions.Box.between(bounds)))
     return cartopy_projection(projection, plane.wkt, plane.to_metres, polygon)
 
 
 def add_tissot(
-    ax: Any, *, region: RegionLike | None = None, step: float | None = None, radius: float | None = None
+    ax: Any, *, region: regions.RegionLike | None = None, step: float | None = None, radius: float | None = None
 ) -> float:
     """Add Tissot's indicatrices to axes of cartopy; returns the radius in metres of their circles on the ground.
 
@@ -142,20 +139,20 @@ def add_tissot(
     500000.0
     """
     projection, from_metres = _of_axes(ax)
-    surface = surface_of(projection, region)
-    fitted, (panel,) = fit([tissot_points(surface, step)], radius)
+    surface = surfaces.surface_of(projection, region)
+    fitted, (panel,) = surfaces.fit([surfaces.tissot_points(surface, step)], radius)
     with ax.hold_limits():
-        draw_ellipses(ax, panel, fitted, from_metres)
+        map_drawing.draw_ellipses(ax, panel, fitted, from_metres)
     return fitted
 
 
 def add_heatmap(
     ax: Any,
     *,
-    measure: AnyMeasure = "fisher",
-    region: RegionLike | None = None,
+    measure: map_drawing.AnyMeasure = "fisher",
+    region: regions.RegionLike | None = None,
     levels: Levels = None,
-    cmap: str | Colormap | None = None,
+    cmap: str | colors.Colormap | None = None,
     limits: tuple[float, float] | None = None,
     colourbar: bool = True,
 ) -> ColourScale:
@@ -194,15 +191,15 @@ def add_heatmap(
     (0.0, 90.0)
     """
     projection, from_metres = _of_axes(ax)
-    chosen = get_measure(measure)
-    surface = surface_of(projection, region)
-    values = field(surface, chosen)
+    chosen = matrices.get_measure(measure)
+    surface = surfaces.surface_of(projection, region)
+    values = surfaces.field(surface, chosen)
     scale = ColourScale.of_surfaces(chosen, [surface], [values], levels=levels, cmap=cmap, limits=limits)
     with ax.hold_limits():
-        values_at = functools.partial(measured, projection, chosen)
-        draw_field(ax, _in_unit(surface, from_metres), values, scale, values_at)
+        values_at = functools.partial(surfaces.measured, projection, chosen)
+        map_drawing.draw_field(ax, _in_unit(surface, from_metres), values, scale, values_at)
     if colourbar:
-        draw_bar_below(ax, scale)
+        map_drawing.draw_bar_below(ax, scale)
     return scale
 
 
@@ -221,7 +218,7 @@ def _of_axes(ax: Any) -> tuple[Projection, FloatArray]:
     _need_cartopy("axes of cartopy")
     from cartopy.mpl.geoaxes import GeoAxes
 
-    check_instance("axes", ax, GeoAxes, "GeoAxes of cartopy")
+    support.check_instance("axes", ax, GeoAxes, "GeoAxes of cartopy")
     crs = ax.projection
     source = getattr(crs, "source", None)
     if isinstance(source, Projection):
@@ -231,15 +228,15 @@ def _of_axes(ax: Any) -> tuple[Projection, FloatArray]:
         # formula on the ellipsoid; PROJ's eqc has the ellipsoidal one since 9.8.
         a, b = crs.ellipsoid.semi_major_metre, crs.ellipsoid.semi_minor_metre
         sphere = Projection.from_user_input(f"+proj=eqc +lon_0={crs.prime_meridian.longitude!r} +R={a!r}")
-        return dataclasses.replace(sphere, ellipsoid=Ellipsoid(a, 1.0 - b / a)), np.eye(2) / np.radians(a)
+        return dataclasses.replace(sphere, ellipsoid=earth.Ellipsoid(a, 1.0 - b / a)), np.eye(2) / np.radians(a)
     projection = Projection.from_user_input(crs)
     return projection, np.asarray(np.linalg.inv(_plane_of(projection).to_metres), dtype=float)
 
 
-def _plane_of(projection: Projection) -> ProjectedCrs:
-    plane = projected_crs_of(projection)
+def _plane_of(projection: Projection) -> projections.ProjectedCrs:
+    plane = projections.projected_crs_of(projection)
     if plane is None:
-        raise ProjectionError(
+        raise projections.ProjectionError(
             f"Invalid projection '{projection.name}' for cartopy. It must be one that PROJ has a CRS for."
         )
     return plane

@@ -7,23 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib import patches, ticker
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
-from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
+from projdist import answers, matrices, numerics, regions, support
 from projdist._typing import FloatArray, IntArray
-from projdist.answers import Profile
 from projdist.field import Field, sample
-from projdist.matrices import MEASURES, Measure, get_measure
-from projdist.numerics import quantiles
+from projdist.plots import layouts, map_drawing
 from projdist.plots.colours import ColourScale, level_labels, round_values
-from projdist.plots.layouts import check_dpi, check_size
-from projdist.plots.map_drawing import AnyMeasure
-from projdist.plots.style import FigureStyle, Look, StyledFigure, look_for, scale_for, style_of, titles_for
+from projdist.plots.style import FigureStyle, Look, StyledFigure, look_for, new_figure, scale_for, style_of, titles_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
-from projdist.regions import GLOBE, RegionLike, region_for
-from projdist.support import check_choice, check_instance, check_text
 
 
 def _dress(ax: Axes, points: float, *, grid: bool = True) -> None:
@@ -70,8 +64,8 @@ def distribution_figure(
     projections: ProjectionLike | Iterable[ProjectionLike],
     kind: str = "histogram",
     *,
-    measure: AnyMeasure = "fisher",
-    region: RegionLike | None = None,
+    measure: map_drawing.AnyMeasure = "fisher",
+    region: regions.RegionLike | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
     titles: Sequence[str | None] | None = None,
@@ -122,24 +116,24 @@ def distribution_figure(
     >>> sorted(text.get_text() for text in figure.axes[0].texts)[:2]
     ['Mollweide', 'Robinson']
     """
-    check_choice("kind of distribution", kind, DISTRIBUTIONS)
-    chosen = get_measure(measure)
+    support.check_choice("kind of distribution", kind, DISTRIBUTIONS)
+    chosen = matrices.get_measure(measure)
     listed = listed_projections(projections)
     if not listed or (kind != "pareto" and len(listed) > _MOST):
         raise ValueError(f"Invalid list of {len(listed)} projections. It must name 1 to {_MOST}.")
     maps = [Projection.from_user_input(one) for one in listed]
-    place = region_for(region, maps)
+    place = regions.region_for(region, maps)
     names = titles_for(titles, [one.name for one in maps])
     measures: list[Any] = [] if kind == "pareto" else [chosen]
     fields = [sample(one, place, measures=measures, tolerance=_TOLERANCE) for one in maps]
-    look, room = look_for(look), check_size(size)
-    name = "" if place == GLOBE else place.name[:_LONGEST]
+    look, room = look_for(look), layouts.check_size(size)
+    name = "" if place == regions.GLOBE else place.name[:_LONGEST]
     with look.applied():
         style = FigureStyle(look, scale_for(look, room))
-        figure = StyledFigure(style, room or _SIZES[kind], check_dpi(dpi), layout="constrained")
+        figure = StyledFigure(style, room or _SIZES[kind], layouts.check_dpi(dpi), layout="constrained")
         ax = figure.add_subplot()
         if look.title:
-            figure.suptitle(look.title, fontsize=style.scale * _HEADING, color=look.colours.text)
+            figure.suptitle(look.title, **style.letters(_HEADING))
         if kind == "pareto":
             _draw_pareto(figure, ax, fields, names, f", over {name}" if name else "", is_free=size is None)
         else:
@@ -147,8 +141,10 @@ def distribution_figure(
     return figure
 
 
-def _draw_distribution(ax: Axes, fields: list[Field], names: list[str], measure: Measure, kind: str, over: str) -> None:
-    colours, letters = style_of(ax).colours, style_of(ax).scale
+def _draw_distribution(
+    ax: Axes, fields: list[Field], names: list[str], measure: matrices.Measure, kind: str, over: str
+) -> None:
+    colours, letters = style_of(ax).colours, style_of(ax).letters
     many = [_sorted(*field.many(measure)) for field in fields]
     low, high = _range(measure, many)
     logarithmic = measure.kind == "ratio" and high > 1.6 * low
@@ -175,17 +171,17 @@ def _draw_distribution(ax: Axes, fields: list[Field], names: list[str], measure:
         ax.set_xscale("log")
     scale = ColourScale.of(measure, [np.array([low, high])], [np.ones(2)], limits=(low, high))
     levels = scale.levels[(scale.levels >= low) & (scale.levels <= high)]
-    ax.xaxis.set_major_locator(FixedLocator(levels.tolist()))
-    ax.xaxis.set_minor_locator(NullLocator())
+    ax.xaxis.set_major_locator(ticker.FixedLocator(levels.tolist()))
+    ax.xaxis.set_minor_locator(ticker.NullLocator())
     ax.set_xticks(levels, level_labels(levels))
-    ax.yaxis.set_major_locator(MaxNLocator(6))
-    ax.set_xlabel(scale.label, fontsize=letters * 9, color=colours.text)
+    ax.yaxis.set_major_locator(ticker.MaxNLocator(6))
+    ax.set_xlabel(scale.label, **letters(9))
     _dress(ax, 8)
     ax.set_ylim(0.0, 103.0 if kind == "cumulative" else None)
     share = "Share of the area" if kind == "histogram" else "Share of the area with no more"
-    ax.set_ylabel(f"{share}{over} (%)", fontsize=letters * 9, color=colours.text)
+    ax.set_ylabel(f"{share}{over} (%)", **letters(9))
     ground: dict[str, Any] = {"facecolor": colours.background, "edgecolor": colours.background, "framealpha": 0.9}
-    ax.legend(fontsize=letters * 8, labelcolor=colours.text, **ground)
+    ax.legend(fontsize=style_of(ax).scale * 8, labelcolor=colours.text, **ground)
 
 
 def _sorted(values: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -198,10 +194,10 @@ def _sorted(values: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatA
     return values[order], weights[order] / weights.sum()
 
 
-def _range(measure: Measure, many: list[tuple[FloatArray, FloatArray]]) -> tuple[float, float]:
+def _range(measure: matrices.Measure, many: list[tuple[FloatArray, FloatArray]]) -> tuple[float, float]:
     """Limits of the axis: the range of nearly all values of all maps, as for colours."""
     low, high = ColourScale.of(measure, [values for values, _ in many], [weights for _, weights in many]).limits
-    ends = [quantiles(values, weights, [_TAIL, 1.0 - _TAIL]) for values, weights in many]
+    ends = [numerics.quantiles(values, weights, [_TAIL, 1.0 - _TAIL]) for values, weights in many]
     return min(low, *(one for one, _ in ends)), max(high, *(one for _, one in ends))
 
 
@@ -211,7 +207,7 @@ def _draw_pareto(figure: Figure, ax: Axes, fields: list[Field], names: list[str]
     if not finite.any():
         raise ValueError("Invalid maps. None has finite errors of areas and angles there.")
     shown, labels = points[finite], [name for name, known in zip(names, finite, strict=True) if known]
-    colours, letters = style_of(ax).colours, style_of(ax).scale
+    style, colours = style_of(ax), style_of(ax).colours
     reach = float(shown.max())
     first = pareto_front(shown, _SAME * reach)
     right, top = (max(float(one), _LEAST * reach) for one in shown.max(axis=0))
@@ -221,25 +217,27 @@ def _draw_pareto(figure: Figure, ax: Axes, fields: list[Field], names: list[str]
     if is_free:
         shape = np.ptp(ax.get_ylim()) / np.ptp(ax.get_xlim())
         figure.set_size_inches(7.0, float(np.clip(0.8 + 6.2 * shape, 3.0, 8.0)))
-    ticks = np.asarray(MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(0.0, 1.2 * reach))
+    ticks = np.asarray(ticker.MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(0.0, 1.2 * reach))
     for axis, most in ((ax.xaxis, ax.get_xlim()[1]), (ax.yaxis, ax.get_ylim()[1])):
-        axis.set_major_locator(FixedLocator(ticks[(ticks >= 0) & (ticks <= most)].tolist()))
+        axis.set_major_locator(ticker.FixedLocator(ticks[(ticks >= 0) & (ticks <= most)].tolist()))
     for radius in ticks[ticks > 0]:
-        ax.add_patch(Circle((0.0, 0.0), radius, fill=False, edgecolor=colours.graticule, linewidth=0.6, zorder=1.0))
+        ax.add_patch(
+            patches.Circle((0.0, 0.0), radius, fill=False, edgecolor=colours.graticule, linewidth=0.6, zorder=1.0)
+        )
     ax.plot(*shown[first].T, color=colours.curves[1], linewidth=1.0, zorder=2.0)
     ax.scatter(shown[:, 0], shown[:, 1], s=20, color=colours.curves[0], zorder=3.0)
     ax.scatter(shown[first, 0], shown[first, 1], s=26, color=colours.curves[1], zorder=3.1)
-    ax.set_xlabel("Angular error, RMS of ln(a/b) / √2", fontsize=letters * 9, color=colours.text)
-    ax.set_ylabel("Areal error, RMS of ln(ab) / √2 at the best scale", fontsize=letters * 9, color=colours.text)
+    ax.set_xlabel("Angular error, RMS of ln(a/b) / √2", **style.letters(9))
+    ax.set_ylabel("Areal error, RMS of ln(ab) / √2 at the best scale", **style.letters(9))
     lost = [name for name, known in zip(names, finite, strict=True) if not known]
     said = f"Arcs: equal Airy–Kavrayskiy error{over}. Joined: no other map has less of both."
     if lost:
         said += f"\nOne error is infinite, and not shown, of {', '.join(lost)}."
-    ax.set_title(said, fontsize=letters * 8, color=colours.quiet, wrap=True)
+    ax.set_title(said, wrap=True, **style.letters(8, quiet=True))
     _dress(ax, 8, grid=False)
     ax.set_axisbelow(True)
     figure.draw_without_rendering()  # so that the layout stands before the labels are placed
-    _place_labels(ax, shown, labels, shown[first], letters * 7.5, colours.text)
+    _place_labels(ax, shown, labels, shown[first], style.letters(7.5))
 
 
 def pareto_front(points: FloatArray, same: float) -> list[int]:
@@ -259,7 +257,7 @@ _PAD = 1.5
 _ASTRAY = 0.02  # of a label's area: as bad as hiding so much is a label that is nearer to another point
 
 
-def _place_labels(ax: Axes, xy: FloatArray, texts: Sequence[str], line: FloatArray, size: float, colour: str) -> None:
+def _place_labels(ax: Axes, xy: FloatArray, texts: Sequence[str], line: FloatArray, style: dict[str, Any]) -> None:
     """Label points (n, 2), those with most neighbours first, without covering points or a line (m, 2).
 
     The limits of the axes must stand. A label stands at the nearest place where it covers least, and clearly nearer to
@@ -277,18 +275,8 @@ def _place_labels(ax: Axes, xy: FloatArray, texts: Sequence[str], line: FloatArr
     distances = np.arange(_NEAR, _FAR, 4.0)[:, None, None]
     crowd = [np.sum(np.exp(-np.hypot(*(places - place).T) / (30.0 * dots))) for place in places]
     for k in np.argsort(crowd)[::-1]:
-        label = ax.annotate(
-            texts[k],
-            xy[k],
-            xytext=(0.0, 0.0),
-            textcoords="offset points",
-            fontsize=size,
-            color=colour,
-            ha="center",
-            va="center",
-            zorder=4.0,
-            annotation_clip=False,
-        )
+        place: dict[str, Any] = {"xytext": (0.0, 0.0), "textcoords": "offset points", "ha": "center", "va": "center"}
+        label = ax.annotate(texts[k], xy[k], zorder=4.0, annotation_clip=False, **place, **style)
         box = np.array(label.get_window_extent().size)
         offsets = (ways * distances * dots + 0.5 * box * np.clip(1.4 * ways, -1.0, 1.0)).reshape(-1, 2)
         boxes = _boxes(places[k] + offsets, box, _PAD * dots)
@@ -367,7 +355,7 @@ class _Panel:
 
 
 def profile_figure(
-    found: Profile,
+    found: answers.Profile,
     *,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
@@ -406,9 +394,9 @@ def profile_figure(
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['Scale along\\nthe line', 'ppm', 'Meridian\\nconvergence\\n(degrees)']
     """
-    check_instance("profile", found, Profile, "a Profile of projdist")
-    look, size, dpi = look_for(look), check_size(size), check_dpi(dpi)
-    name = found.projection.name if title is None else check_text("title", title)
+    support.check_instance("profile", found, answers.Profile, "a Profile of projdist")
+    look, size, dpi = look_for(look), layouts.check_size(size), layouts.check_dpi(dpi)
+    name = found.projection.name if title is None else support.check_text("title", title)
     name = name if look.title is None else look.title
     panels = _panels(found)
     letters = scale_for(look, size)
@@ -418,36 +406,27 @@ def profile_figure(
     each = (height - fixed) / len(panels)
     if each < 0.3 or width < left + right + 0.5:
         raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {len(panels)} panels.")
-    colours = look.colours
     factor, unit = (1.0, "km") if found.distance_km[-1] >= 2.0 else (1e3, "m")
     across = (left / width, (width - left - right) / width)
     with look.applied():
-        figure = StyledFigure(FigureStyle(look, letters), (width, height), dpi)
+        figure = new_figure(look, letters, (width, height), dpi, has_heading=False)
         for k, panel in enumerate(panels):
             bottom = foot + (len(panels) - 1 - k) * (each + _GAP)
             ax = figure.add_axes((across[0], bottom / height, across[1], each / height))
             _draw_curves(ax, panel, factor * found.distance_km, factor * found.vertices, found.torn)
             ax.tick_params(labelbottom=k == len(panels) - 1)
-        figure.axes[0].legend(
-            loc="lower right",
-            bbox_to_anchor=(1.0, 1.0),
-            ncols=2,
-            frameon=False,
-            fontsize=letters * 7.5,
-            labelcolor=colours.text,
-            borderaxespad=0.2,
-        )
-        size_of_head, high = letters * 10.5, 1.0 - letters * 0.12 / height
-        head = figure.text(across[0], high, name, fontsize=size_of_head, color=colours.text, ha="left", va="top")
+        legend: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2, "ncols": 2}
+        figure.axes[0].legend(frameon=False, fontsize=letters * 7.5, labelcolor=look.colours.text, **legend)
+        words, high = figure.style.letters(10.5), 1.0 - letters * 0.12 / height
+        head = figure.text(across[0], high, name, ha="left", va="top", **words)
         share = across[1] * figure.bbox.width / max(head.get_window_extent().width, 1.0)
-        head.set_fontsize(size_of_head * min(1.0, share))
-        foot_line: dict[str, Any] = {"fontsize": letters * 8.5, "color": colours.text, "ha": "center", "va": "bottom"}
-        middle, low = across[0] + 0.5 * across[1], letters * 0.08 / height
-        figure.text(middle, low, f"Distance along the line ({unit})", **foot_line)
+        head.set_fontsize(words["fontsize"] * min(1.0, share))
+        middle, low, text = across[0] + 0.5 * across[1], letters * 0.08 / height, f"Distance along the line ({unit})"
+        figure.text(middle, low, text, ha="center", va="bottom", **figure.style.letters(8.5))
     return figure
 
 
-def _panels(found: Profile) -> list[_Panel]:
+def _panels(found: answers.Profile) -> list[_Panel]:
     scales = [_Curve(found.scale, "scale", 0, found.mean_scale)]
     panels = [_Panel("Scale along\nthe line", scales, is_scale=True)]
     if found.combined_factor is not None:
@@ -455,7 +434,7 @@ def _panels(found: Profile) -> list[_Panel]:
         if found.height is not None and np.ptp(found.height) > 0.0:
             panels.append(_Panel("Height\n(m)", [_Curve(found.height, "height", None)]))
     for name, values in found.measures.items():
-        measure = next((one for one in MEASURES.values() if name in (one.name, one.symbol)), None)
+        measure = next((one for one in matrices.MEASURES.values() if name in (one.name, one.symbol)), None)
         label = (name if measure is None else measure.name).replace("_", " ").removesuffix(" ppm").replace(" ", "\n", 1)
         unit = {"deg": "degrees"}.get(measure.unit, measure.unit) if measure else ""
         is_scale = name.startswith("scale@") or (measure is not None and measure.kind == "ratio")
@@ -467,7 +446,7 @@ def _panels(found: Profile) -> list[_Panel]:
 def _draw_curves(ax: Axes, panel: _Panel, distance: FloatArray, vertices: FloatArray, torn: IntArray) -> None:
     """Draw the curves of a panel, their means dashed, and lines at the vertices; scales near 1 also in ppm."""
     ax.set_xlim(distance[0], distance[-1])
-    colours, points = style_of(ax).colours, style_of(ax).scale * 8.0
+    style, colours = style_of(ax), style_of(ax).colours
     for curve in panel.curves:
         colour = colours.text if curve.series is None else colours.curves[curve.series]
         mean = curve.mean if curve.mean is not None and np.isfinite(curve.mean) else None
@@ -483,12 +462,12 @@ def _draw_curves(ax: Axes, panel: _Panel, distance: FloatArray, vertices: FloatA
     if panel.is_scale and max(abs(low - 1.0), abs(high - 1.0)) < _NEARLY_ONE:
         other = ax.twinx()
         _set_ticks(other, 1e6 * (low - 1.0), 1e6 * (high - 1.0))
-        other.set_ylabel("ppm", fontsize=points, color=colours.quiet)
+        other.set_ylabel("ppm", **style.letters(8.0, quiet=True))
         _dress(other, 7.5, grid=False)
     if 2 < len(vertices) <= _MOST_VERTICES:
         ends = ax.get_xaxis_transform()
         ax.vlines(vertices[1:-1], 0.0, 1.0, transform=ends, color=colours.graticule, linewidth=0.7, zorder=1.0)
-    ax.set_ylabel(panel.label, fontsize=points, color=colours.text)
+    ax.set_ylabel(panel.label, **style.letters(8.0))
     _dress(ax, 7.5)
 
 

@@ -5,25 +5,22 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from matplotlib import patheffects, tri
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
-from matplotlib.tri import Triangulation
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import ConvexHull
 
+from projdist import support, surfaces
 from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.applications import mosaics
 from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap, scan_extent
-from projdist.plots.basemap import draw_triangles
+from projdist.plots import basemap, layouts, map_drawing
 from projdist.plots.colours import ColourScale, level_labels, shown_levels
-from projdist.plots.layouts import arranged, check_dpi, check_size, draw_title, fit_titles
-from projdist.plots.map_drawing import draw_colourbar, draw_isolines
-from projdist.plots.style import FigureStyle, Look, StyledFigure, add_lines, add_polygons, look_for, scale_for, style_of
-from projdist.support import check_instance, check_path, check_text, listed_values
-from projdist.surfaces import Ellipses, close_pairs, ellipses
+from projdist.plots.style import Look, add_lines, add_polygons, look_for, new_figure, scale_for, set_view, style_of
 
 _LONGEST = 4000  # pixels of a side that are drawn
 _PAPER = 0.7  # of the pixels are darker than blank paper
@@ -48,7 +45,7 @@ class Scan:
 
 def read_scan(path: str | os.PathLike[str], found: OldMap) -> Scan:
     """Scan whose pixel coordinates the control points have; raises ValueError if it is none, or they lie outside."""
-    path = check_path("image", path)
+    path = support.check_path("image", path)
     text = f"Invalid image '{path}'."
     with mosaics.open_image(path, text) as image:
         width, height = image.size
@@ -86,7 +83,7 @@ class OldMapSheet:
     """
 
     found: OldMap
-    mesh: Triangulation
+    mesh: tri.Triangulation
     truth: FloatArray
     J: FloatArray
     hull: FloatArray
@@ -116,13 +113,13 @@ def old_map_figure(
     mirrored, upwards from its bottom, or negative downwards. `look` is the style, or the name of a theme; its title is
     a heading. Raises ValueError.
     """
-    check_instance("old map", found, OldMap, "an OldMap")
-    draw = [check_text("panel", panel) for panel in listed_values(draw)]
+    support.check_instance("old map", found, OldMap, "an OldMap")
+    draw = [support.check_text("panel", panel) for panel in support.listed_values(draw)]
     if not draw or any(panel not in OLD_MAP_PANELS for panel in draw):
         raise ValueError(f"Invalid panels '{', '.join(draw)}'. They must be of {', '.join(OLD_MAP_PANELS)}.")
-    if check_text("measure", measure) not in OLD_MAP_MEASURES:
+    if support.check_text("measure", measure) not in OLD_MAP_MEASURES:
         raise ValueError(f"Invalid measure '{measure}' of an old map. It must be {' or '.join(OLD_MAP_MEASURES)}.")
-    size, dpi = check_size(size), check_dpi(dpi)
+    size, dpi = layouts.check_size(size), layouts.check_dpi(dpi)
     sheet = _sheet(found, None if image is None else read_scan(image, found))
     look = look_for(look)
     with look.applied():
@@ -158,7 +155,7 @@ def _sheet(found: OldMap, scan: Scan | None) -> OldMapSheet:
         bottom, top = top, bottom
     return OldMapSheet(
         found=found,
-        mesh=Triangulation(*vertices.T),
+        mesh=tri.Triangulation(*vertices.T),
         truth=found.fit(vertices),
         J=found.corrected(found.local_jacobian(vertices)),
         hull=np.vstack([corners, corners[:1]]),
@@ -191,13 +188,9 @@ class _OldMapPanel:
 
     def show_scan(self) -> None:
         """Set the view, and draw the scan."""
-        left, right, bottom, top = self.sheet.view
         if self.sheet.scan is not None:
             self.ax.imshow(self.sheet.scan.pixels, extent=self.sheet.scan.extent, zorder=0.0)
-        self.ax.set_xlim(left, right)
-        self.ax.set_ylim(bottom, top)
-        self.ax.set_aspect("equal")
-        self.ax.set_axis_off()
+        set_view(self.ax, *self.sheet.view)
 
     def show_ground(self) -> None:
         """Draw the hull, pale without a scan, and folds."""
@@ -217,7 +210,7 @@ class _OldMapPanel:
 
     def show_title(self, title: str, below: str) -> None:
         """Draw a title and a subtitle, which mentions folds."""
-        draw_title(self.ax, title, below + ("; pink: the fit folds" if self.sheet.folded.any() else ""))
+        layouts.draw_title(self.ax, title, below + ("; pink: the fit folds" if self.sheet.folded.any() else ""))
 
     def show_grid(self, *, strong: bool = False) -> float:
         """Draw lines of equal true x and y at a round distance; returns it in metres."""
@@ -241,23 +234,23 @@ class _OldMapPanel:
             scale = _with_round_denominators(scale, denominator)
         if sheet.scan is not None:
             self._colour_scan(sheet.scan, values, scale)
-        mesh = Triangulation(mesh.x, mesh.y, mesh.triangles)
+        mesh = tri.Triangulation(mesh.x, mesh.y, mesh.triangles)
         mesh.set_mask(sheet.folded[mesh.triangles].any(axis=1))
         values = np.where(sheet.folded, scale.limits[0], values)
         if sheet.scan is None:
-            draw_triangles(self.ax, mesh, values, norm=scale.norm, cmap=scale.colours, zorder=0.5)
+            basemap.draw_triangles(self.ax, mesh, values, norm=scale.norm, cmap=scale.colours, zorder=0.5)
         self.show_grid()
         levels = shown_levels(scale, present)
         if levels.size:
             texts = level_labels(levels) if denominator is None else [f"{denominator / one:,.0f}" for one in levels]
             rim = np.stack([sheet.hull[:-1], sheet.hull[1:]], axis=1)
-            draw_isolines(self.ax, mesh, values, dict(zip(levels.tolist(), texts, strict=True)), rim)
+            map_drawing.draw_isolines(self.ax, mesh, values, dict(zip(levels.tolist(), texts, strict=True)), rim)
         self.show_rim()
         style = style_of(self.bar)
         if not style.look.colourbar:
             return
         self.bar.set_axis_on()
-        drawn = draw_colourbar(self.bar.figure, scale, cax=self.bar)
+        drawn = map_drawing.draw_colourbar(self.bar.figure, scale, cax=self.bar)
         if denominator is not None:
             ticks = [float(tick) for tick in drawn.get_ticks()]
             drawn.set_ticks(ticks, labels=[f"{denominator / one:,.0f}" for one in ticks])
@@ -288,11 +281,11 @@ def _tissot(panel: _OldMapPanel, measure: str) -> None:
         step *= 0.8
     J = panel.sheet.found.local_jacobian(xy)
     known = ~np.isnan(J[:, 0, 0])
-    shapes = Ellipses(xy=xy[known], J=J[known])
-    radius = float(f"{_FILL * close_pairs(shapes)[2]:.2g}")
+    shapes = surfaces.Ellipses(xy=xy[known], J=J[known])
+    radius = float(f"{_FILL * surfaces.close_pairs(shapes)[2]:.2g}")
     colours = style_of(panel.ax).colours
     style = {"facecolors": colours.face, "edgecolors": colours.edge, "linewidths": 0.5}
-    add_polygons(panel.ax, ellipses(shapes, radius, 72), zorder=2.0, label="indicatrices", **style)
+    add_polygons(panel.ax, surfaces.ellipses(shapes, radius, 72), zorder=2.0, label="indicatrices", **style)
     panel.show_title("Tissot's indicatrices", f"Circles in truth with a radius of {_length(radius)}")
 
 
@@ -342,17 +335,11 @@ def _grid(panel: _OldMapPanel, measure: str) -> None:
     for name in found.outliers[:_MOST_NAMES]:
         number = found.points.names.index(name)
         goes_right = meant[number, 0] > found.points.old[number, 0]
-        ax.annotate(
-            name,
-            found.points.old[number],
-            xytext=(-3, 3) if goes_right else (3, 3),  # beside the line
-            textcoords="offset points",
-            horizontalalignment="right" if goes_right else "left",
-            fontsize=style.scale * 6.5,
-            color=_OUTLIER,
-            path_effects=[withStroke(linewidth=1.8, foreground=style.colours.halo)],
-            zorder=2.5,
-        )
+        offset, side = ((-3, 3), "right") if goes_right else ((3, 3), "left")  # beside the line
+        place: dict[str, Any] = {"xytext": offset, "textcoords": "offset points", "ha": side, "zorder": 2.5}
+        halo = [patheffects.withStroke(linewidth=1.8, foreground=style.colours.halo)]
+        words = style.letters(6.5) | {"color": _OUTLIER, "path_effects": halo}
+        ax.annotate(name, found.points.old[number], **place, **words)
     below = "Lines lead to where the MDT has the points"
     if far.any():
         below += "; red: outliers" + ("" if found.is_fitted.all() else ", left out")
@@ -406,9 +393,7 @@ def _layout(
     if size is None:
         width, height = columns * max(w + _GAP, letters * _TEXT) + _GAP, len(in_rows) * w * shape + fixed
     spare = (height - fixed - len(in_rows) * w * shape) / len(in_rows)
-    figure = StyledFigure(FigureStyle(look, letters), (width, height), dpi)
-    if look.title:
-        figure.head(look.title)
+    figure = new_figure(look, letters, (width, height), dpi)
     length = min(max(0.8 * w, 0.6 * (width - _GAP) / columns), 5.0)
     placed, upper = [], height - heading
     for row, foot in zip(in_rows, feet, strict=True):
@@ -450,7 +435,7 @@ def mosaic_figure(
     infinity has only a title. `look` is the style, or the name of a theme; its title is a heading. Raises ValueError,
     and ImportError for pictures without OpenCV.
     """
-    check_instance("mosaic", found, mosaics.Mosaic, "a Mosaic")
+    support.check_instance("mosaic", found, mosaics.Mosaic, "a Mosaic")
     if not frames or any(name not in found.frames for name in frames):
         raise ValueError(f"Invalid frames '{', '.join(frames)}'. They must be of {', '.join(found.frames)}.")
     panels = [_rendered(found, name, pictures) for name in frames]
@@ -461,13 +446,13 @@ def mosaic_figure(
     if len(words) == 1 and look.title:
         words = [(look.title, words[0][1])]
     with look.applied():
-        figure, axes, room = arranged(shapes, size, dpi, foot=_MOSAIC_FOOT, words=words, look=look)
+        figure, axes, room = layouts.arranged(shapes, size, dpi, foot=_MOSAIC_FOOT, words=words, look=look)
         for ax, panel, (title, below) in zip(axes, panels, words, strict=True):
             ax.set_axis_off()
             if panel is not None:
                 _draw_mosaic(ax, found, *panel)
-            draw_title(ax, title, below)
-        fit_titles(axes, room)
+            layouts.draw_title(ax, title, below)
+        layouts.fit_titles(axes, room)
     return figure
 
 

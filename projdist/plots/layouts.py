@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.text import Text
 
+from projdist import support
 from projdist._typing import FloatArray
 from projdist.plots.style import USUAL, FigureStyle, Look, StyledFigure, scale_for, style_of, text_width, with_minus
-from projdist.support import check_number, check_pair, check_text, quoted
 
 _TITLE_SIZE, _BELOW_SIZE = _SIZES = 10.5, 8.0  # points
 _PADS, _TIGHT_PADS = (6, 16), (4, 14)  # points between map and title, without a line between and with one
@@ -27,21 +27,12 @@ def draw_title(ax: Axes, title: str, below: str) -> None:
     if below and style.is_one_line:
         title, below = f"{title} · {with_minus(below)}", ""
     pad = style.scale * (_TIGHT_PADS if style.is_tight else _PADS)[1 if below else 0]
-    size = style.scale * _TITLE_SIZE
-    ax.set_title(check_text("title", title), fontsize=size, pad=pad, y=1.0, color=style.colours.text)
+    ax.set_title(support.check_text("title", title), pad=pad, y=1.0, **style.letters(_TITLE_SIZE))
     if below:
-        ax.annotate(
-            with_minus(below),
-            (0.5, 1.0),
-            xytext=(0, style.scale * (3 if style.is_tight else 4)),
-            xycoords="axes fraction",
-            textcoords="offset points",
-            ha="center",
-            va="bottom",
-            fontsize=style.scale * _BELOW_SIZE,
-            color=style.colours.quiet,
-            label=_BELOW_LABEL,
-        )
+        offset, words = (0, style.scale * (3 if style.is_tight else 4)), style.letters(_BELOW_SIZE, quiet=True)
+        place: dict[str, Any] = {"xycoords": "axes fraction", "xytext": offset, "textcoords": "offset points"}
+        words |= {"ha": "center", "va": "bottom", "label": _BELOW_LABEL}
+        ax.annotate(with_minus(below), (0.5, 1.0), **place, **words)
 
 
 def fit_titles(axes: Sequence[Axes], room: float) -> None:
@@ -76,40 +67,37 @@ _TIGHT_FOOT = {BAR: 0.57, FOOT: 0.22}
 _TIGHT_GAP, _TIGHT_TITLE, _TIGHT_HEADING, _BELOW = 0.06, 0.24, 0.26, 0.14
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Panels:
-    """Panels to arrange, by widths and heights (n, 2); `labels` is the room in inches beside and below each."""
-
-    shapes: FloatArray
-    size: tuple[float, float] | None
-    foot: float
-    labels: tuple[float, float]
-    look: Look
-
-
 class _Grid:
-    """Panels in a number of columns, as large as possible; lengths are in inches, `unit` inches a unit of the shapes.
+    """Panels of widths and heights (n, 2) in a number of columns, as large as possible.
 
-    `letters` is the font size relative to the usual one, `rows` are the heights of rows.
+    Lengths are in inches, `unit` inches a unit of the shapes. `labels` is the room beside and below each panel,
+    `letters` the font size relative to the usual one, `rows` are the heights of rows.
     """
 
     def __init__(
-        self, panels: _Panels, columns: int, words: Sequence[tuple[str, str]], *, is_one_line: bool = False
+        self,
+        shapes: FloatArray,
+        size: tuple[float, float] | None,
+        foot: float,
+        labels: tuple[float, float],
+        look: Look,
+        columns: int,
+        words: Sequence[tuple[str, str]],
+        *,
+        is_one_line: bool = False,
     ) -> None:
-        shapes, size, look, count = panels.shapes, panels.size, panels.look, len(panels.shapes)
-        is_tight = size is not None
+        count, is_tight = len(shapes), size is not None
         highest = np.array([shapes[k : k + columns, 1].max() for k in range(0, count, columns)])
         letters = scale_for(look, None if size is None else (size[0] / columns, size[1] / highest.size))
         widths = [text_width(text, points) for line in words for text, points in zip(line, _SIZES, strict=True)]
         self.title_width = letters * (max(widths) / 72.0) if look.has_titles else 0.0
-        foot = panels.foot if look.colourbar or panels.foot != BAR else _EMPTY
-        if is_tight:
-            foot = _TIGHT_FOOT.get(foot, foot)
+        foot = foot if look.colourbar or foot != BAR else _EMPTY
+        foot = _TIGHT_FOOT.get(foot, foot) if is_tight else foot
         above = _TIGHT_TITLE + (_BELOW if any(below for _, below in words) else 0.0) if is_tight else _TITLE
         self.gap = _TIGHT_GAP if is_tight else _GAP
         self.title = letters * above if look.has_titles else _EMPTY
         self.heading = letters * (_TIGHT_HEADING if is_tight else _HEADING) if look.title and count > 1 else 0.0
-        beside, below = letters * panels.labels[0], letters * panels.labels[1]
+        beside, below = letters * labels[0], letters * labels[1]
         fixed = letters * foot + self.heading + highest.size * (self.title + self.gap + below)
         width = size[0] if size else (8.0 if count == 1 else _WIDEST)
         height = size[1] if size else (_HIGHEST if count == 1 else 3.0 + 3.0 * highest.size)
@@ -140,16 +128,6 @@ class _Grid:
         return left / self.width, (middle - 0.5 * h) / self.height, w / self.width, h / self.height
 
 
-def _grid(panels: _Panels, columns: int, words: list[tuple[str, str]]) -> _Grid:
-    """Arrangement in a number of columns; in a figure of stated size, titles and subtitles share a line if they fit."""
-    merged = [(" · ".join(filter(None, line)), "") for line in words]
-    if panels.size is not None and merged != words:
-        one_line = _Grid(panels, columns, merged, is_one_line=True)
-        if one_line.title_width <= one_line.pitch - one_line.gap:
-            return one_line
-    return _Grid(panels, columns, words)
-
-
 def arranged(
     shapes: FloatArray,
     size: tuple[float, float] | None,
@@ -166,13 +144,17 @@ def arranged(
     inches to the left of and below the axes; last returned is the room for titles in inches.
     """
     size, dpi, count = check_size(size), check_dpi(dpi), len(shapes)
-    panels = _Panels(shapes=shapes, size=size, foot=foot, labels=labels, look=look)
-    # The fewest columns for each number of rows: four maps are two and two, not three and one.
-    options = [
-        _grid(panels, columns, words)
-        for columns in range(1, min(count, _COLUMNS) + 1)
-        if -(-count // -(-count // columns)) == columns
-    ]
+    make = functools.partial(_Grid, shapes, size, foot, labels, look)
+    # In a figure of a stated size titles and subtitles share a line if they fit.
+    merged = [(" · ".join(filter(None, line)), "") for line in words]
+    options: list[_Grid] = []
+    for columns in range(1, min(count, _COLUMNS) + 1):
+        if -(-count // -(-count // columns)) == columns:  # the fewest for the rows: four maps are two and two
+            options.append(make(columns, words))
+            if size is not None and merged != words:
+                one_line = make(columns, merged, is_one_line=True)
+                if one_line.title_width <= one_line.pitch - one_line.gap:
+                    options[-1] = one_line
     readable = [one for one in options if one.unit > 0 and one.pitch - one.gap >= _LEAST_TEXT * one.title_width - 1e-9]
     # The largest maps, in a figure that is not much higher than wide.
     grid = max(readable or options, key=lambda option: option.unit * min(1.0, 1.1 * option.width / option.height))
@@ -202,15 +184,17 @@ def check_size(size: Any) -> tuple[float, float] | None:
     """Check a size in inches; None stands for as much as needed."""
     if size is None:
         return None
-    pair = check_pair("size", size)
+    pair = support.check_pair("size", size)
     if not (np.isfinite(pair).all() and min(pair) > 0):
-        raise ValueError(f"Invalid size {quoted(size)}. It must be a width and a height in inches, both positive.")
+        raise ValueError(
+            f"Invalid size {support.quoted(size)}. It must be a width and a height in inches, both positive."
+        )
     return pair
 
 
 def check_dpi(dpi: Any) -> float:
     """Dots per inch."""
-    number = check_number("dpi", dpi)
+    number = support.check_number("dpi", dpi)
     if not 0.0 < number < np.inf:
-        raise ValueError(f"Invalid dpi {quoted(dpi)}. It must be positive.")
+        raise ValueError(f"Invalid dpi {support.quoted(dpi)}. It must be positive.")
     return number

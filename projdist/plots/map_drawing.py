@@ -1,33 +1,23 @@
-"""Drawing on given axes: indicatrices, heat maps, isolines with labels, and colour bars."""
+"""Drawing on given axes: indicatrices, heat maps, isolines, colour bars, local corrections and ground distortion."""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from matplotlib import colorbar, colors, contour, patheffects, transforms, tri
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colorbar import Colorbar
-from matplotlib.colors import Colormap
-from matplotlib.contour import ContourSet
-from matplotlib.patheffects import withStroke
-from matplotlib.transforms import TransformedPath
-from matplotlib.tri import Triangulation
 
-from projdist import surfaces
+from projdist import answers, decisions, matrices, projections, regions, support, surfaces
 from projdist._typing import FloatArray, IntArray
-from projdist.matrices import Measure, get_measure
-from projdist.plots.basemap import CONTEXTS, check_context, draw_basemap, draw_triangles, region_clip, triangulation
+from projdist.plots import basemap, layouts
 from projdist.plots.colours import ColourScale, Levels, level_labels, shown_levels
-from projdist.plots.layouts import draw_title
-from projdist.plots.places import draw_places, main_cities
 from projdist.plots.style import FigureStyle, StyledFigure, add_lines, add_polygons, style_of, text_width, title_of
-from projdist.projections import Projection, ProjectionLike
-from projdist.regions import RegionLike
-from projdist.support import check_instance, check_number, check_text
-from projdist.surfaces import Indicatrices, Surface, ValuesAt
+from projdist.surfaces import Surface
 
 _SIZE = 6.5  # points
 _WIDTH = 0.65  # of a character, in its height
@@ -35,7 +25,7 @@ _SHORTEST = 4.0  # of the label's width; shorter isolines have none
 _SHARES = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9)
 
 
-def label_isolines(ax: Axes, lines: ContourSet, labels: Mapping[float, str], outline: FloatArray) -> None:
+def label_isolines(ax: Axes, lines: contour.ContourSet, labels: Mapping[float, str], outline: FloatArray) -> None:
     """Label isolines clear of each other and of the outline, (n, 2, 2) short segments in metres.
 
     matplotlib's own labels cover each other on lobes and at limbs.
@@ -64,7 +54,7 @@ def label_isolines(ax: Axes, lines: ContourSet, labels: Mapping[float, str], out
         return
     manual = ax.transData.inverted().transform(places).tolist()
     for text in ax.clabel(lines, fontsize=size, fmt=dict(labels), inline_spacing=2, manual=manual):
-        text.set_path_effects([withStroke(linewidth=1.5, foreground=style_of(ax).colours.halo)])
+        text.set_path_effects([patheffects.withStroke(linewidth=1.5, foreground=style_of(ax).colours.halo)])
 
 
 # ---- pictures ------------------------------------------------------------------------------------
@@ -75,21 +65,21 @@ _AXIS = 0.5  # points
 _LEAST_FACTOR, _LARGEST_FACTOR = 0.1, 1e6
 _EDGE, _EDGE_SHARE = 0.6, 0.06  # points, and of the width of the ellipses
 
-AnyMeasure = str | Measure | Callable[[FloatArray], FloatArray]
+AnyMeasure = str | matrices.Measure | Callable[[FloatArray], FloatArray]
 
 
 def check_axes(ax: Any) -> None:
     """Check that an object is matplotlib axes, before the work."""
-    check_instance("axes", ax, Axes, "Axes of matplotlib")
+    support.check_instance("axes", ax, Axes, "Axes of matplotlib")
 
 
 def words_of(
-    projection: Projection, title: str | None, airy_kavrayskiy: float | None = None, below: str = ""
+    projection: projections.Projection, title: str | None, airy_kavrayskiy: float | None = None, below: str = ""
 ) -> tuple[str, str]:
     """Title and subtitle of a map: its name by default, and its Airy-Kavrayskiy error if known."""
     if airy_kavrayskiy is not None and not below:
-        below = f"Airy–Kavrayskiy {check_number('Airy-Kavrayskiy figure', airy_kavrayskiy):.4g}"
-    return title_of(projection) if title is None else check_text("title", title), below
+        below = f"Airy–Kavrayskiy {support.check_number('Airy-Kavrayskiy figure', airy_kavrayskiy):.4g}"
+    return title_of(projection) if title is None else support.check_text("title", title), below
 
 
 # ---- Tissot's indicatrices ------------------------------------------------------------------
@@ -99,22 +89,22 @@ def check_exaggeration(factor: float | str) -> float | str:
     """Check an exaggeration: a factor, or "auto"; raises ValueError."""
     if factor == "auto":
         return factor
-    if not _LEAST_FACTOR <= check_number("exaggeration", factor) <= _LARGEST_FACTOR:
+    if not _LEAST_FACTOR <= support.check_number("exaggeration", factor) <= _LARGEST_FACTOR:
         raise ValueError(f"Invalid exaggeration '{factor}'. It must be a factor of 0.1 to 1e6, or auto.")
     return factor
 
 
 def tissot(
     ax: Axes,
-    projection: ProjectionLike,
+    projection: projections.ProjectionLike,
     *,
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     step: float | None = None,
     radius: float | None = None,
     exaggeration: float | str = 1.0,
     title: str | None = None,
     airy_kavrayskiy: float | None = None,
-    context: str = CONTEXTS[-1],
+    context: str = basemap.CONTEXTS[-1],
 ) -> float:
     """Draw Tissot's indicatrices on `ax`; returns the radius in metres of their circles on the ground.
 
@@ -129,14 +119,14 @@ def tissot(
     points = [surfaces.tissot_points(surface, step)]
     factor = surfaces.usual_exaggeration(points) if isinstance(exaggeration, str) else exaggeration
     fitted, (panel,) = surfaces.fit(points, radius, factor)
-    draw_tissot(ax, surface, panel, fitted, words, check_context(context))
+    draw_tissot(ax, surface, panel, fitted, words, basemap.check_context(context))
     return fitted
 
 
 def draw_tissot(
     ax: Axes,
     surface: Surface,
-    panel: Indicatrices,
+    panel: surfaces.Indicatrices,
     radius: float,
     words: tuple[str, str],
     context: str,
@@ -144,17 +134,17 @@ def draw_tissot(
     axes: bool = False,
 ) -> None:
     """Draw prepared indicatrices of a radius in metres, with the principal directions as crosses where wanted."""
-    draw_basemap(ax, surface, context)
+    basemap.draw_basemap(ax, surface, context)
     draw_ellipses(ax, panel, radius)
     if axes:
         crosses = surfaces.principal_axes(panel, radius)
         edge = style_of(ax).colours.edge
         add_lines(ax, crosses, colors=edge, linewidths=_AXIS, zorder=2.1, label="principal directions")
-    draw_places(ax, surface, context)
-    draw_title(ax, *words)
+    basemap.draw_places(ax, surface, context)
+    layouts.draw_title(ax, *words)
 
 
-def draw_ellipses(ax: Axes, panel: Indicatrices, radius: float, matrix: FloatArray | None = None) -> None:
+def draw_ellipses(ax: Axes, panel: surfaces.Indicatrices, radius: float, matrix: FloatArray | None = None) -> None:
     """Draw ellipses only, in metres, or transformed by a matrix (2, 2)."""
     vertices = _FEW_VERTICES if panel.lon.size > _MANY else _VERTICES
     polygons = surfaces.ellipses(panel, radius, vertices)
@@ -173,18 +163,18 @@ def draw_ellipses(ax: Axes, panel: Indicatrices, radius: float, matrix: FloatArr
 
 def heatmap(
     ax: Axes,
-    projection: ProjectionLike,
+    projection: projections.ProjectionLike,
     *,
     measure: AnyMeasure = "fisher",
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     step: float | None = None,
     levels: Levels = None,
-    cmap: str | Colormap | None = None,
+    cmap: str | colors.Colormap | None = None,
     limits: tuple[float, float] | None = None,
     colourbar: bool = True,
     title: str | None = None,
     airy_kavrayskiy: float | None = None,
-    context: str = CONTEXTS[-1],
+    context: str = basemap.CONTEXTS[-1],
 ) -> ColourScale:
     """Draw a measure as a field of colours with isolines on `ax`; returns the colour scale.
 
@@ -193,13 +183,13 @@ def heatmap(
     Raises ValueError for invalid options.
     """
     check_axes(ax)
-    chosen = get_measure(measure)
+    chosen = matrices.get_measure(measure)
     surface = surfaces.surface_of(projection, region)
     words = words_of(surface.domain.projection, title, airy_kavrayskiy)
     values = surfaces.field(surface, chosen)
     scale = ColourScale.of_surfaces(chosen, [surface], [values], levels=levels, cmap=cmap, limits=limits)
     values_at = functools.partial(surfaces.measured, surface.domain.projection, chosen)
-    draw_heatmap(ax, surface, values, scale, words, check_context(context), values_at, step=step)
+    draw_heatmap(ax, surface, values, scale, words, basemap.check_context(context), values_at, step=step)
     if colourbar:
         draw_bar_below(ax, scale)
     return scale
@@ -212,16 +202,16 @@ def draw_heatmap(
     scale: ColourScale,
     words: tuple[str, str],
     context: str,
-    values_at: ValuesAt | None = None,
+    values_at: surfaces.ValuesAt | None = None,
     *,
     step: float | None = None,
 ) -> None:
     """Draw prepared values at the vertices of a surface; isolines end where `values_at` jumps."""
-    draw_basemap(ax, surface, context, step, over_colours=True)
-    kept = main_cities(ax, surface) if context == "full" else None
+    basemap.draw_basemap(ax, surface, context, step, over_colours=True)
+    kept = basemap.main_cities(ax, surface) if context == "full" else None
     draw_field(ax, surface, values, scale, values_at, kept)
-    draw_places(ax, surface, context)
-    draw_title(ax, *words)
+    basemap.draw_places(ax, surface, context)
+    layouts.draw_title(ax, *words)
 
 
 def draw_field(
@@ -229,11 +219,11 @@ def draw_field(
     surface: Surface,
     values: FloatArray,
     scale: ColourScale,
-    values_at: ValuesAt | None = None,
+    values_at: surfaces.ValuesAt | None = None,
     kept: FloatArray | None = None,
 ) -> None:
     """Draw prepared values as colours and isolines only, whose labels keep clear of some points (n, 2)."""
-    mapped, used = triangulation(surface, surface.triangles)
+    mapped, used = basemap.triangulation(surface, surface.triangles)
     whole, values = values, values[used]
     if scale.measure.name == "meridian_convergence":
         mapped, values = _without_turn(mapped, values)
@@ -242,14 +232,14 @@ def draw_field(
     mapped.set_mask(unknown)
     levels = shown_levels(scale, values[~missing])
     values = np.where(missing, scale.limits[0], values)
-    clip = region_clip(ax, surface)
-    draw_triangles(ax, mapped, values, clip, norm=scale.norm, cmap=scale.colours, zorder=0.5)
+    clip = basemap.region_clip(ax, surface)
+    basemap.draw_triangles(ax, mapped, values, clip, norm=scale.norm, cmap=scale.colours, zorder=0.5)
     if levels.size:
         traced = surfaces.crosses(values[mapped.triangles], levels) & ~unknown
         if values_at is not None:
             traced &= ~surfaces.jumping(surface, whole, levels, values_at)
         # Separate triangulations: matplotlib searches all triangles for each level.
-        mapped = Triangulation(mapped.x, mapped.y, mapped.triangles[traced])
+        mapped = tri.Triangulation(mapped.x, mapped.y, mapped.triangles[traced])
         edges = (surface.ground or surface).outline
         if kept is not None:
             edges = np.concatenate([edges, np.repeat(kept[:, None], 2, axis=1)])
@@ -258,11 +248,11 @@ def draw_field(
 
 def draw_isolines(
     ax: Axes,
-    mesh: Triangulation,
+    mesh: tri.Triangulation,
     values: FloatArray,
     labels: Mapping[float, str],
     edges: FloatArray,
-    clip: TransformedPath | None = None,
+    clip: transforms.TransformedPath | None = None,
 ) -> None:
     """Draw isolines of values at the vertices of triangles, and their labels clear of edges, (n, 2, 2) segments."""
     style = {"colors": style_of(ax).colours.ink, "linewidths": 0.6, "linestyles": "solid", "zorder": 2.0}
@@ -272,7 +262,7 @@ def draw_isolines(
     label_isolines(ax, lines, labels, edges)
 
 
-def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulation, FloatArray]:
+def _without_turn(mapped: tri.Triangulation, values: FloatArray) -> tuple[tri.Triangulation, FloatArray]:
     """Field of angles with separate vertices for triangles across the jump from 180 to -180 degrees."""
     corners = values[mapped.triangles]
     turn = np.ptp(corners, axis=1) > 180.0
@@ -282,7 +272,7 @@ def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulat
     triangles = mapped.triangles.copy()
     triangles[turn] = len(values) + np.arange(torn.size).reshape(-1, 3)
     x, y = np.concatenate([mapped.x, mapped.x[torn]]), np.concatenate([mapped.y, mapped.y[torn]])
-    return Triangulation(x, y, triangles), np.concatenate([values, unwrapped])
+    return tri.Triangulation(x, y, triangles), np.concatenate([values, unwrapped])
 
 
 def draw_bar_below(ax: Axes, scale: ColourScale) -> None:
@@ -290,29 +280,20 @@ def draw_bar_below(ax: Axes, scale: ColourScale) -> None:
     draw_colourbar(ax.figure, scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
 
 
-def draw_colourbar(figure: Any, scale: ColourScale, *, label: str | None = None, **place: Any) -> Colorbar:
+def draw_colourbar(figure: Any, scale: ColourScale, *, label: str | None = None, **place: Any) -> colorbar.Colorbar:
     """Draw a horizontal colour bar with the levels as ticks; its label is by default the measure's name."""
     style = figure.style if isinstance(figure, StyledFigure) else FigureStyle()
     letters, colours = style.scale, style.colours
-    bar: Colorbar = figure.colorbar(
+    bar: colorbar.Colorbar = figure.colorbar(
         ScalarMappable(scale.norm, scale.colours), orientation="horizontal", extend=scale.extend, **place
     )
     ticks = _ticks(scale, bar.ax.get_window_extent().width / figure.dpi * 72.0 / (letters * _TICK))
     bar.set_ticks(ticks, labels=level_labels(np.array(ticks)))
     bar.minorticks_off()
-    bar.ax.tick_params(
-        labelsize=letters * _TICK,
-        length=letters * 3.0,
-        pad=letters * (2.0 if style.is_tight else 3.5),
-        color=colours.text,
-        labelcolor=colours.text,
-    )
-    bar.set_label(
-        scale.label if label is None else label,
-        fontsize=letters * 9.0,
-        labelpad=letters * (1.0 if style.is_tight else 4.0),
-        color=colours.text,
-    )
+    pad, below = (2.0, 1.0) if style.is_tight else (3.5, 4.0)
+    bar.ax.tick_params(labelsize=letters * _TICK, length=letters * 3.0, pad=letters * pad)
+    bar.ax.tick_params(color=colours.text, labelcolor=colours.text)
+    bar.set_label(scale.label if label is None else label, labelpad=letters * below, **style.letters(9.0))
     bar.outline.set(linewidth=0.5, edgecolor="black")
     if isinstance(figure, StyledFigure):
         figure.fit(bar.ax.xaxis.label)
@@ -341,3 +322,218 @@ def _ticks(scale: ColourScale, length: float) -> list[float]:
         if places[index] - places[each[-1]] > reach[index] + reach[each[-1]] + _AIR:
             each.append(index)
     return [float(level) for level in levels[max(even, np.array(each), key=len)]]
+
+
+# ---- ground distortion ---------------------------------------------------------------------------
+
+
+# Values at the vertices are given, none are computed.
+_DISTORTION = matrices.Measure("distortion_ppm", lambda J: np.full(J.shape[:-2], np.nan), unit="ppm", kind="signed")
+_LARGEST, _SMALLEST = 60.0, 2.0  # points squared
+_RASTER = 200  # points; of fewer each is shown
+_EVEN = 1.8  # between the spacings of even points: cells of a raster are not square on the ground
+_MOST_TRIANGULATED = 200_000
+_TARGET = "#1a7f37"
+
+
+@dataclass(frozen=True)
+class GroundMap:
+    """Distortion on the ground: ppm at the vertices of a surface, or at the points of a design if these are few."""
+
+    surface: Surface
+    found: decisions.LDP
+    is_field: bool
+    ppm: FloatArray
+    scale: ColourScale
+
+    @classmethod
+    def of(cls, found: decisions.LDP) -> GroundMap:
+        """The picture of a design."""
+        support.check_instance("design", found, decisions.LDP, "an LDP, as ldp returns")
+        surface = surfaces.surface_of(found.projection, found.region)
+        heights = _heights(surface, found)
+        if heights is None:
+            return cls(surface, found, False, found.ppm, ColourScale.of(_DISTORTION, [found.ppm], [found.weight]))
+        ppm = decisions.distortion_ppm(found.projection, *surface.lonlat(), heights)
+        return cls(surface, found, True, ppm, ColourScale.of_surfaces(_DISTORTION, [surface], [ppm]))
+
+    def below(self, lines: str = "") -> str:
+        """Subtitle: the heights, and the share within the target."""
+        height, target = self.found.height, self.found.target_ppm
+        if np.ptp(height) == 0.0:
+            ground = f"at an ellipsoidal height of {height[0]:,.6g} m"
+        else:
+            ground = f"at {height.size:,} points from {height.min():,.0f} to {height.max():,.0f} m"
+        return f"{ground}; {100 * self.found.statistics.within[target]:.4g} % within {target:g} ppm{lines}"
+
+    def draw(self, ax: Axes, title: str | None) -> None:
+        """Draw it on axes, a field with the isolines of the target."""
+        found, surface, scale = self.found, self.surface, self.scale
+        if not self.is_field:
+            basemap.draw_basemap(ax, surface)
+            x, y = found.projection(found.lon, found.lat)
+            size = float(np.clip(2e4 / x.size, _SMALLEST, _LARGEST))
+            colours = scale.colours(scale.norm(self.ppm))
+            edge: dict[str, Any] = {"edgecolors": "#00000055", "linewidths": 0.3}
+            ax.scatter(x, y, c=colours, s=size, zorder=2.0, label="points", **edge)
+            layouts.draw_title(ax, *words_of(found.projection, title, below=self.below()))
+            return
+        mapped, used = basemap.triangulation(surface, surface.triangles)
+        values, target = self.ppm[used], found.target_ppm
+        levels = [level for level in (-target, target) if values.min() < level < values.max()]
+        words = words_of(found.projection, title, below=self.below(" (thick lines)" if levels else ""))
+        draw_heatmap(ax, surface, self.ppm, scale, words, basemap.CONTEXTS[-1])
+        if levels:
+            style = {"colors": _TARGET, "linewidths": 1.6, "linestyles": "solid", "zorder": 2.1}
+            lines = ax.tricontour(mapped, values, levels=levels, **style)
+            clip = basemap.region_clip(ax, surface)
+            if clip is not None:
+                lines.set_clip_path(clip)
+
+
+def ground_map(ax: Axes, found: decisions.LDP, *, colourbar: bool = True, title: str | None = None) -> ColourScale:
+    """Draw the distortion of a low-distortion projection in ppm on `ax`; returns the colour scale.
+
+    A region of one height, and heights that cover it as a raster does, are a field with isolines and the lines of the
+    target; points with heights are dots.
+    """
+    check_axes(ax)
+    prepared = GroundMap.of(found)
+    prepared.draw(ax, title)
+    if colourbar:
+        draw_bar_below(ax, prepared.scale)
+    return prepared.scale
+
+
+def _heights(surface: Surface, found: decisions.LDP) -> FloatArray | None:
+    """Heights at the vertices of a surface; None if those of a design are too few or too uneven for a field."""
+    lon, lat = surface.lonlat()
+    if np.ptp(found.height) == 0.0:
+        return np.full(lon.size, found.height[0])
+    if found.height.size < _RASTER:
+        return None
+    from scipy.interpolate import LinearNDInterpolator  # slow to load
+    from scipy.spatial import cKDTree
+
+    middle = float(np.mean(found.lat))
+    across = np.cos(np.radians(middle))
+    origin = found.lon[0]
+    points = np.column_stack([_turned(found.lon - origin) * across, found.lat])
+    tree = cKDTree(points)
+    spacing = np.asarray(tree.query(points, 2)[0])[:, 1]
+    if np.quantile(spacing, 0.9) > _EVEN * np.quantile(spacing, 0.1):
+        return None
+    nodes = np.column_stack([_turned(lon - origin) * across, lat])
+    nearest = found.height[tree.query(nodes)[1]]
+    if found.height.size > _MOST_TRIANGULATED:
+        return nearest
+    between = LinearNDInterpolator(points, found.height)(nodes)
+    return np.where(np.isfinite(between), between, nearest)
+
+
+def _turned(lon: FloatArray) -> FloatArray:
+    """Differences of longitude, -180 to 180."""
+    return np.mod(lon + 180.0, 360.0) - 180.0
+
+
+# ---- local fields --------------------------------------------------------------------------------
+
+_DISC_VERTICES = 36
+_DENSER = 2 / 3  # than Tissot's indicatrices stand
+_DISC, _LINE = 0.6, 1.0  # of the radius at which discs would be close
+_USUAL = 0.9  # of the stretches have lines in proportion; what is stretched more has the longest line
+_INK = "#222222"
+_HALO = patheffects.withStroke(linewidth=2.2, foreground="#ffffffb0")
+_FLAT = 1e-6  # of logarithms: what differs by less is the same, and where all stretches are less there are no lines
+
+
+_SCALE = matrices.Measure("scale_of_the_local_correction", lambda M: np.sqrt(matrices.areal_scale(M)), kind="ratio")
+_STRETCH = matrices.Measure("stretch_of_the_local_correction", lambda M: matrices.decompose(M).stretch, kind="ratio")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LocalField:
+    """Corrections at n places on a map, (n, 2) in metres, and the free radius around them."""
+
+    surface: Surface
+    corrections: answers.LocalCorrections
+    xy: FloatArray
+    discs: FloatArray
+    radius: float
+    scale: ColourScale
+
+    @classmethod
+    def of(cls, surface: Surface, radius_km: float, step: float | None) -> LocalField:
+        """Corrections on an even grid of a map; raises ValueError if no cap is on the map."""
+        points = surfaces.tissot_points(surface, _DENSER * surfaces.usual_step(surface) if step is None else step)
+        points = surfaces.without_crowding(replace(points, J=np.broadcast_to(np.eye(2), points.J.shape)))
+        found = answers.local_corrections(surface.domain.projection, points.lon, points.lat, radius_km)
+        known = np.asarray(np.isfinite(found.matrix).all(axis=(1, 2)))
+        if not known.any():
+            raise ValueError(f"Invalid radius '{radius_km:g}'. No cap of so many km is, by half, on the map.")
+        points, found = points.take(known), found.take(known)
+        radius = surfaces.even_radius([points])
+        # An equal-area map has one scale everywhere: then the discs' colours are the stretches.
+        shown = _SCALE if np.ptp(np.log(_SCALE(found.matrix))) > _FLAT else _STRETCH
+        values = shown(found.matrix)
+        return cls(
+            surface=surface,
+            corrections=found,
+            xy=points.xy,
+            discs=surfaces.ellipses(points, _DISC * radius, _DISC_VERTICES),
+            radius=radius,
+            scale=ColourScale.of(shown, [values], [np.full(values.size, 1.0 / values.size)]),
+        )
+
+    @property
+    def below(self) -> str:
+        """Subtitle: the caps, and the meaning of the longest lines."""
+        segments, longest, cut = self.segments()
+        about = f"Caps of {self.corrections.radius_km:,.6g} km"
+        return f"{about}; longest lines: stretch {longest:.4g}{' or more' if cut else ''}" if len(segments) else about
+
+    def draw(self, ax: Axes, title: str | None) -> None:
+        """Draw it on axes."""
+        basemap.draw_basemap(ax, self.surface)
+        colours = self.scale.colours(self.scale.norm(self.scale.measure(self.corrections.matrix)))
+        edge = {"edgecolors": _INK, "linewidths": 0.4}
+        add_polygons(ax, self.discs, facecolors=colours, zorder=2.0, label="scales", **edge)
+        line = {"colors": _INK, "linewidths": 1.2, "path_effects": [_HALO]}
+        add_lines(ax, self.segments()[0], zorder=2.2, label="stretches", **line)
+        layouts.draw_title(ax, *words_of(self.surface.domain.projection, title, below=self.below))
+
+    def segments(self) -> tuple[FloatArray, float, bool]:
+        """Lines (m, 2, 2) along the stretches, the stretch of the longest, and whether some exceed it."""
+        parts = self.corrections.parts
+        length = np.where(np.isfinite(parts.stretch_azimuth), np.log(parts.stretch), 0.0)
+        longest = float(np.quantile(length, _USUAL))
+        if not longest > _FLAT:
+            return np.empty((0, 2, 2)), 1.0, False
+        azimuth = np.radians(np.nan_to_num(parts.stretch_azimuth))
+        size = _LINE * self.radius * np.minimum(length / longest, 1.0)
+        half = size[:, None] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=-1)
+        return np.stack([self.xy - half, self.xy + half], axis=1), float(np.exp(longest)), bool(length.max() > longest)
+
+
+def local_field(
+    ax: Axes,
+    projection: projections.ProjectionLike,
+    radius_km: float,
+    *,
+    region: regions.RegionLike | None = None,
+    step: float | None = None,
+    colourbar: bool = True,
+    title: str | None = None,
+) -> ColourScale:
+    """Draw the local corrections over caps of `radius_km` on `ax`; returns the colour scale.
+
+    They stand `step` degrees apart. A disc's colour is the correction's scale, or its stretch where all
+    scales are the same; a line lies in the direction that is stretched most, its length the logarithm
+    of the stretch.
+    """
+    check_axes(ax)
+    field = LocalField.of(surfaces.surface_of(projection, region), radius_km, step)
+    field.draw(ax, title)
+    if colourbar:
+        draw_bar_below(ax, field.scale)
+    return field.scale

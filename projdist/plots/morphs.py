@@ -10,24 +10,18 @@ from typing import Any
 
 import numpy as np
 import shapely
+from matplotlib import colors, tri
 from matplotlib.animation import FFMpegWriter
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
-from matplotlib.tri import Triangulation
 from PIL import Image
 
-from projdist import surfaces
+from projdist import field, matrices, projections, regions, support, surfaces
 from projdist._typing import AnyArray, BoolArray, FloatArray, IntArray
-from projdist.field import drawn, evaluate, jacobian
-from projdist.matrices import Measure, get_measure
+from projdist.plots import layouts, map_drawing
 from projdist.plots.colours import ColourScale
-from projdist.plots.layouts import check_dpi, check_size
-from projdist.plots.map_drawing import AnyMeasure, draw_colourbar
-from projdist.plots.style import FigureStyle, Look, StyledFigure, add_lines, look_for, scale_for
-from projdist.projections import Projection, ProjectionLike
-from projdist.regions import GLOBE, Place, RegionLike, region_for
-from projdist.support import check_number, check_path, check_whole_number, quoted, replacing
-from projdist.surfaces import Surface, normalised
+from projdist.plots.style import Look, add_lines, look_for, new_figure, scale_for
+from projdist.projections import Projection
+from projdist.surfaces import Surface
 
 _POLE = 89.9  # degrees: nearer to a pole maps may be singular
 _STRAIGHT = np.radians(2.0)  # a turn that is less is none
@@ -55,7 +49,7 @@ class Blend:
     """
 
     maps: tuple[Projection, Projection]
-    region: Place
+    region: regions.Place
     vertices: Track
     jacobians: tuple[FloatArray, FloatArray]
     weights: FloatArray
@@ -70,14 +64,14 @@ class Blend:
         way = (1.0 - share) * track.first + share * track.second @ _rotation(self.turn).T
         return way @ _rotation(-share * self.turn).T
 
-    def values(self, share: float, measure: Measure) -> FloatArray:
+    def values(self, share: float, measure: matrices.Measure) -> FloatArray:
         """Measure (n,) of the interpolated Jacobians."""
         first, second = self.jacobians
         J = _rotation(-share * self.turn) @ ((1.0 - share) * first + share * _rotation(self.turn) @ second)
         return measure(J)
 
 
-def blend_of(first: Projection, second: Projection, region: Place) -> Blend:
+def blend_of(first: Projection, second: Projection, region: regions.Place) -> Blend:
     """Blend of two maps; raises ValueError if they have nothing in common."""
 
     turn = _turn(first, second, region)
@@ -122,11 +116,13 @@ def _rotation(angle: float) -> FloatArray:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
-def _turn(first: Projection, second: Projection, region: Place) -> float:
+def _turn(first: Projection, second: Projection, region: regions.Place) -> float:
     """The angle by which the second map lies best on the first (Procrustes)."""
     west, south, _, north = region.bounds
     u = west + (np.mod(region.bounds[2] - west - 1e-9, 360.0) + 1e-9) * (np.arange(_COARSE) + 0.5) / _COARSE
-    lon, lat = (one.ravel() for one in np.meshgrid(normalised(u), np.linspace(south, north, _COARSE + 2)[1:-1]))
+    lon, lat = (
+        one.ravel() for one in np.meshgrid(surfaces.normalised(u), np.linspace(south, north, _COARSE + 2)[1:-1])
+    )
     one, other = (np.column_stack(projection(lon, lat)) for projection in (first, second))
     kept = np.isfinite(one + other).all(axis=1) & region.contains(lon, lat)
     if not kept.any():
@@ -141,7 +137,7 @@ def _filled(projection: Projection, lon: FloatArray, lat: FloatArray, triangles:
     """Jacobians at points; undefined ones, as at a pole, are means of their neighbours."""
     J = np.full((lon.size, 2, 2), np.nan)
     inner = np.isfinite(lon) & (np.abs(lat) < _POLE)
-    J[inner] = jacobian(projection, lon[inner], lat[inner])
+    J[inner] = field.jacobian(projection, lon[inner], lat[inner])
     pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
     for _ in range(_ROUNDS):
@@ -186,9 +182,9 @@ def _tracks(surface: Surface, lines: Sequence[FloatArray], first: Projection, se
         return []
     domain = surface.domain
     line = np.repeat(np.arange(len(lines)), [len(points) for points in lines])
-    points = surfaces.cut_at_tears(domain, evaluate(domain, *np.concatenate(lines).T), line)
-    there = drawn(points)
-    lon, lat = normalised(np.where(there, points[:, 0], 0.0)), np.where(there, points[:, 1], 0.0)
+    points = surfaces.cut_at_tears(domain, field.evaluate(domain, *np.concatenate(lines).T), line)
+    there = field.drawn(points)
+    lon, lat = surfaces.normalised(np.where(there, points[:, 0], 0.0)), np.where(there, points[:, 1], 0.0)
     one, other = (np.column_stack(projection(lon, lat)) for projection in (first, second))
     there &= np.isfinite(one).all(axis=1) & np.isfinite(other).all(axis=1)
     return [Track(one[run], other[run]) for run in surfaces.runs(there)]
@@ -210,12 +206,12 @@ Progress = Callable[[int, int], Any]
 
 
 def morph(
-    first: ProjectionLike,
-    second: ProjectionLike,
+    first: projections.ProjectionLike,
+    second: projections.ProjectionLike,
     path: str | os.PathLike[str],
     *,
-    measure: AnyMeasure = "fisher",
-    region: RegionLike | None = None,
+    measure: map_drawing.AnyMeasure = "fisher",
+    region: regions.RegionLike | None = None,
     frames: int = 24,
     seconds: float = 4.0,
     size: tuple[float, float] = _SIZE,
@@ -282,7 +278,7 @@ def morph(
     >>> film.read_bytes()[:6]
     b'GIF89a'
     """
-    path, chosen = check_path("film", path), get_measure(measure)
+    path, chosen = support.check_path("film", path), matrices.get_measure(measure)
     suffix = path.suffix.lower()
     if suffix not in FILM_SUFFIXES:
         raise ValueError(f"Invalid film '{path}'. Its suffix must be .gif or .mp4.")
@@ -290,21 +286,21 @@ def morph(
         raise ValueError(f"Invalid film '{path}'. An .mp4 needs ffmpeg, which is not found; a .gif needs nothing.")
     if chosen.needs_hessian:
         raise ValueError(f"Invalid measure '{chosen.name}' for a film. It must need no second derivatives.")
-    count = check_whole_number("number of frames", frames)
+    count = support.check_whole_number("number of frames", frames)
     if not 2 <= count <= _MOST_FRAMES:
         raise ValueError(f"Invalid number of frames '{frames}'. It must be 2 to {_MOST_FRAMES}.")
-    length = check_number("number of seconds", seconds)
+    length = support.check_number("number of seconds", seconds)
     if not 0.1 <= length <= _LONGEST:
         raise ValueError(f"Invalid number of seconds '{seconds}'. It must be 0.1 to {_LONGEST:g}.")
-    room = check_size(size) or _SIZE
+    room = layouts.check_size(size) or _SIZE
     if room[0] < 1.0 or room[1] < 1.5:
-        raise ValueError(f"Invalid size {quoted(size)}. It has no room for a film.")
+        raise ValueError(f"Invalid size {support.quoted(size)}. It has no room for a film.")
     maps = Projection.from_user_input(first), Projection.from_user_input(second)
-    blend = blend_of(*maps, region_for(region, list(maps)))
-    with replacing(path, overwrite=overwrite) as new:
+    blend = blend_of(*maps, regions.region_for(region, list(maps)))
+    with support.replacing(path, overwrite=overwrite) as new:
         look = replace(look_for(look), transparent=False)
         with look.applied():
-            stage = _Stage(blend, chosen, room, check_dpi(dpi), look)
+            stage = _Stage(blend, chosen, room, layouts.check_dpi(dpi), look)
             if suffix == ".gif":
                 _write_gif(new, stage.pictures(count, progress), _palette(stage.scale, look), length)
             else:
@@ -320,12 +316,14 @@ def eased(count: int) -> FloatArray:
 class _Stage:
     """Figure that shows a blend at any fraction of the way."""
 
-    def __init__(self, blend: Blend, measure: Measure, size: tuple[float, float], dpi: float, look: Look) -> None:
+    def __init__(
+        self, blend: Blend, measure: matrices.Measure, size: tuple[float, float], dpi: float, look: Look
+    ) -> None:
         self.blend, self.measure = blend, measure
         values = [blend.values(share, measure) for share in (0.0, 0.5, 1.0)]
         self.scale = ColourScale.of(measure, values, [blend.weights] * len(values), colours=look.colours)
         letters, (width, height) = scale_for(look, size), size
-        self.figure = StyledFigure(FigureStyle(look, letters), size, dpi)
+        self.figure = new_figure(look, letters, size, dpi)
         self.canvas: Any = self.figure.canvas
         heading = letters * _HEADING if look.title else 0.0
         top = heading + (letters * _TOP if look.has_titles else _SIDE)
@@ -342,15 +340,13 @@ class _Stage:
         ]
         self.field: Any = None
         self.dot: Any = None
-        if look.title:
-            self.figure.head(look.title)
         if look.has_titles:
             self._draw_titles(1.0 - (heading + letters * 0.2) / height)
         if look.colourbar:
             bar = min(0.6 * width, 4.5)
             place = (0.5 - 0.5 * bar / width, letters * 0.42 / height, bar / width, letters * 0.11 / height)
-            over = "" if blend.region == GLOBE else f", over {blend.region.name[:50]}"
-            drawn_bar = draw_colourbar(self.figure, self.scale, cax=self.figure.add_axes(place))
+            over = "" if blend.region == regions.GLOBE else f", over {blend.region.name[:50]}"
+            drawn_bar = map_drawing.draw_colourbar(self.figure, self.scale, cax=self.figure.add_axes(place))
             drawn_bar.set_label(f"{self.scale.label}{over}", fontsize=letters * 8)
 
     def _draw_titles(self, y: float) -> None:
@@ -386,7 +382,7 @@ class _Stage:
         if self.field is not None:
             self.field.remove()
         x, y = np.where(used[:, None], xy, xy[used][0]).T
-        mapped = Triangulation(x, y, blend.triangles)
+        mapped = tri.Triangulation(x, y, blend.triangles)
         missing = ~np.isfinite(values)
         mapped.set_mask(missing[blend.triangles].any(axis=1))
         self.field = ax.tripcolor(
@@ -424,9 +420,11 @@ def _palette(scale: ColourScale, look: Look) -> Image.Image:
     """Palette: colours of the scale, also under lines, of background to text, and of the dot."""
     bright = scale.colours(np.linspace(0.0, 1.0, _COLOURS))[:, :3]
     dark = 0.75 * scale.colours(np.linspace(0.0, 1.0, _DARKER))[:, :3]
-    ends = (to_rgb(look.colours.background), to_rgb(look.colours.text))
+    ends = (colors.to_rgb(look.colours.background), colors.to_rgb(look.colours.text))
     grey = np.linspace(*ends, _GREYS)
-    pixels = np.concatenate([bright, dark, grey, [to_rgb(_DOT)], 0.5 * np.array([to_rgb(_DOT)]) + 0.5 * grey[:1]])
+    pixels = np.concatenate(
+        [bright, dark, grey, [colors.to_rgb(_DOT)], 0.5 * np.array([colors.to_rgb(_DOT)]) + 0.5 * grey[:1]]
+    )
     image = Image.new("P", (1, 1))
     image.putpalette((255.0 * pixels).round().astype(np.uint8).ravel().tolist())
     return image

@@ -12,19 +12,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib import patches
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Ellipse
 
+from projdist import matrices, regions
 from projdist._typing import AnyArray, FloatArray
 from projdist.field import Field, sample
-from projdist.matrices import areal_scale, get_measure
+from projdist.plots import layouts, map_drawing
 from projdist.plots.colours import ColourScale, level_labels
-from projdist.plots.layouts import BAR, arranged, bar_axes, draw_title, fit_titles
-from projdist.plots.map_drawing import draw_colourbar
-from projdist.plots.style import Look, add_lines, look_for, style_of, title_of, titles_for
+from projdist.plots.style import Look, add_lines, look_for, set_view, style_of, title_of, titles_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
-from projdist.regions import GLOBE, RegionLike, region_for, region_title
 
 _POINTS = 4000  # of equal area each
 _RAYS = 60  # points to which geodesics are drawn
@@ -63,7 +61,7 @@ def disc_points(J: FloatArray) -> AnyArray:
 def space_figure(
     projections: ProjectionLike | Iterable[ProjectionLike],
     *,
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
     titles: Sequence[str | None] | None = None,
@@ -116,29 +114,31 @@ def space_figure(
     if not 1 <= len(listed) <= _MOST:
         raise ValueError(f"Invalid list of {len(listed)} projections. It must name 1 to {_MOST}.")
     maps = [Projection.from_user_input(one) for one in listed]
-    place = region_for(region, maps)
+    place = regions.region_for(region, maps)
     names = titles_for(titles, [title_of(one) for one in maps])
     look = look_for(look)
     names = [look.title] if look.title and len(maps) == 1 else names
     clouds = [_cloud(sample(one, place, tolerance=_TOLERANCE)) for one in maps]
     sizes = [cloud.sizes for cloud in clouds]
     weights = [np.full(size.size, 1.0 / size.size) for size in sizes]
-    scale = ColourScale.of(get_measure("areal_scale"), sizes, weights, colours=look.colours)
+    scale = ColourScale.of(matrices.get_measure("areal_scale"), sizes, weights, colours=look.colours)
     # The disc is drawn whole, or as much of it as holds nearly all points.
     far = np.concatenate([np.abs([*cloud.points, cloud.mean, cloud.median]) for cloud in clouds])
     reach = _ROOM * max(float(np.quantile(far, _NEARLY_ALL)), _LEAST_REACH)
     reach = 1.0 if reach > _WHOLE else reach
-    over = "" if place == GLOBE else f", over {region_title(place)}"
+    over = "" if place == regions.GLOBE else f", over {regions.region_title(place)}"
     with look.applied():
         words = [(name, "") for name in names]
-        figure, panes, room = arranged(np.ones((len(maps), 2)), size, dpi, foot=BAR, words=words, look=look)
+        figure, panes, room = layouts.arranged(
+            np.ones((len(maps), 2)), size, dpi, foot=layouts.BAR, words=words, look=look
+        )
         for ax, cloud, name in zip(panes, clouds, names, strict=True):
             _draw(ax, cloud, scale, reach)
-            draw_title(ax, name, "")
+            layouts.draw_title(ax, name, "")
         _draw_legend(panes[0])
-        fit_titles(panes, room)
+        layouts.fit_titles(panes, room)
         if look.colourbar:
-            draw_colourbar(figure, scale, cax=bar_axes(figure), label=f"{scale.label}{over}")
+            map_drawing.draw_colourbar(figure, scale, cax=layouts.bar_axes(figure), label=f"{scale.label}{over}")
     return figure
 
 
@@ -149,7 +149,7 @@ def _cloud(field: Field) -> _Cloud:
     count = min(_POINTS, len(J))
     chosen = J if count == len(J) else J[np.searchsorted(total, (np.arange(count) + 0.5) / count * total[-1])]
     mean, median = disc_points(np.stack([field.airy_kavrayskiy.mdt, field.geometric_median.T])).tolist()
-    return _Cloud(disc_points(chosen), areal_scale(chosen), mean, median)
+    return _Cloud(disc_points(chosen), matrices.areal_scale(chosen), mean, median)
 
 
 # ---- drawing ----------------------------------------------------------------------------------
@@ -158,9 +158,8 @@ def _cloud(field: Field) -> _Cloud:
 def _draw(ax: Axes, cloud: _Cloud, scale: ColourScale, reach: float) -> None:
     colours, letters = style_of(ax).colours, style_of(ax).scale
     margin = 1.2 * reach
-    ax.set(xlim=(-margin, margin), ylim=(-margin, margin), aspect="equal")
-    ax.set_axis_off()
-    rim = Circle((0.0, 0.0), reach, facecolor="none", edgecolor=colours.outline, linewidth=0.8, zorder=1.0)
+    set_view(ax, -margin, margin, -margin, margin)
+    rim = patches.Circle((0.0, 0.0), reach, facecolor="none", edgecolor=colours.outline, linewidth=0.8, zorder=1.0)
     ax.add_patch(rim)
     ax.plot([-reach, reach, np.nan, 0, 0], [0, 0, np.nan, -reach, reach], color=colours.quiet, linewidth=0.4, alpha=0.5)
     far = cloud.points[np.argsort(np.abs(cloud.points - cloud.mean))][:: max(len(cloud.points) // _RAYS, 1)]
@@ -177,18 +176,9 @@ def _draw(ax: Axes, cloud: _Cloud, scale: ColourScale, reach: float) -> None:
         drawn.set_clip_path(rim)
     for z, marker, label, area in ((cloud.mean, "D", "mean (MDT)", 34.0), (cloud.median, "s", "median", 30.0)):
         face, edge = (colours.background, colours.text) if marker == "D" else (colours.text, colours.background)
-        ax.plot(
-            [z.real],
-            [z.imag],
-            marker,
-            markersize=letters * np.sqrt(area),
-            color=face,
-            markeredgecolor=edge,
-            markeredgewidth=1.2,
-            linestyle="none",
-            zorder=4.0 if marker == "D" else 3.9,
-            label=label,
-        )
+        edges: dict[str, Any] = {"markeredgecolor": edge, "markeredgewidth": 1.2, "linestyle": "none"}
+        dot: dict[str, Any] = {"markersize": letters * np.sqrt(area), "zorder": 4.0 if marker == "D" else 3.9}
+        ax.plot([z.real], [z.imag], marker, color=face, label=label, **dot, **edges)
     _draw_rings(ax, reach)
     draw_glyphs(ax, reach)
 
@@ -202,25 +192,16 @@ def geodesic(start: complex, end: complex) -> FloatArray:
 
 def _draw_rings(ax: Axes, reach: float) -> None:
     """Draw circles of equal angular deformation, labelled at the lower left, where most maps have no points."""
-    colours, letters = style_of(ax).colours, style_of(ax).scale
+    style, colours = style_of(ax), style_of(ax).colours
+    box = {"facecolor": colours.background, "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
     degrees = _rings(reach)
     for omega, label in zip(degrees, level_labels(degrees), strict=True):
         radius = float(np.sin(np.radians(omega) / 2.0))
-        ring = Circle((0.0, 0.0), radius, facecolor="none", edgecolor=colours.quiet, linewidth=0.5, zorder=1.0)
+        ring = patches.Circle((0.0, 0.0), radius, facecolor="none", edgecolor=colours.quiet, linewidth=0.5, zorder=1.0)
         ring.set_linestyle((0, (2, 2)))
         ax.add_patch(ring)
         x, y = radius * np.array([np.cos(_LABELS), np.sin(_LABELS)])
-        ax.text(
-            x,
-            y,
-            f"{label}°",
-            fontsize=letters * 7.0,
-            color=colours.text,
-            ha="center",
-            va="center",
-            zorder=5.0,
-            bbox={"facecolor": colours.background, "edgecolor": "none", "alpha": 0.75, "pad": 0.8},
-        )
+        ax.text(x, y, f"{label}°", ha="center", va="center", zorder=5.0, bbox=box, **style.letters(7.0))
 
 
 def _rings(reach: float) -> FloatArray:
@@ -243,32 +224,17 @@ def draw_glyphs(ax: Axes, reach: float) -> None:
     for k in range(_GLYPHS):
         angle = 360.0 * k / _GLYPHS
         x, y = 1.1 * reach * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
-        ellipse = Ellipse((x, y), 0.13 * reach, 0.055 * reach, angle=angle / 2.0, zorder=3.0)
+        ellipse = patches.Ellipse((x, y), 0.13 * reach, 0.055 * reach, angle=angle / 2.0, zorder=3.0)
         ellipse.set(facecolor=colours.face, edgecolor=colours.edge, linewidth=0.6)
         ax.add_patch(ellipse)
 
 
 def _draw_legend(ax: Axes) -> None:
-    colours, letters = style_of(ax).colours, style_of(ax).scale
+    style = style_of(ax)
     handles: list[Any] = [one for one in ax.get_lines() if one.get_label() in ("mean (MDT)", "median")]
     handles += [one for one in ax.collections if str(one.get_label()).startswith("geodesics")]
-    ax.legend(
-        handles=handles,
-        loc="lower left",
-        bbox_to_anchor=(-0.02, -0.02),
-        fontsize=letters * 7.0,
-        frameon=False,
-        labelcolor=colours.text,
-        borderaxespad=0.0,
-        handlelength=1.4,
-    )
-    ax.text(
-        1.0,
-        0.0,
-        "Circles: angular\ndeformation ω",
-        transform=ax.transAxes,
-        ha="right",
-        va="bottom",
-        fontsize=letters * 7.0,
-        color=colours.text,
-    )
+    place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (-0.02, -0.02), "borderaxespad": 0.0}
+    words: dict[str, Any] = {"fontsize": style.scale * 7.0, "labelcolor": style.colours.text}
+    ax.legend(handles=handles, frameon=False, handlelength=1.4, **place, **words)
+    text = "Circles: angular\ndeformation ω"
+    ax.text(1.0, 0.0, text, transform=ax.transAxes, ha="right", va="bottom", **style.letters(7.0))

@@ -2,30 +2,39 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import os
 import re
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Literal, cast
 
 import matplotlib
 import matplotlib.style
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import collections, colors, rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.textpath import TextPath
 
+from projdist import projections, support
 from projdist._typing import FloatArray
-from projdist.projections import Projection
-from projdist.support import check_instance, check_number, check_text, listed, quoted
+
+# Okabe & Ito 2008, which the colour-blind tell apart; yellow is too pale for lines.
+_OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#222222", "#8c564b")
+_BRIGHT = ("#56b4e9", "#e69f00", "#2fbf97", "#e3a0c6", "#f0e442", "#ff7f45", "#f0f2f4", "#b98a80")
+
+# One hue: greys that stay apart from black lines, and, as grey has no two ends, from light to dark for scales, too.
+_GREYS = colors.LinearSegmentedColormap.from_list("greys for print", ["#fafafa", "#6e6e6e"])
+
+
+def _in_themes(light: Any, dark: Any, print_: Any) -> dict[str, Any]:
+    """A colour in each of the themes."""
+    return {"light": light, "dark": dark, "print": print_}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,62 +46,31 @@ class Theme:
     lower end, `falling` at its upper one, `diverging` in its middle.
     """
 
-    background: str
-    text: str
-    quiet: str
-    sea: str
-    land: str
-    neighbours: str
-    locator: str
-    coast: str
-    graticule: str
-    outline: str
-    face: str
-    edge: str
-    ink: str
-    halo: str
-    over_graticule: str
-    over_coast: str
-    curves: tuple[str, ...]
-    rising: str | Colormap
-    falling: str | Colormap
-    diverging: str | Colormap
-
-
-# Okabe & Ito 2008, which the colour-blind tell apart; yellow is too pale for lines.
-_OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#222222", "#8c564b")
-_BRIGHT = ("#56b4e9", "#e69f00", "#2fbf97", "#e3a0c6", "#f0e442", "#ff7f45", "#f0f2f4", "#b98a80")
-
-# One hue: greys that stay apart from black lines, and, as grey has no two ends, from light to dark for scales, too.
-_GREYS = LinearSegmentedColormap.from_list("greys for print", ["#fafafa", "#6e6e6e"])
-
-_COLOURS: dict[str, tuple[Any, Any, Any]] = {  # light, dark, print
-    "background": ("#ffffff", "#14181d", "#ffffff"),
-    "text": ("#111111", "#f0f2f4", "#000000"),
-    "quiet": ("#555555", "#aab3bd", "#333333"),
-    "sea": ("#f1f5f9", "#202934", "#ffffff"),
-    "land": ("#dedacf", "#4a4f52", "#dddddd"),
-    "neighbours": ("#ebe8e0", "#353b40", "#eeeeee"),
-    "locator": ("#b9b4a6", "#7b8287", "#aaaaaa"),
-    "coast": ("#77736a", "#9aa0a4", "#777777"),
-    "graticule": ("#b4bec9", "#465462", "#aaaaaa"),
-    "outline": ("#333333", "#d5dae0", "#000000"),
-    "face": ("#c2402899", "#ff8f6499", "#00000030"),
-    "edge": ("#7d2414", "#ffc2a8", "#000000"),
-    "ink": ("#111111", "#111111", "#000000"),
-    "halo": ("#ffffffb0", "#ffffffb0", "#ffffffd0"),
-    "over_graticule": ("#00000040", "#00000040", "#00000050"),
-    "over_coast": ("#222222", "#222222", "#333333"),
-    "curves": (_OKABE_ITO, _BRIGHT, ("#000000", "#a8a8a8", "#666666")),
+    background: str = field(metadata=_in_themes("#ffffff", "#14181d", "#ffffff"))
+    text: str = field(metadata=_in_themes("#111111", "#f0f2f4", "#000000"))
+    quiet: str = field(metadata=_in_themes("#555555", "#aab3bd", "#333333"))
+    sea: str = field(metadata=_in_themes("#f1f5f9", "#202934", "#ffffff"))
+    land: str = field(metadata=_in_themes("#dedacf", "#4a4f52", "#dddddd"))
+    neighbours: str = field(metadata=_in_themes("#ebe8e0", "#353b40", "#eeeeee"))
+    locator: str = field(metadata=_in_themes("#b9b4a6", "#7b8287", "#aaaaaa"))
+    coast: str = field(metadata=_in_themes("#77736a", "#9aa0a4", "#777777"))
+    graticule: str = field(metadata=_in_themes("#b4bec9", "#465462", "#aaaaaa"))
+    outline: str = field(metadata=_in_themes("#333333", "#d5dae0", "#000000"))
+    face: str = field(metadata=_in_themes("#c2402899", "#ff8f6499", "#00000030"))
+    edge: str = field(metadata=_in_themes("#7d2414", "#ffc2a8", "#000000"))
+    ink: str = field(metadata=_in_themes("#111111", "#111111", "#000000"))
+    halo: str = field(metadata=_in_themes("#ffffffb0", "#ffffffb0", "#ffffffd0"))
+    over_graticule: str = field(metadata=_in_themes("#00000040", "#00000040", "#00000050"))
+    over_coast: str = field(metadata=_in_themes("#222222", "#222222", "#333333"))
+    curves: tuple[str, ...] = field(metadata=_in_themes(_OKABE_ITO, _BRIGHT, ("#000000", "#a8a8a8", "#666666")))
     # Perceptually ordered and safe for the colour-blind; light where the distortion is least.
-    "rising": ("viridis_r", "viridis_r", _GREYS),
-    "falling": ("viridis", "viridis", _GREYS.reversed()),
-    "diverging": ("RdBu_r", "RdBu_r", _GREYS),
-}
+    rising: str | colors.Colormap = field(metadata=_in_themes("viridis_r", "viridis_r", _GREYS))
+    falling: str | colors.Colormap = field(metadata=_in_themes("viridis", "viridis", _GREYS.reversed()))
+    diverging: str | colors.Colormap = field(metadata=_in_themes("RdBu_r", "RdBu_r", _GREYS))
+
 
 THEMES = {
-    theme: Theme(**{name: row[k] for name, row in _COLOURS.items()})
-    for k, theme in enumerate(("light", "dark", "print"))
+    theme: Theme(**{one.name: one.metadata[theme] for one in fields(Theme)}) for theme in ("light", "dark", "print")
 }
 """Themes by name."""
 
@@ -102,7 +80,7 @@ THEMES = {
 _CODE = re.compile(r"\w+:[\w.]+")
 
 
-def title_of(projection: Projection) -> str:
+def title_of(projection: projections.Projection) -> str:
     """Title of a map: its name, shortened, after the code of a CRS."""
     code = projection.definition if _CODE.fullmatch(projection.definition) else ""
     return shortened(f"{code} · {projection.name}" if code else projection.name)
@@ -137,9 +115,9 @@ _SIZES = (1.0, 72.0)
 _HEADING, _FOOT = 12.0, 7.5
 _MARGINS = 8.0  # points, of a line across a figure
 _LEAST, _FEWEST = 0.75, 12  # of its size, and letters
-_NOT_OF_PICTURES = {
-    *("backend", "backend_fallback", "interactive", "toolbar", "timezone", "savefig.directory", "webagg.port")
-}
+_NOT_OF_PICTURES = frozenset(
+    ("backend", "backend_fallback", "interactive", "toolbar", "timezone", "savefig.directory", "webagg.port")
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,13 +164,15 @@ class Look:
 
     def __post_init__(self) -> None:
         if self.theme is not None and not isinstance(self.theme, Theme) and self.theme not in THEMES:
-            raise ValueError(f"Invalid theme {quoted(self.theme)}. It must be {listed(list(THEMES), 'or')}.")
+            raise ValueError(
+                f"Invalid theme {support.quoted(self.theme)}. It must be {support.listed(list(THEMES), 'or')}."
+            )
         if self.font_size is not None:
-            points = check_number("font size", self.font_size)
+            points = support.check_number("font size", self.font_size)
             if not _SIZES[0] <= points <= _SIZES[1]:
-                raise ValueError(f"Invalid font size {quoted(self.font_size)}. It must be 1 to 72 points.")
+                raise ValueError(f"Invalid font size {support.quoted(self.font_size)}. It must be 1 to 72 points.")
         if self.title is not None:
-            check_text("title", self.title)
+            support.check_text("title", self.title)
         _ = self.rc
 
     @functools.cached_property
@@ -204,7 +184,7 @@ class Look:
         if isinstance(self.style, str) and self.style in known:
             stated = known[self.style]
         else:
-            text = f"Invalid style {quoted(self.style)}."
+            text = f"Invalid style {support.quoted(self.style)}."
             if not isinstance(self.style, str | os.PathLike) or not Path(self.style).is_file():
                 names = ", ".join(sorted(known))
                 raise ValueError(f"{text} It must be a file of a matplotlib style, or one of {names}.")
@@ -240,11 +220,9 @@ class Look:
         """True if maps have titles."""
         return self.title != ""
 
-    @contextlib.contextmanager
-    def applied(self) -> Iterator[None]:
+    def applied(self) -> AbstractContextManager[None]:
         """Context in which matplotlib draws in the style."""
-        with rc_context(cast(Any, self.rc)):
-            yield
+        return rc_context(cast(Any, self.rc))
 
 
 USUAL = Look()
@@ -268,16 +246,16 @@ class FigureStyle:
         """Colours of the look."""
         return self.look.colours
 
+    def letters(self, points: float, *, quiet: bool = False) -> dict[str, Any]:
+        """Size and colour of a text that usually has so many points."""
+        return {"fontsize": self.scale * points, "color": self.colours.quiet if quiet else self.colours.text}
+
 
 class StyledFigure(Figure):
     """A figure that is drawn in its style."""
 
     def __init__(
-        self,
-        style: FigureStyle,
-        size: tuple[float, float],
-        dpi: float,
-        layout: Literal["constrained"] | None = None,
+        self, style: FigureStyle, size: tuple[float, float], dpi: float, layout: Literal["constrained"] | None = None
     ) -> None:
         background = "none" if style.look.transparent else style.colours.background
         super().__init__(figsize=size, dpi=dpi, facecolor=background, layout=layout)
@@ -291,15 +269,13 @@ class StyledFigure(Figure):
 
     def head(self, text: str) -> None:
         """Write a heading."""
-        scale, colour = self.style.scale, self.style.colours.text
-        top = 1.0 - scale * 0.1 / self.get_figheight()
-        self.fit(self.text(0.5, top, text, ha="center", va="top", fontsize=scale * _HEADING, color=colour))
+        top = 1.0 - self.style.scale * 0.1 / self.get_figheight()
+        self.fit(self.text(0.5, top, text, ha="center", va="top", **self.style.letters(_HEADING)))
 
     def foot(self, text: str) -> None:
         """Write a line at the foot."""
-        scale, colour = self.style.scale, self.style.colours.quiet
-        bottom = scale * (0.05 if self.style.is_tight else 0.08) / self.get_figheight()
-        self.fit(self.text(0.5, bottom, text, ha="center", va="bottom", fontsize=scale * _FOOT, color=colour))
+        bottom = self.style.scale * (0.05 if self.style.is_tight else 0.08) / self.get_figheight()
+        self.fit(self.text(0.5, bottom, text, ha="center", va="bottom", **self.style.letters(_FOOT, quiet=True)))
 
     def fit(self, text: Text) -> None:
         """Shrink a centred line to fit the figure's width, then shorten it."""
@@ -312,6 +288,16 @@ class StyledFigure(Figure):
         while text_width(text.get_text(), float(text.get_fontsize())) > room and longest > _FEWEST:
             longest -= 1
             text.set_text(shortened(words, longest))
+
+
+def new_figure(
+    look: Look, scale: float, size: tuple[float, float], dpi: float, *, has_heading: bool = True
+) -> StyledFigure:
+    """Empty figure in a look, with its title as a heading."""
+    figure = StyledFigure(FigureStyle(look, scale), size, dpi)
+    if look.title and has_heading:
+        figure.head(look.title)
+    return figure
 
 
 def text_width(text: str, points: float) -> float:
@@ -327,7 +313,7 @@ def look_for(look: Look | str | None) -> Look:
     """Look given as itself or as the name of a theme."""
     if look is None or isinstance(look, str):
         return USUAL if look is None else Look(theme=look)
-    check_instance("look", look, Look, "a Look or the name of a theme")
+    support.check_instance("look", look, Look, "a Look or the name of a theme")
     return look
 
 
@@ -344,13 +330,19 @@ def scale_for(look: Look, room: tuple[float, float] | None) -> float:
     return 1.0 if room is None else float(np.clip(min(room[0] / 5.5, room[1] / 3.5), 0.72, 1.0))
 
 
-def add_lines(ax: Axes, lines: Iterable[FloatArray], **style: Any) -> LineCollection:
+def set_view(ax: Axes, west: float, east: float, south: float, north: float) -> None:
+    """Set the limits of axes without a frame, with equal scales in x and y."""
+    ax.set(xlim=(west, east), ylim=(south, north), aspect="equal")
+    ax.set_axis_off()
+
+
+def add_lines(ax: Axes, lines: Iterable[FloatArray], **style: Any) -> collections.LineCollection:
     """Draw lines (n, 2), without a change of the limits of the axes."""
-    drawn = LineCollection(list(lines), **style)
+    drawn = collections.LineCollection(list(lines), **style)
     ax.add_collection(drawn, autolim=False)
     return drawn
 
 
 def add_polygons(ax: Axes, polygons: Iterable[FloatArray], **style: Any) -> None:
     """Draw polygons (n, 2), without a change of the limits of the axes."""
-    ax.add_collection(PolyCollection(list(polygons), **style), autolim=False)
+    ax.add_collection(collections.PolyCollection(list(polygons), **style), autolim=False)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import base64
 import hashlib
 import html
 import importlib.resources
 import json
 import re
+import zlib
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,14 +15,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from projdist import matrices, regions, surfaces
 from projdist._typing import FloatArray
-from projdist.matrices import get_measure
 from projdist.plots import ColourScale
 from projdist.projections import Projection, ProjectionLike
-from projdist.regions import RegionLike, region_for
-from projdist.surfaces import Bounds, longitude_width, shown_part, surface_of
-from projdist.web.frames import encoded, frame_of, packed
+from projdist.web.frames import frame_of, packed
 
+_TYPES = (".html", ".js", ".css")
+_SHARED = ("frames.js", "measures.js", "sheets.js", "drawing.js", "tables.js")
 _IMPORT = re.compile(r'^import \{([^}]*)\} from "\./(\w+)\.js";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export ((?:async )?function|class|const) (\w+)", re.MULTILINE)
 
@@ -56,6 +56,17 @@ def _scope(name: str, text: str) -> str:
 def _without_imports(text: str) -> str:
     """Module text with imports replaced by names from the other modules' scopes."""
     return _IMPORT.sub(lambda found: f"const {{{found[1].replace(' as ', ': ')}}} = ${found[2]};\n", text)
+
+
+def live_files() -> dict[str, str]:
+    """Files of the live page by name: its own, and the modules that it shares with reports."""
+    live = importlib.resources.files("projdist") / "web" / "live"
+    own = {file.name: file.read_text(encoding="utf-8") for file in live.iterdir() if file.name.endswith(_TYPES)}
+    return own | {name: _file(name) for name in _SHARED}
+
+
+def _file(name: str) -> str:
+    return (importlib.resources.files("projdist") / "web" / name).read_text(encoding="utf-8")
 
 
 # ---- menu ----------------------------------------------------------------------------------------
@@ -97,7 +108,7 @@ def draw_maps(
     projections: Sequence[ProjectionLike],
     *,
     titles: Sequence[str],
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     measure: str = "fisher",
     height: float = 0.0,
     marks: Mapping[str, Any] | None = None,
@@ -108,22 +119,22 @@ def draw_maps(
     reported in the notes. Scales refer to an ellipsoidal height in metres; `marks` are geometries to draw, in longitude
     and latitude, by name.
     """
-    name = get_measure(measure).name
+    name = matrices.get_measure(measure).name
     maps = [Projection.from_user_input(projection) for projection in projections[:MOST_MAPS]]
-    place = shown_part(region_for(region, maps))
+    place = surfaces.shown_part(regions.region_for(region, maps))
     step = cell_step(place.bounds)
-    notes = (
-        [f"These are the maps of the first {MOST_MAPS} of {len(projections)}."] if len(projections) > MOST_MAPS else []
-    )
+    count = len(projections)
+    notes = [f"These are the maps of the first {MOST_MAPS} of {count}."] if count > MOST_MAPS else []
     drawn, values, weights = [], [], []
     for projection, title in zip(maps, titles, strict=False):
         try:
-            surface = surface_of(projection, place, step)
+            surface = surfaces.surface_of(projection, place, step)
         except ValueError as error:
             notes.append(str(error))
             continue
         header, arrays, J = frame_of(surface, title, height=height, marks=marks)
-        drawn.append((title, encoded(packed(header, arrays))))
+        block = b64encode(zlib.compress(packed(header, arrays), 9)).decode("ascii")
+        drawn.append((title, block))
         values.append(J)
         weights.append(surface.weights)
     return Maps(
@@ -135,11 +146,11 @@ def draw_maps(
     )
 
 
-def cell_step(bounds: Bounds) -> float:
+def cell_step(bounds: surfaces.Bounds) -> float:
     """Cell size in degrees that gives a region about `_NODES` nodes."""
     _, south, _, north = bounds
     longest = np.cos(np.radians(max(south, -north, 0.0)))
-    return float(np.sqrt(longitude_width(bounds) * longest * (north - south) / _NODES))
+    return float(np.sqrt(surfaces.longitude_width(bounds) * longest * (north - south) / _NODES))
 
 
 def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]) -> Iterator[dict[str, Any]]:
@@ -147,7 +158,7 @@ def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]
     if not jacobians:
         return
     for group, name in ((group, name) for group, names in GROUPS.items() for name in names):
-        measure = get_measure(name)
+        measure = matrices.get_measure(name)
         scale = ColourScale.of(measure, [measure(J) for J in jacobians], weights)
         low, high = scale.limits
         colours = scale.colours(np.linspace(0.0, 1.0, _COLOURS), bytes=True)[:, :3]
@@ -236,10 +247,6 @@ def page_html(page: Page) -> str:
 """
 
 
-def _file(name: str) -> str:
-    return (importlib.resources.files("projdist") / "web" / name).read_text(encoding="utf-8")
-
-
 def _script(names: Sequence[str]) -> str:
     """Modules concatenated, without imports and exports."""
     text = "\n".join(map(_file, names))
@@ -248,7 +255,7 @@ def _script(names: Sequence[str]) -> str:
 
 
 def _hash(text: str) -> str:
-    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
+    return f"sha256-{b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
 def _body(page: Page) -> Iterator[str]:

@@ -20,7 +20,7 @@ from projdist.cli.app import app
 from projdist.decisions import LDP, distortion_ppm, ldp
 from projdist.decisions.ground import statistics_of
 from projdist.decisions.low_distortion import goal_of
-from projdist.plots.ground_distortion import GroundMap
+from projdist.plots.map_drawing import GroundMap
 
 SEA = "box:-40,30,-39.5,30.4"  # no land takes no time
 QUICK = ["--families", "tmerc"]

@@ -6,7 +6,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from projdist import local_corrections, plots
-from projdist.plots.ground_distortion import LocalField
+from projdist.plots.map_drawing import LocalField
 
 EUROPE = "box:-10,35,40,70"
 

@@ -5,7 +5,7 @@ import functools
 import numpy as np
 import shapely
 
-from projdist.web.outlines import Grid, _rings_around, _simplified
+from projdist.web.frames import Grid, _rings_around, _simplified
 
 
 def test_rings_are_around_what_polygons_cover() -> None:

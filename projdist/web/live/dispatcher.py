@@ -11,20 +11,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from projdist.earth import Ellipsoid
-from projdist.projections import (
-    Projection,
-    ProjectionError,
-    ProjectionLike,
-    close_parameters,
-    environment_without_files,
-    file_named_in,
-    tunable,
-    tuned,
-)
-from projdist.regions import Place, get_region, is_region_text, region_of_text
-from projdist.support import Notice, did_you_mean, one_line, shown
-from projdist.web.frames import Arrays, packed
+from projdist import earth, projections, regions, support
+from projdist.projections import Projection
+from projdist.web import frames
 from projdist.web.live import handlers
 from projdist.web.live.handlers import Pictures, outline
 from projdist.web.live.previews import Previewer
@@ -85,148 +74,127 @@ class RequestError(ValueError):
 
 def read_request(text: str | bytes, file: bytes = b"") -> Request:
     """The request of a message in JSON; raises RequestError."""
-    if len(text) > LONGEST_MESSAGE or len(file) > LARGEST_FILE:
-        raise RequestError("Invalid message. It is too long.")
+    _require(len(text) <= LONGEST_MESSAGE and len(file) <= LARGEST_FILE, "message. It is too long.")
     try:
         message = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise RequestError("Invalid message. It must be JSON.") from error
-    if not isinstance(message, dict) or not set(message) <= _FIELDS:
-        raise RequestError(f"Invalid message. It must be an object with some of {', '.join(sorted(_FIELDS))}.")
-    kind = message.get("kind")
+    is_known = isinstance(message, dict) and set(message) <= _FIELDS
+    _require(is_known, f"message. It must be an object with some of {', '.join(sorted(_FIELDS))}.")
+    kind, number = message.get("kind"), message.get("id")
     if not isinstance(kind, str) or kind not in (*WORKER_OF_KIND, STOP):
-        raise RequestError(f"Invalid kind '{shown(str(kind))}'. It must be one of {', '.join(WORKER_OF_KIND)}.")
+        names = ", ".join(WORKER_OF_KIND)
+        raise RequestError(f"Invalid kind '{support.shown(str(kind))}'. It must be one of {names}.")
+    is_whole = isinstance(number, int) and not isinstance(number, bool) and 0 <= number < 2**53
+    _require(is_whole, "id. It must be a whole number.")
+    values, beside, options = message.get("values") or {}, message.get("beside") or [], message.get("options") or {}
+    are_few = isinstance(values, dict) and len(values) <= _MOST_VALUES
+    _require(are_few, "values. They must be numbers by the names of parameters.")
+    are_texts = isinstance(beside, list) and len(beside) <= _MOST_BESIDE and all(isinstance(one, str) for one in beside)
+    _require(are_texts, f"beside. It must be at most {_MOST_BESIDE} texts.")
+    are_plain = isinstance(options, dict) and len(options) <= _MOST_OPTIONS
+    are_plain = are_plain and all(isinstance(one, str | int | float | bool | None) for one in options.values())
+    _require(are_plain, "options. They must be texts and numbers by their names.")
     return Request(
-        id=_whole(message.get("id")),
+        id=number,
         kind=kind,
         slot=_text(message, "slot", "")[:40],
         projection=_text(message, "projection", ""),
-        values=_values(message.get("values") or {}),
+        values={str(name): _number(value) for name, value in values.items()},
         centre=_centre(message.get("centre")),
         region=_text(message, "region", "globe"),
-        beside=_texts(message.get("beside") or []),
-        options=_options(message.get("options") or {}),
+        beside=tuple(beside),
+        options=dict(options),
         file=file,
     )
 
 
-def _whole(value: Any) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 2**53:
-        raise RequestError("Invalid id. It must be a whole number.")
-    return value
+def _require(holds: bool, reason: str) -> None:
+    """Raise RequestError with a reason where a condition does not hold."""
+    if not holds:
+        raise RequestError(f"Invalid {reason}")
 
 
 def _text(message: Mapping[str, Any], name: str, default: str) -> str:
     value = message.get(name, default)
-    if not isinstance(value, str) or len(value) > _LONGEST_TEXT or "\0" in value:
-        raise RequestError(f"Invalid {name}. It must be a text of at most {_LONGEST_TEXT} characters.")
-    return value
-
-
-def _texts(value: Any) -> tuple[str, ...]:
-    if not isinstance(value, list) or len(value) > _MOST_BESIDE or not all(isinstance(text, str) for text in value):
-        raise RequestError(f"Invalid beside. It must be at most {_MOST_BESIDE} texts.")
-    return tuple(value)
+    is_right = isinstance(value, str) and len(value) <= _LONGEST_TEXT and "\0" not in value
+    _require(is_right, f"{name}. It must be a text of at most {_LONGEST_TEXT} characters.")
+    return str(value)
 
 
 def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not -_LARGEST <= value <= _LARGEST:
-        raise RequestError("Invalid number. Parameters and places must be finite numbers.")
+    is_right = isinstance(value, int | float) and not isinstance(value, bool) and -_LARGEST <= value <= _LARGEST
+    _require(is_right, "number. Parameters and places must be finite numbers.")
     return float(value)
-
-
-def _values(value: Any) -> dict[str, float]:
-    if not isinstance(value, dict) or len(value) > _MOST_VALUES:
-        raise RequestError("Invalid values. They must be numbers by the names of parameters.")
-    return {str(name): _number(number) for name, number in value.items()}
 
 
 def _centre(value: Any) -> tuple[float, float] | None:
     if value is None:
         return None
-    if not isinstance(value, list) or len(value) != 2:
-        raise RequestError("Invalid centre. It must be a longitude and a latitude in degrees.")
+    reason = "centre. It must be a longitude and a latitude in degrees."
+    _require(isinstance(value, list) and len(value) == 2, reason)
     lon, lat = map(_number, value)
-    if not (abs(lon) <= 360.0 and abs(lat) <= 90.0):
-        raise RequestError("Invalid centre. It must be a longitude and a latitude in degrees.")
+    _require(abs(lon) <= 360.0 and abs(lat) <= 90.0, reason)
     return lon, lat
-
-
-def _options(value: Any) -> dict[str, Any]:
-    plain = isinstance(value, dict) and len(value) <= _MOST_OPTIONS
-    if not plain or not all(isinstance(one, str | int | float | bool | None) for one in value.values()):
-        raise RequestError("Invalid options. They must be texts and numbers by their names.")
-    return dict(value)
 
 
 # ---- inputs --------------------------------------------------------------------------------------
 
-
-_LONGEST = 20_000  # characters
 
 _FILES = ("file", "geodesic", "points")  # kinds of regions
 
 
 @dataclass(frozen=True)
 class InputPolicy:
-    """Reads projections and regions of requests; only `opened`, texts of the user's own, may name files."""
+    """Reads projections and regions of requests.
+
+    Only `opened`, texts of the user's own, may name files; all may if `is_open`, as in a notebook's own kernel.
+    """
 
     opened: frozenset[str] = frozenset()
+    is_open: bool = False
 
     def projection(self, text: str) -> Projection:
         """The projection of a text; raises ProjectionError."""
-        if text not in self.opened:
-            check_projection(text)
+        if not (self.is_open or text in self.opened):
+            _check_projection(text)
         return _projection(text)
 
-    def source(self, text: str) -> ProjectionLike:
+    def source(self, text: str) -> projections.ProjectionLike:
         """Input that a text stands for."""
         return text
 
-    def region(self, text: str, ellipsoid: Ellipsoid | None = None) -> Place:
+    def region(self, text: str, ellipsoid: earth.Ellipsoid | None = None) -> regions.Place:
         """The region of a text, on the body of an ellipsoid; raises ValueError."""
-        return _region(text, ellipsoid) if text in self.opened else _closed_region(text, ellipsoid)
+        read = _region if self.is_open or text in self.opened else _closed_region
+        return read(text, ellipsoid)
 
     def environment(self) -> dict[str, str]:
         """Environment variables of worker processes: without the user's grids, unless a file was opened."""
-        return {} if any(map(_is_of_files, self.opened)) else environment_without_files()
+        may_read = self.is_open or any(map(_is_of_files, self.opened))
+        return {} if may_read else projections.environment_without_files()
 
 
-class OpenInputPolicy(InputPolicy):
-    """Allows all inputs, as in a notebook's own kernel."""
-
-    def projection(self, text: str) -> Projection:
-        """The projection of any text; raises ProjectionError."""
-        return _projection(text)
-
-    def region(self, text: str, ellipsoid: Ellipsoid | None = None) -> Place:
-        """The region of any text, on the body of an ellipsoid; raises ValueError."""
-        return _region(text, ellipsoid)
-
-    def environment(self) -> dict[str, str]:
-        """No variables: the code is the user's own."""
-        return {}
-
-
-def check_projection(text: str) -> None:
+def _check_projection(text: str) -> None:
     """Allow names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError for what names a file."""
-    if len(text) > _LONGEST:
-        raise ProjectionError(f"Invalid projection '{shown(text)}'. It must have at most {_LONGEST} characters.")
-    named = file_named_in(text)
-    if named:
-        hint = did_you_mean(close_parameters(named))
-        raise ProjectionError(
-            f"Invalid projection '{shown(text)}'. {hint}On this page it must need no file, as '{shown(named)}' may: "
-            "name files on the command line, as in 'projdist explore FILE'."
+    if len(text) > _LONGEST_TEXT:
+        raise projections.ProjectionError(
+            f"Invalid projection '{support.shown(text)}'. It must have at most {_LONGEST_TEXT} characters."
+        )
+    if named := projections.file_named_in(text):
+        hint = support.did_you_mean(projections.close_parameters(named))
+        raise projections.ProjectionError(
+            f"Invalid projection '{support.shown(text)}'. {hint}On this page it must need no file, as "
+            f"'{support.shown(named)}' may: name files on the command line, as in 'projdist explore FILE'."
         )
 
 
 def _check_atom(kind: str, argument: str) -> None:
     """Refuse a part of a region that names a file; raises ValueError."""
-    if kind.strip() in _FILES or (kind.strip() == "crs" and file_named_in(argument)):
+    if kind.strip() in _FILES or (kind.strip() == "crs" and projections.file_named_in(argument)):
         raise ValueError(
-            f"Invalid region '{shown(f'{kind}:{argument}')}'. On this page it must need no file: name files on the "
-            "command line, as in 'projdist explore --region file:PATH'."
+            f"Invalid region '{support.shown(f'{kind}:{argument}')}'. On this page it must need no file: name files "
+            "on the command line, as in 'projdist explore --region file:PATH'."
         )
 
 
@@ -236,22 +204,22 @@ def _projection(text: str) -> Projection:
 
 
 @functools.lru_cache(maxsize=32)
-def _region(text: str, ellipsoid: Ellipsoid | None) -> Place:
-    return get_region(text, ellipsoid)
+def _region(text: str, ellipsoid: earth.Ellipsoid | None) -> regions.Place:
+    return regions.get_region(text, ellipsoid)
 
 
 @functools.lru_cache(maxsize=32)
-def _closed_region(text: str, ellipsoid: Ellipsoid | None) -> Place:
-    return region_of_text(text, _check_atom, ellipsoid)
+def _closed_region(text: str, ellipsoid: earth.Ellipsoid | None) -> regions.Place:
+    return regions.region_of_text(text, _check_atom, ellipsoid)
 
 
 def _is_of_files(text: str) -> bool:
     """True if a projection or a region names a file."""
     try:
-        if is_region_text(text):
+        if regions.is_region_text(text):
             _closed_region(text, None)
             return False
-        return bool(file_named_in(text))
+        return bool(projections.file_named_in(text))
     except ValueError:
         return True
 
@@ -262,7 +230,7 @@ def _is_of_files(text: str) -> bool:
 def reply(request: Request, header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]] | None = None) -> bytes:
     """The reply to a request."""
     known = {"id": request.id, "kind": request.kind, "slot": request.slot}
-    return packed(known | dict(header), arrays or {})
+    return frames.packed(known | dict(header), arrays or {})
 
 
 def failed(request: Request, reason: str) -> bytes:
@@ -279,7 +247,7 @@ def progressed(request: Request, done: int, of: int) -> bytes:
 
 
 Progress = Callable[[int, int], None]
-Answer = tuple[dict[str, Any], Arrays]
+Answer = tuple[dict[str, Any], frames.Arrays]
 
 
 @dataclass
@@ -294,12 +262,12 @@ class Dispatcher:
         """Reply to a request, also to an invalid one."""
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("ignore")
-            warnings.simplefilter("always", Notice)
+            warnings.simplefilter("always", support.Notice)
             try:
                 header, arrays = self._answers(request, progress)
             except (ValueError, ImportError) as error:
-                return failed(request, one_line(error))
-        notes = [str(one.message) for one in caught if issubclass(one.category, Notice)]
+                return failed(request, support.one_line(error))
+        notes = [str(one.message) for one in caught if issubclass(one.category, support.Notice)]
         return reply(request, header | {"notes": [*header.get("notes", []), *notes]}, arrays)
 
     def _answers(self, request: Request, progress: Progress) -> Answer:
@@ -335,11 +303,11 @@ class Dispatcher:
         """The projection of a request, with its parameters and its centre; raises ProjectionError."""
         given = self.policy.projection(request.projection)
         source = self.policy.source(request.projection)
-        return tuned(source, request.values, request.centre) if request.values or request.centre else given
+        return projections.tuned(source, request.values, request.centre) if request.values or request.centre else given
 
     def _middle(self, request: Request) -> tuple[float, float] | None:
         """Longitude and latitude of the map's centre: the dragged one, else that of the parameters."""
         if request.centre is not None:
             return request.centre
-        middle = tunable(self.policy.source(request.projection)).centre
+        middle = projections.tunable(self.policy.source(request.projection)).centre
         return middle and (request.values.get("lon_0", middle[0]), request.values.get("lat_0", middle[1]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shlex
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
@@ -11,44 +12,29 @@ from typing import Any
 import numpy as np
 import shapely
 
+from projdist import answers, decisions, designs, gis, plots, projections, regions, support, surfaces
 from projdist._typing import FloatArray
 from projdist.field import sample
-from projdist.projections import Projection, ProjectionError, ProjectionLike, crs_of, crs_wkt, tunable
-from projdist.regions import Place, get_region, polygons_of, region_title
-from projdist.support import check_choice, one_line
-from projdist.surfaces import shown_part, surface_of
-from projdist.web.frames import Arrays, frame_of
-from projdist.web.page import cell_step, colour_scales
+from projdist.projections import Projection
+from projdist.web import frames, page
 
 _MOST = 4000  # points of a region
 _MOST_OF_FEATURE = 500
 
 
-def outline(region: Place) -> tuple[dict[str, Any], Arrays]:
+def outline(region: regions.Place) -> tuple[dict[str, Any], frames.Arrays]:
     """Outline of a region to be moved over a map, with its title and centre; raises ValueError."""
     if not region.area_km2 or region.bounds[2] - region.bounds[0] >= 360.0:
         raise ValueError("Only a region that is a part of the globe can be moved over a map.")
-    rings = shapely.get_rings(shapely.get_parts(polygons_of(region)))
+    rings = shapely.get_rings(shapely.get_parts(regions.polygons_of(region)))
     lines = [shapely.get_coordinates(ring) for ring in rings]
     step = max(1, sum(map(len, lines)) // _MOST)
     west, south, east, north = region.bounds
-    header = {"title": region_title(region), "middle": [0.5 * (west + east), 0.5 * (south + north)]}
-    return header, packed_lines([line[::step] for line in lines if len(line) > 2 * step])
+    header = {"title": regions.region_title(region), "middle": [0.5 * (west + east), 0.5 * (south + north)]}
+    return header, _packed_lines([line[::step] for line in lines if len(line) > 2 * step])
 
 
-def feature_lines(geometries: Sequence[Any]) -> Arrays:
-    """Longest line of each geometry, thinned."""
-    return packed_lines([_longest(geometry) for geometry in geometries])
-
-
-def _longest(geometry: Any) -> FloatArray:
-    rings = shapely.get_rings(shapely.get_parts(geometry))
-    parts = rings if rings.size else shapely.get_parts(geometry)
-    longest = max(map(shapely.get_coordinates, parts), key=len, default=np.empty((0, 2)))
-    return longest[:: max(1, len(longest) // _MOST_OF_FEATURE)]
-
-
-def packed_lines(lines: Sequence[FloatArray]) -> Arrays:
+def _packed_lines(lines: Sequence[FloatArray]) -> frames.Arrays:
     """Lines as concatenated points and the number of points of each."""
     return {
         "points": np.concatenate([np.empty((0, 2)), *lines]).astype(np.float32),
@@ -69,25 +55,25 @@ class Pictures:
     kept: OrderedDict[tuple[str, str], tuple[FloatArray, FloatArray]] = field(default_factory=OrderedDict)
 
     def picture(
-        self, projection: Projection, region: Place, beside: Sequence[str] = ()
-    ) -> tuple[dict[str, Any], Arrays]:
+        self, projection: Projection, region: regions.Place, beside: Sequence[str] = ()
+    ) -> tuple[dict[str, Any], frames.Arrays]:
         """Header and arrays of a map, in a colour scale shared with the maps `beside`; raises ValueError."""
-        shown = shown_part(region)
-        surface = surface_of(projection, shown, cell_step(shown.bounds))
-        header, arrays, J = frame_of(surface, projection.label)
+        shown = surfaces.shown_part(region)
+        surface = surfaces.surface_of(projection, shown, page.cell_step(shown.bounds))
+        header, arrays, J = frames.frame_of(surface, projection.label)
         self._keep((projection.definition, region.name), (J, surface.weights))
         header |= {
             "resolved": projection.definition,
             "name": projection.name,
-            "region_title": region_title(region),
+            "region_title": regions.region_title(region),
         }
         return header | self.scales(region, [projection.definition, *beside]), arrays
 
-    def scales(self, region: Place, definitions: Sequence[str]) -> dict[str, Any]:
+    def scales(self, region: regions.Place, definitions: Sequence[str]) -> dict[str, Any]:
         """Colour scales shared by the kept pictures of a region, and the definitions of these maps."""
         together = [one for one in dict.fromkeys(definitions) if (one, region.name) in self.kept]
         values = [self.kept[definition, region.name] for definition in together]
-        scales = colour_scales([J for J, _ in values], [weights for _, weights in values])
+        scales = page.colour_scales([J for J, _ in values], [weights for _, weights in values])
         return {"scales": list(scales), "together": together}
 
     def _keep(self, key: tuple[str, str], values: tuple[FloatArray, FloatArray]) -> None:
@@ -110,31 +96,28 @@ _WORST = 20  # features
 _DOTS = 150.0  # an inch
 
 
-def figures_of(projection: Projection, region: Place) -> dict[str, Any]:
+def figures_of(projection: Projection, region: regions.Place) -> dict[str, Any]:
     """Airy-Kavrayskiy errors with their uncertainty and parts, or the reason why they are undefined."""
     try:
         found = sample(projection, region, tolerance=_TOLERANCE)
         errors, (angles, areas) = found.airy_kavrayskiy, found.angles_and_areas
-    except ProjectionError as error:
-        return {"reason": one_line(error)}
-    return {
-        "airy_kavrayskiy": _finite(errors.raw),
-        "airy_kavrayskiy_scaled": _finite(errors.scaled),
-        "airy_kavrayskiy_affine": _finite(errors.affine),
-        "error": _finite(errors.error),
-        "angles": _finite(angles),
-        "areas": _finite(areas),
+    except projections.ProjectionError as error:
+        return {"reason": support.one_line(error)}
+    values = {
+        "airy_kavrayskiy": errors.raw,
+        "airy_kavrayskiy_scaled": errors.scaled,
+        "airy_kavrayskiy_affine": errors.affine,
+        "error": errors.error,
+        "angles": angles,
+        "areas": areas,
         "coverage": found.coverage,
     }
+    return dict(support.plain(values))
 
 
-def _finite(value: float) -> float | None:
-    return float(value) if abs(value) < float("inf") else None
-
-
-def parameter_ranges(projection: ProjectionLike) -> dict[str, Any]:
+def parameter_ranges(projection: projections.ProjectionLike) -> dict[str, Any]:
     """Adjustable parameters of a map, and how it can be dragged."""
-    found = tunable(projection)
+    found = projections.tunable(projection)
     return {
         "tunable": found.definition,
         "drags": found.drags,
@@ -146,11 +129,9 @@ def parameter_ranges(projection: ProjectionLike) -> dict[str, Any]:
     }
 
 
-def recommended(region: Place, options: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+def recommended(region: regions.Place, options: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """The best CRSs for a region; raises ValueError."""
-    from projdist.decisions import recommend
-
-    found = recommend(
+    found = decisions.recommend(
         region,
         purpose=str(options.get("purpose", "any")),
         criterion=str(options.get("criterion", "airy_kavrayskiy")),
@@ -163,31 +144,25 @@ def recommended(region: Place, options: Mapping[str, Any], progress: Progress) -
             "name": one.name,
             "value": one.value,
             "error": one.distortion.error_estimate,
-            "largest": _finite(one.distortion.max_scale_error_ppm),
-            "omega": _finite(one.distortion.max_omega),
+            "largest": support.plain(one.distortion.max_scale_error_ppm),
+            "omega": support.plain(one.distortion.max_omega),
             "keeps": list(one.keeps),
             "share": one.share,
             "national": one.national,
-            **_parts(one.code, region),
+            **{name: parts.get(name) for name in ("angles", "areas")},
         }
         for one in found.results
+        for parts in [figures_of(Projection.from_user_input(one.code), region)]
     ]
     return {"rows": rows, "notes": list(found.notes), "candidates": found.candidates, "limit": found.limit}
 
 
-def _parts(code: str, region: Place) -> dict[str, Any]:
-    figures = figures_of(Projection.from_user_input(code), region)
-    return {name: figures.get(name) for name in ("angles", "areas")}
-
-
-def corrected(projection: Projection, region: Place) -> dict[str, Any]:
+def corrected(projection: Projection, region: regions.Place) -> dict[str, Any]:
     """The best linear correction of a map over a region; raises ValueError."""
-    from projdist.answers import correct
-
-    found = correct(projection, region)
+    found = answers.correct(projection, region)
     definition = found.parameters or found.pipeline
     if definition is None:
-        raise ProjectionError(f"'{projection.label}' corrected has no PROJ string.")
+        raise projections.ProjectionError(f"'{projection.label}' corrected has no PROJ string.")
     return {
         "definition": definition,
         "words": found.words,
@@ -197,12 +172,10 @@ def corrected(projection: Projection, region: Place) -> dict[str, Any]:
     }
 
 
-def designed(region: Place, options: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+def designed(region: regions.Place, options: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """The map made to measure for a region; raises ValueError."""
-    from projdist.designs import design
-
-    kind = check_choice("kind", str(options.get("kind", "any")), _KINDS)
-    found = design(region, kind=kind, progress=lambda text: progress(0, 0))
+    kind = support.check_choice("kind", str(options.get("kind", "any")), _KINDS)
+    found = designs.design(region, kind=kind, progress=lambda text: progress(0, 0))
     best = min((rival.value for rival in found.rivals), default=None)
     return {
         "definition": found.proj,
@@ -214,76 +187,59 @@ def designed(region: Place, options: Mapping[str, Any], progress: Progress) -> d
     }
 
 
-def checked(projection: Projection, file: bytes) -> tuple[dict[str, Any], Arrays]:
+def checked(projection: Projection, file: bytes) -> tuple[dict[str, Any], frames.Arrays]:
     """The worst features of GeoJSON in a map, with their outlines; raises ValueError."""
-    from projdist.decisions import check
-    from projdist.gis import frame_of_geojson
-
-    frame = frame_of_geojson(file)
-    found = check(frame, projection, purpose=None)
+    frame = gis.frame_of_geojson(file)
+    found = decisions.check(frame, projection, purpose=None)
     errors = np.abs(found.features["area_error"])
     lengths = np.abs(found.features["length_error"])
     worst = np.argsort(-np.nan_to_num(np.fmax(errors, lengths), nan=-1.0))[:_WORST]
-    lines = feature_lines(frame.geometry.iloc[worst])
+    lines = _packed_lines([_longest_line(geometry) for geometry in frame.geometry.iloc[worst]])
     return {"rows": found.rows(worst.tolist()), "count": len(frame), "notes": list(found.notes)}, lines
 
 
-def texts(projection: Projection, region: Place) -> dict[str, Any]:
+def _longest_line(geometry: Any) -> FloatArray:
+    """Longest ring or line of a geometry, thinned."""
+    rings = shapely.get_rings(shapely.get_parts(geometry))
+    parts = rings if rings.size else shapely.get_parts(geometry)
+    longest = max(map(shapely.get_coordinates, parts), key=len, default=np.empty((0, 2)))
+    return longest[:: max(1, len(longest) // _MOST_OF_FEATURE)]
+
+
+def texts(projection: Projection, region: regions.Place) -> dict[str, Any]:
     """Command, PROJ string, WKT2 and PROJJSON of a map, to be copied."""
-    found = {}
-    if _have_texts(projection, region):
-        found["Command"] = shlex.join(["projdist", "heatmap", projection.definition, "--region", region.name])
-    if projection.definition.startswith("+"):
-        found["PROJ"] = projection.definition
-    wkt = _wkt(projection)
+    found, definition = {}, projection.definition
+    wkt: str | None
+    with contextlib.suppress(ValueError):  # objects of a notebook have no texts
+        Projection.from_user_input(definition)
+        regions.get_region(region.name)
+        found["Command"] = shlex.join(["projdist", "heatmap", definition, "--region", region.name])
+    if definition.startswith("+"):
+        found["PROJ"] = definition
+    if ":" in definition and not definition.startswith("+"):
+        wkt = projections.crs_of(definition).to_wkt("WKT2_2019", pretty=True)
+    else:
+        wkt = projections.crs_wkt(projection, projection.name)[0]
     if wkt:
         found["WKT2"] = wkt
-        found["PROJJSON"] = crs_of(wkt).to_json(pretty=True)
+        found["PROJJSON"] = projections.crs_of(wkt).to_json(pretty=True)
     return {"texts": found}
 
 
-def _have_texts(projection: Projection, region: Place) -> bool:
-    """True if texts can name the map and the region, which objects of a notebook have not."""
-    try:
-        Projection.from_user_input(projection.definition)
-        get_region(region.name)
-    except ValueError:
-        return False
-    return True
-
-
-def _wkt(projection: Projection) -> str | None:
-    """WKT2 of a projection, None if it has none."""
-    if ":" in projection.definition and not projection.definition.startswith("+"):
-        return str(crs_of(projection.definition).to_wkt("WKT2_2019", pretty=True))
-    return crs_wkt(projection, projection.name)[0]
-
-
-def exported(projection: Projection, region: Place, options: Mapping[str, Any]) -> tuple[dict[str, Any], Arrays]:
+def exported(
+    projection: Projection, region: regions.Place, options: Mapping[str, Any]
+) -> tuple[dict[str, Any], frames.Arrays]:
     """A picture or a page as a file; raises ValueError."""
-    suffix = check_choice("format", str(options.get("format", "png")), EXPORTS)
+    suffix = support.check_choice("format", str(options.get("format", "png")), EXPORTS)
     measure = str(options.get("measure", "fisher"))
     if suffix == "html":
-        content = _page(projection, region, measure).encode()
+        maps = page.draw_maps([projection], titles=[projection.label], region=region, measure=measure)
+        title = f"{projection.label}: {regions.region_title(region)}"
+        copies = texts(projection, region)["texts"]
+        content = page.page_html(page.Page(title=title, copies=copies, maps=maps)).encode()
     else:
-        content = _picture(projection, region, measure, suffix, bool(options.get("ellipses")))
-    arrays: Arrays = {"file": np.frombuffer(content, dtype=np.uint8)}
-    return {"name": f"projdist.{suffix}"}, arrays
-
-
-def _page(projection: Projection, region: Place, measure: str) -> str:
-    from projdist.web.page import Page, draw_maps, page_html
-
-    maps = draw_maps([projection], titles=[projection.label], region=region, measure=measure)
-    copies = texts(projection, region)["texts"]
-    return page_html(Page(title=f"{projection.label}: {region_title(region)}", copies=copies, maps=maps))
-
-
-def _picture(projection: Projection, region: Place, measure: str, suffix: str, ellipses: bool) -> bytes:
-    from projdist import plots
-
-    if ellipses:
-        figure = plots.tissot_figure(projection, region=region)
-    else:
-        figure = plots.heatmap_figure(projection, region=region, measure=measure)
-    return plots.encoded(figure, f".{suffix}", dpi=_DOTS)
+        is_tissot = bool(options.get("ellipses"))
+        chosen = {} if is_tissot else {"measure": measure}
+        figure = plots.figure(projection, "tissot" if is_tissot else "heatmap", region=region, **chosen)
+        content = plots.encoded(figure, f".{suffix}", dpi=_DOTS)
+    return {"name": f"projdist.{suffix}"}, {"file": np.frombuffer(content, dtype=np.uint8)}

@@ -1,21 +1,143 @@
-"""Previews of maps while they are dragged: coarse frames, cut at the edge of the map."""
+"""Previews of maps while they are dragged: a sketch of the region, and coarse frames cut at the edge of the map."""
 
 from __future__ import annotations
 
+import functools
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import shapely
 
+from projdist import earth, regions, surfaces
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.projections import Projection
-from projdist.regions import Place
-from projdist.surfaces import normalised
-from projdist.web.frames import Arrays, four_numbers
-from projdist.web.live.sketches import Sketch, sketch_of
-from projdist.web.outlines import Grid
+from projdist.web import frames
+
+_COLUMNS, _ROWS = 145, 73
+_EDGE = 1e-5  # degrees, on which side of a cut or a pole its nodes are
+_WORLD, _SMALL = 100.0, 3.0  # degrees
+_SEEN = 1e-3  # of a region's size
+_ALONG = 60.0  # steps along it
+_BESIDE = 0.3
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Concatenated points of lines, the line of each, and the slice of each name."""
+
+    lon: FloatArray
+    lat: FloatArray
+    line: IntArray
+    where: Mapping[str, slice]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sketch:
+    """A grid of longitudes `u` and latitudes `v`, the area weights of its nodes, and lines.
+
+    `regional`: surroundings are drawn, too; `whole`: the grid is global; `partial`: far parts of the region miss.
+    """
+
+    regional: bool
+    whole: bool
+    partial: bool
+    u: FloatArray
+    v: FloatArray
+    weights: FloatArray
+    lines: Lines
+
+
+@functools.lru_cache(maxsize=32)
+@earth.GEOS_ARITHMETIC
+def sketch_of(region: str | regions.Place) -> Sketch:
+    """The sketch of a region or its text; raises ValueError."""
+    region = regions.get_region(region)
+    place = surfaces.shown_part(region)
+    whole = not place.area_km2 or (place.bounds == regions.GLOBE.bounds and not surfaces.is_part(place))
+    if whole:
+        u, v = np.linspace(_EDGE - 180.0, 180.0 - _EDGE, _COLUMNS), np.linspace(_EDGE - 90.0, 90.0 - _EDGE, _ROWS)
+    else:
+        u, v = _grid(place.bounds)
+    lon, lat = np.meshgrid(u, v)
+    weights = np.cos(np.radians(lat))
+    if not whole:
+        inside = place.contains(surfaces.normalised(lon), lat)
+        weights = np.where(inside, weights, 0.0) if inside.any() else weights  # it may be smaller than a cell
+    regional = not whole and surfaces.is_part(place)
+    if regional:
+        lines = _lines_about(place)
+    else:
+        world = regions.GLOBE.bounds
+        lines = {"graticule": surfaces.graticule(world, 30.0, 30.0), "coast": surfaces.coast(world, "110m", 2.0)}
+    partial = not whole and place is not region
+    return Sketch(regional=regional, whole=whole, partial=partial, u=u, v=v, weights=weights, lines=_packed(lines))
+
+
+def _grid(bounds: surfaces.Bounds) -> tuple[FloatArray, FloatArray]:
+    """Grid with as many nodes as that of the globe, its cells nearly square where the region is widest."""
+    west, south, _, north = bounds
+    width = surfaces.longitude_width(bounds)
+    longest = np.cos(np.radians(max(south, -north, 0.0)))
+    columns = int(np.clip(np.sqrt(_COLUMNS * _ROWS * width * longest / (north - south)), 24, 400))
+    lat = np.linspace(south, north, _COLUMNS * _ROWS // columns)
+    return west + np.linspace(0.0, width, columns), np.clip(lat, _EDGE - 90.0, 90.0 - _EDGE)
+
+
+def _lines_about(region: regions.Place) -> dict[str, list[FloatArray]]:
+    """Lines of a region and its surroundings."""
+    bounds = _wider(region.bounds)
+    size = max(surfaces.ground_size(region.bounds))
+    detail = "110m" if size > _WORLD else "10m" if size < _SMALL else "50m"
+    seen = _SEEN * size
+
+    def in_steps(lines: Any) -> list[FloatArray]:
+        return [shapely.get_coordinates(line) for line in shapely.segmentize(lines, size / _ALONG)]
+
+    def simplified(lines: Sequence[FloatArray]) -> list[FloatArray]:
+        return in_steps(shapely.simplify([shapely.linestrings(line) for line in lines if len(line) > 1], seen))
+
+    def rings_of(geometry: shapely.Geometry) -> list[FloatArray]:
+        return in_steps(shapely.get_rings(shapely.get_parts(shapely.simplify(geometry, seen))))
+
+    border = rings_of(regions.polygons_of(region))
+    return {
+        "graticule": surfaces.graticule(bounds, *surfaces.graticule_steps(region.bounds)),
+        "coast": simplified(surfaces.coast(bounds, detail, np.inf)),
+        "borders": simplified(surfaces.country_borders(bounds, detail, np.inf)),
+        "border": border,
+        "region": border,
+        "land": rings_of(earth.land_within(bounds, detail)),
+    }
+
+
+def _wider(bounds: surfaces.Bounds) -> surfaces.Bounds:
+    """Bounds with a margin."""
+    west, south, _, north = bounds
+    width = surfaces.longitude_width(bounds)
+    reach = _BESIDE * max(surfaces.ground_size(bounds))
+    south, north = max(south - reach, -90.0), min(north + reach, 90.0)
+    beside = reach / max(np.cos(np.radians(max(-south, north))), 0.05)
+    if width + 2.0 * beside >= 360.0:
+        return -180.0, south, 180.0, north
+    return west - beside, south, west + width + beside, north
+
+
+def _packed(found: Mapping[str, Sequence[FloatArray]]) -> Lines:
+    points, numbers, where, start = [np.empty((0, 2))], [np.empty(0, dtype=int)], {}, 0
+    for name, lines in found.items():
+        count = sum(map(len, lines))
+        points += lines
+        numbers += [np.full(len(line), k) for k, line in enumerate(lines)]
+        where[name] = slice(start, start + count)
+        start += count
+    lon, lat = np.concatenate(points).T
+    return Lines(lon, lat, np.concatenate(numbers), where)
+
+
+# ---- previews ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -78,6 +200,7 @@ def _around(kind: int) -> list[int]:
 _DIGITS = re.compile(r"[-+]?\d[\d.eE+-]*")
 _MARGIN = 0.01  # of a map's larger side
 _ERROR = 15  # in tenths of a decimal exponent: three per cent
+_AREAS = frozenset({"region", "land"})
 _EARTHLY = frozenset({"coast", "borders", "land"})
 _JUMP, _PEAK = 6.0, 2.0  # times as long as a neighbour, or as both, an edge of a cell is torn
 _NEAR = 1e-2  # of that, the two sides of a cut are one line
@@ -98,8 +221,8 @@ class Previewer:
     turns: dict[str, str] = field(default_factory=dict)
 
     def frame(
-        self, projection: Projection, region: str | Place, centre: tuple[float, float] | None
-    ) -> tuple[dict[str, Any], Arrays]:
+        self, projection: Projection, region: str | regions.Place, centre: tuple[float, float] | None
+    ) -> tuple[dict[str, Any], frames.Arrays]:
         """Header and arrays of a preview; raises ValueError if no part of the region is on the map."""
         sketch = sketch_of(region)
         lon, lat = centre or (0.0, 0.0)
@@ -140,7 +263,7 @@ class _Picture:
         lon, lat, self.turned = _geographic(axes, u, v)
         lines = sketch.lines
         x, y = projection(
-            normalised(np.concatenate([lon.ravel(), lines.lon])), np.concatenate([lat.ravel(), lines.lat])
+            surfaces.normalised(np.concatenate([lon.ravel(), lines.lon])), np.concatenate([lat.ravel(), lines.lat])
         )
         nodes = lon.size
         self.x, self.y = x[:nodes].reshape(self.shape), y[:nodes].reshape(self.shape)
@@ -168,15 +291,17 @@ class _Picture:
         whole_u, whole_v = whole_u | np.isnan(across), whole_v | np.isnan(up)
         self.joined = whole_u[:-1] & whole_u[1:] & whole_v[:, :-1] & whole_v[:, 1:]
 
-    def frame(self) -> tuple[dict[str, Any], Arrays]:
+    def frame(self) -> tuple[dict[str, Any], frames.Arrays]:
         """Header and arrays."""
         shown = self.shown
         edge = self._edge()
         view = self._view(edge)
-        grid = Grid.about(view)
+        grid = frames.Grid.about(view)
         lines = self._lines(grid, view, edge)
         whole = np.zeros(self.shape, dtype=bool)
         whole[:-1, :-1] = self.whole & shown[:-1, :-1] & shown[1:, :-1] & shown[:-1, 1:] & shown[1:, 1:]
+        weights = self.sketch.weights
+        hidden = 1.0 - weights[shown].sum() / weights.sum()  # off the map, or towards infinity
         header = {
             "title": self.projection.label,
             "shape": list(self.shape),
@@ -188,10 +313,10 @@ class _Picture:
             "regional": self.sketch.regional,
             "radius": self.projection.ellipsoid.a,
             "preview": True,
-            "about": None if self.sketch.partial or self._hidden > _MOST_HIDDEN else self._about(),
+            "about": None if self.sketch.partial or hidden > _MOST_HIDDEN else self._about(),
         }
         x, y = grid.steps(np.column_stack([np.append(self.x, edge.x), np.append(self.y, edge.y)])).T
-        arrays: Arrays = {
+        arrays: frames.Arrays = {
             "u": self.u,
             "v": self.sketch.v,
             "fields": np.concatenate([self.four, edge.four]).T.astype(np.float32),
@@ -211,7 +336,7 @@ class _Picture:
         cells = cut_cells(np.where(np.isnan(self.level), 1.0, self.level), self.joined)
         near, far = cells.ends.T
         u, v = self._between(near, far, self._reached(cells))
-        x, y = self.projection(*_normal(_geographic(self.axes, u, v)))
+        x, y = self._projected(u, v)
         steps = np.where(np.isnan(self.level.ravel()[far])[:, None], 0.0, self.four[far] - self.four[near])
         steps[:, 1] -= 2.0 * np.pi * np.round(steps[:, 1] / (2.0 * np.pi))
         return _Edge(cells, u, v, x, y, self.four[near] + cells.share[:, None] * steps)
@@ -224,11 +349,16 @@ class _Picture:
         for _ in range(_HALVINGS if lost.any() else 0):
             middle = 0.5 * (low + high)
             u, v = self._between(near[lost], far[lost], middle)
-            there = np.isfinite(self.projection(*_normal(_geographic(self.axes, u, v)))[0])
+            there = np.isfinite(self._projected(u, v)[0])
             low, high = np.where(there, middle, low), np.where(there, high, middle)
         share = cells.share.copy()
         share[lost] = low
         return share
+
+    def _projected(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Places on the map of grid coordinates."""
+        lon, lat, _ = _geographic(self.axes, u, v)
+        return self.projection(surfaces.normalised(lon), lat)
 
     def _between(self, near: IntArray, far: IntArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Grid coordinates at fractions of the way between nodes."""
@@ -254,7 +384,7 @@ class _Picture:
         determinant = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
         mirrored = bool(np.nansum(np.sign(determinant) * self.sketch.weights) < 0.0)
         with np.errstate(invalid="ignore", divide="ignore"):
-            four = four_numbers(J.reshape(-1, 2, 2), mirrored)
+            four = frames.four_numbers(J.reshape(-1, 2, 2), mirrored)
         return four, mirrored, self._near(four, valid)
 
     def _near(self, four: FloatArray, valid: BoolArray) -> FloatArray:
@@ -277,7 +407,8 @@ class _Picture:
     def _view(self, edge: _Edge) -> list[float]:
         """View of the picture."""
         if self.sketch.regional:
-            x, y = self._line("region", self.line_x), self._line("region", self.line_y)
+            region = self.sketch.lines.where["region"]
+            x, y = self.line_x[region], self.line_y[region]
             good = np.isfinite(x)
             if not good.any():
                 raise ValueError(f"Invalid region for '{self.projection.name}'. No part of it can be projected.")
@@ -286,37 +417,26 @@ class _Picture:
         margin = _MARGIN * max(np.ptp(x), np.ptp(y))
         return [float(value) for value in (x.min() - margin, x.max() + margin, y.min() - margin, y.max() + margin)]
 
-    def _line(self, name: str, values: FloatArray) -> FloatArray:
-        return values[self.sketch.lines.where[name]]
-
-    def _lines(self, grid: Grid, view: list[float], edge: _Edge) -> Arrays:
+    def _lines(self, grid: frames.Grid, view: list[float], edge: _Edge) -> frames.Arrays:
         """All lines and areas in grid steps."""
         longest = _LONGEST * max(view[1] - view[0], view[3] - view[2])
-        found: Arrays = {}
+        found: frames.Arrays = {}
         foreign = _EARTHLY if self.projection.is_of_another_body else frozenset()
         for name, part in self.sketch.lines.where.items():
             part = slice(0) if name in foreign else part
             x, y, line = self.line_x[part], self.line_y[part], self.sketch.lines.line[part]
-            points, sizes = _pieces(grid, x, y, line, longest, closed=name in self.sketch.lines.areas)
+            points, sizes = _pieces(grid, x, y, line, longest, closed=name in _AREAS)
             found |= {name: points, f"{name}Sizes": sizes}
-        outline = [] if self.sketch.regional else [*self._edges(longest), *edge.sides]
-        empty = np.empty(0)
-        x, y = (np.concatenate([empty, *parts]) for parts in ([z.real for z in outline], [z.imag for z in outline]))
-        line = np.repeat(np.arange(len(outline)), [z.size for z in outline])
-        points, sizes = _pieces(grid, x, y, line, longest, closed=False)
+        outline: list[Any] = []
+        if not self.sketch.regional:  # the poles, the cut where its two sides lie apart, and the edge
+            z = np.where(self.shown, self.x + 1j * self.y, np.nan)
+            apart = np.abs(z[:, 0] - z[:, -1]) > _NEAR * longest
+            cut = (np.where(apart, side, np.nan) for side in (z[:, 0], z[:, -1]))
+            outline = [z[0], z[-1], *cut, *(edge.x + 1j * edge.y)[edge.cells.sides]]
+        z = np.concatenate([np.empty(0, dtype=complex), *outline])
+        line = np.repeat(np.arange(len(outline)), [part.size for part in outline])
+        points, sizes = _pieces(grid, z.real, z.imag, line, longest, closed=False)
         return found | {"outline": points, "outlineSizes": sizes}
-
-    def _edges(self, longest: float) -> list[Any]:
-        """Grid sides that bound the map: the poles, and the cut where its two sides lie apart."""
-        z = np.where(self.shown, self.x + 1j * self.y, np.nan)
-        apart = np.abs(z[:, 0] - z[:, -1]) > _NEAR * longest
-        return [z[0], z[-1], np.where(apart, z[:, 0], np.nan), np.where(apart, z[:, -1], np.nan)]
-
-    @property
-    def _hidden(self) -> float:
-        """Share of the region that is hidden: off the map, or towards infinity."""
-        weights = self.sketch.weights
-        return float(1.0 - weights[self.shown].sum() / weights.sum())
 
     def _about(self) -> dict[str, float]:
         """Approximate Airy-Kavrayskiy errors."""
@@ -353,13 +473,8 @@ class _Edge:
     y: FloatArray
     four: FloatArray
 
-    @property
-    def sides(self) -> Any:
-        """Steps of the map's outline (l, 2), complex."""
-        return (self.x + 1j * self.y)[self.cells.sides]
 
-
-def _packed_polygons(cells: CutCells) -> Arrays:
+def _packed_polygons(cells: CutCells) -> frames.Arrays:
     """Polygons and errors of their triangles, in the format of frames."""
     sizes = [len(polygon) for group in cells.polygons for polygon in group]
     vertices = np.concatenate([np.empty(0, dtype=int), *(group.ravel() for group in cells.polygons)])
@@ -385,11 +500,6 @@ def _geographic(
     lon = np.degrees(np.arctan2(point[..., 1], point[..., 0]))
     lat = np.degrees(np.arctan2(point[..., 2], level))
     return lon, lat, (cos, sin)
-
-
-def _normal(place: tuple[FloatArray, FloatArray, Any]) -> tuple[FloatArray, FloatArray]:
-    """Longitudes, normalised, and latitudes."""
-    return normalised(place[0]), place[1]
 
 
 def _untorn(length: FloatArray) -> BoolArray:
@@ -426,7 +536,9 @@ def _frame_of_part(x: FloatArray, y: FloatArray) -> list[float]:
     return [middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1]]
 
 
-def _pieces(grid: Grid, x: FloatArray, y: FloatArray, line: Any, longest: float, closed: bool) -> tuple[Any, Any]:
+def _pieces(
+    grid: frames.Grid, x: FloatArray, y: FloatArray, line: Any, longest: float, closed: bool
+) -> tuple[Any, Any]:
     """Lines as concatenated points and their numbers, split where torn."""
     good = np.isfinite(x)
     if not good.any():

@@ -4,34 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import importlib.resources
 import json
 import secrets
 import signal
 import socket
 import threading
 from collections.abc import Awaitable, Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from types import FrameType
 from typing import Any
 
+from projdist import regions
 from projdist.projections import projection_names
-from projdist.regions import region_names
-from projdist.web.live.dispatcher import (
-    LARGEST_FILE,
-    LONGEST_MESSAGE,
-    STOP,
-    WORKER_OF_KIND,
-    InputPolicy,
-    Request,
-    RequestError,
-    failed,
-    read_request,
-)
+from projdist.web.live import dispatcher
 from projdist.web.live.worker import LIMITS, Worker
+from projdist.web.page import live_files
 
 HOST = "127.0.0.1"
-MODULES = ("frames.js", "measures.js", "sheets.js", "drawing.js", "tables.js")
 _NAMES = ("127.0.0.1", "localhost", "[::1]")
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 _PATIENCE = 10.0  # seconds for the first message
@@ -62,7 +51,7 @@ class LiveSite:
     """The live page at one address, with its worker processes; close it after use."""
 
     start: Start
-    policy: InputPolicy
+    policy: dispatcher.InputPolicy
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
 
     def __post_init__(self) -> None:
@@ -85,7 +74,7 @@ class LiveSite:
         from starlette.responses import Response
         from starlette.routing import Route, WebSocketRoute
 
-        files = _files()
+        files = live_files()
 
         async def file(request: Any) -> Response:
             name = request.path_params.get("name", "explore.html")
@@ -136,7 +125,8 @@ class LiveSite:
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(put, block)
 
-        waiting.put_nowait(json.dumps(self._welcome()))
+        known = {"names": sorted(projection_names()), "countries": regions.region_names()}
+        waiting.put_nowait(json.dumps(asdict(self.start) | known))
         tasks = [
             asyncio.create_task(self._listen(page, socket, waiting, told)),
             asyncio.create_task(_send_all(socket, waiting)),
@@ -160,36 +150,31 @@ class LiveSite:
             while waiting.qsize() > _MOST_UNREAD // 2:
                 await asyncio.sleep(_PAUSE)
 
-    def _welcome(self) -> dict[str, Any]:
-        start = self.start
-        known = {"names": sorted(projection_names()), "countries": region_names()}
-        return {"projections": start.projections, "region": start.region, "measure": start.measure, **known}
-
     def _take(self, page: int, message: Mapping[str, Any], told: Callable[[bytes], None]) -> None:
         """Hand a request to its worker."""
         try:
             request = _request_of(message)
-        except RequestError as error:
-            told(failed(Request(id=0, kind="error"), str(error)))
+        except dispatcher.RequestError as error:
+            told(dispatcher.failed(dispatcher.Request(id=0, kind="error"), str(error)))
             return
-        if request.kind == STOP:
+        if request.kind == dispatcher.STOP:
             what = str(request.options.get("what"))
-            if what in WORKER_OF_KIND:
-                self.workers[WORKER_OF_KIND[what]].drop(page, (what, request.slot))
+            if what in dispatcher.WORKER_OF_KIND:
+                self.workers[dispatcher.WORKER_OF_KIND[what]].drop(page, (what, request.slot))
             return
-        self.workers[WORKER_OF_KIND[request.kind]].ask(page, (request.kind, request.slot), request, told)
+        self.workers[dispatcher.WORKER_OF_KIND[request.kind]].ask(page, (request.kind, request.slot), request, told)
 
 
-def _request_of(message: Mapping[str, Any]) -> Request:
+def _request_of(message: Mapping[str, Any]) -> dispatcher.Request:
     """Request of a message: a text, or its length, the text and a file."""
     text = message.get("text")
     if text is not None:
-        return read_request(text)
+        return dispatcher.read_request(text)
     block = message.get("bytes") or b""
     length = int.from_bytes(block[:4], "little")
-    if len(block) < 4 or length > min(LONGEST_MESSAGE, len(block) - 4):
-        raise RequestError("Invalid message. It must be a length, a text and a file.")
-    return read_request(block[4 : 4 + length], bytes(block[4 + length :]))
+    if len(block) < 4 or length > min(dispatcher.LONGEST_MESSAGE, len(block) - 4):
+        raise dispatcher.RequestError("Invalid message. It must be a length, a text and a file.")
+    return dispatcher.read_request(block[4 : 4 + length], bytes(block[4 + length :]))
 
 
 def _token_of(text: str) -> bytes:
@@ -213,15 +198,11 @@ async def _send_all(socket: Any, waiting: asyncio.Queue[bytes | str]) -> None:
             await asyncio.sleep(0)  # for the loop to hear that the page has left, before asyncio says so
 
 
-def _files() -> dict[str, str]:
-    """Files of the page by name: its own, and those shared with reports."""
-    web = importlib.resources.files("projdist") / "web"
-    own = [file for file in (web / "live").iterdir() if f".{file.name.rpartition('.')[2]}" in _TYPES]
-    return {file.name: file.read_text(encoding="utf-8") for file in [*own, *(web / name for name in MODULES)]}
-
-
 def _guarded(app: App, port: int) -> App:
     """The application, restricted to hosts and origins of this machine, with security headers."""
+    from starlette.datastructures import Headers
+    from starlette.responses import Response
+
     hosts = {f"{name}:{port}" for name in _NAMES} | ({*_NAMES} if port == _HTTP else set())
     origins = {f"http://{host}" for host in hosts}
     policy = (
@@ -245,29 +226,20 @@ def _guarded(app: App, port: int) -> App:
                 message = {**message, "headers": [*message.get("headers", []), *added]}
             await send(message)
 
-        host, origin = _values(scope, b"host"), _values(scope, b"origin")
+        host, origin = (Headers(scope=scope).getlist(name) for name in ("host", "origin"))
         if len(host) != 1 or not hosts.issuperset(host):
-            await _refuse(sending, is_socket, 400)
+            status = 400
         elif len(origin) > 1 or not origins.issuperset(origin) or (is_socket and not origin):
-            await _refuse(sending, is_socket, 403)
+            status = 403
         else:
             await app(scope, receive, sending)
+            return
+        if is_socket:  # closed before it is accepted, which sends 403
+            await send({"type": "websocket.close"})
+        else:
+            await Response(status_code=status)(scope, receive, sending)
 
     return guarded
-
-
-def _values(scope: Scope, name: bytes) -> list[str]:
-    """Values of a header."""
-    return [value.decode("latin-1") for key, value in scope["headers"] if key.lower() == name]
-
-
-async def _refuse(send: Send, is_socket: bool, status: int) -> None:
-    """Answer with an empty status; closing a socket before it is accepted sends 403."""
-    if is_socket:
-        await send({"type": "websocket.close"})
-        return
-    await send({"type": "http.response.start", "status": status, "headers": [(b"content-length", b"0")]})
-    await send({"type": "http.response.body", "body": b""})
 
 
 def check_server() -> None:
@@ -294,7 +266,7 @@ def serve(site: LiveSite, listening: socket.socket) -> None:
     config = uvicorn.Config(
         site.app(port),
         ws="websockets-sansio",
-        ws_max_size=LARGEST_FILE + LONGEST_MESSAGE,
+        ws_max_size=dispatcher.LARGEST_FILE + dispatcher.LONGEST_MESSAGE,
         ws_per_message_deflate=False,
         lifespan="off",
         log_level="error",

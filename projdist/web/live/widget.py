@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import importlib.resources
 import io
 import json
 from base64 import b64encode
@@ -15,29 +14,12 @@ import anywidget
 import numpy as np
 import traitlets
 
-from projdist.earth import Ellipsoid
-from projdist.matrices import get_measure
-from projdist.projections import (
-    Projection,
-    ProjectionError,
-    ProjectionLike,
-    listed_projections,
-    projection_names,
-)
+from projdist import earth, matrices, plots, support
+from projdist.projections import Projection, ProjectionError, ProjectionLike, listed_projections, projection_names
 from projdist.regions import Place, RegionLike, get_region, region_for, region_names
-from projdist.support import check_choice
-from projdist.web.live.dispatcher import (
-    STOP,
-    WORKER_OF_KIND,
-    Dispatcher,
-    OpenInputPolicy,
-    Request,
-    RequestError,
-    failed,
-    read_request,
-)
+from projdist.web import page
+from projdist.web.live import dispatcher
 from projdist.web.live.worker import WORKERS, Thread, answered
-from projdist.web.page import SHOWN_MEASURES, bundled
 
 _FIRST = "winkel-tripel"
 _MOST = 6
@@ -104,7 +86,7 @@ class Explorer(anywidget.AnyWidget):
 
     def __init__(self, *projections: ProjectionLike, region: RegionLike | None = None, measure: str = "fisher") -> None:
         self._given = _Given()
-        self._dispatcher = Dispatcher(self._given)
+        self._dispatcher = dispatcher.Dispatcher(self._given)
         self._thread: Thread | None = None
         self._still: tuple[object, str] | None = None
         texts = self._projection_texts(list(projections) or _FIRST)
@@ -148,7 +130,8 @@ class Explorer(anywidget.AnyWidget):
     def _repr_mimebundle_(self, **options: Any) -> Any:
         """The widget, and a picture as fallback."""
         bundle = super()._repr_mimebundle_(**options)
-        if bundle is None or _is_marimo(self.comm):
+        # marimo requests the picture and does not show it.
+        if bundle is None or type(self.comm).__module__.partition(".")[0] == "marimo":
             return bundle
         data, metadata = bundle
         return {**data, "image/png": self._picture()}, metadata
@@ -199,31 +182,31 @@ class Explorer(anywidget.AnyWidget):
         if content.get("closed"):
             return
         try:
-            request = read_request(str(content.get("text", "")), bytes(buffers[0]) if buffers else b"")
-        except RequestError as error:
-            self._tell(view, failed(Request(id=0, kind="error"), str(error)))
+            request = dispatcher.read_request(str(content.get("text", "")), bytes(buffers[0]) if buffers else b"")
+        except dispatcher.RequestError as error:
+            self._tell(view, dispatcher.failed(dispatcher.Request(id=0, kind="error"), str(error)))
             return
         if request.kind == "preview":
             self._tell(view, answered(self._dispatcher, request))
-        elif request.kind == STOP:
+        elif request.kind == dispatcher.STOP:
             self._stop((view, request.slot), str(request.options.get("what")))
         else:
             self._ask(view, request)
 
-    def _ask(self, view: Any, request: Request) -> None:
+    def _ask(self, view: Any, request: dispatcher.Request) -> None:
         """Hand a request to a process, or to a thread where maps or the region have no text."""
         tell = _in_this_loop(lambda block: self._tell(view, block))
         key = (view, request.slot, request.kind)
         if not self._given.any:
-            WORKERS.ask(id(self), WORKER_OF_KIND[request.kind], key, request, tell)
+            WORKERS.ask(id(self), dispatcher.WORKER_OF_KIND[request.kind], key, request, tell)
             return
         self._thread = self._thread or Thread(self._dispatcher)
         self._thread.ask(id(self), key, request, tell)
 
     def _stop(self, place: tuple[Any, str], what: str) -> None:
-        if what not in WORKER_OF_KIND:
+        if what not in dispatcher.WORKER_OF_KIND:
             return
-        WORKERS.drop(id(self), WORKER_OF_KIND[what], (*place, what))
+        WORKERS.drop(id(self), dispatcher.WORKER_OF_KIND[what], (*place, what))
         if self._thread is not None:
             self._thread.drop(id(self), (*place, what))
 
@@ -239,15 +222,8 @@ class Explorer(anywidget.AnyWidget):
         if self._still is None or self._still[0] != state:
             from PIL import Image
 
-            from projdist import plots  # slow to load
-
-            figure = plots.heatmap_figure(
-                self.maps,
-                region=self.place,
-                measure=self.measure,
-                size=_SIZE,
-                dpi=_DPI,
-            )
+            options: dict[str, Any] = {"region": self.place, "measure": self.measure, "size": _SIZE, "dpi": _DPI}
+            figure = plots.heatmap_figure(self.maps, **options)
             drawn, file = io.BytesIO(), io.BytesIO()
             figure.savefig(drawn, format="png", dpi=_DPI)
             Image.open(drawn).convert("RGB").quantize(_COLOURS).save(file, format="png", optimize=True)
@@ -256,9 +232,10 @@ class Explorer(anywidget.AnyWidget):
 
 
 @dataclass(frozen=True)
-class _Given(OpenInputPolicy):
+class _Given(dispatcher.InputPolicy):
     """Inputs of the page: texts, and objects of the kernel without a text, under generated names."""
 
+    is_open: bool = True
     projections: dict[str, Projection] = field(default_factory=dict)
     regions: dict[str, Place] = field(default_factory=dict)
 
@@ -275,7 +252,7 @@ class _Given(OpenInputPolicy):
         """Input that a text stands for."""
         return self.projections.get(text, text)
 
-    def region(self, text: str, ellipsoid: Ellipsoid | None = None) -> Place:
+    def region(self, text: str, ellipsoid: earth.Ellipsoid | None = None) -> Place:
         """The region of a text or name, on the body of an ellipsoid; raises ValueError."""
         known = self.regions.get(text)
         return super().region(text, ellipsoid) if known is None else get_region(known, ellipsoid)
@@ -328,12 +305,7 @@ def _new_name(name: str, known: Collection[str]) -> str:
 
 
 def _measure_name(measure: Any) -> str:
-    return check_choice("measure", get_measure(measure).name, SHOWN_MEASURES)
-
-
-def _is_marimo(comm: Any) -> bool:
-    """True in marimo, which requests the picture and does not show it."""
-    return type(comm).__module__.partition(".")[0] == "marimo"
+    return support.check_choice("measure", matrices.get_measure(measure).name, page.SHOWN_MEASURES)
 
 
 def _in_this_loop(tell: Any) -> Any:
@@ -350,14 +322,7 @@ def _in_this_loop(tell: Any) -> Any:
     return telling
 
 
-def _modules() -> dict[str, str]:
-    """JavaScript modules of the page by name, with its style sheet as one."""
-    web = importlib.resources.files("projdist") / "web"
-    folders = [web, web / "live"]
-    files = {file.name: file for folder in folders for file in folder.iterdir() if file.name.endswith(".js")}
-    style = (web / "live" / "explore.css").read_text(encoding="utf-8")
-    texts = {name: file.read_text(encoding="utf-8") for name, file in files.items()}
-    return texts | {"style.js": f"export const STYLE = {json.dumps(style)};"}
-
-
-Explorer._esm = bundled(_modules(), "widget.js")
+_FILES = page.live_files()
+Explorer._esm = page.bundled(
+    _FILES | {"style.js": f"export const STYLE = {json.dumps(_FILES['explore.css'])};"}, "widget.js"
+)

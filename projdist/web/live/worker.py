@@ -20,17 +20,8 @@ from multiprocessing.process import BaseProcess
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
-from projdist.support import one_line
-from projdist.web.live.dispatcher import (
-    LARGEST_FILE,
-    Dispatcher,
-    InputPolicy,
-    OpenInputPolicy,
-    Progress,
-    Request,
-    failed,
-    progressed,
-)
+from projdist import support
+from projdist.web.live.dispatcher import LARGEST_FILE, Dispatcher, InputPolicy, Progress, Request, failed, progressed
 
 MOST_OF_PAGE = 48
 """Waiting tasks of a page; six maps need at most twenty-four of one worker."""
@@ -285,25 +276,33 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
 def serve_requests(connection: Connection, policy: InputPolicy, parent: int) -> None:
     """Answer requests until the connection is closed."""
     _leave_with(parent)
-    from projdist.web.live.dispatcher import Dispatcher  # slow to load, and of no use to the page's server
-
     dispatcher = Dispatcher(policy)
 
-    def report(_: type[BaseException] | None, error: BaseException | None, __: TracebackType | None) -> bool:
-        if isinstance(error, Exception):
-            connection.send((_CRASH, "".join(traceback.format_exception(error))))
-        return isinstance(error, Exception)
+    def crash(error: Exception) -> None:
+        connection.send((_CRASH, "".join(traceback.format_exception(error))))
 
     with contextlib.suppress(EOFError, OSError):  # nobody asks, or listens, any more
         connection.send((_READY,))
         while True:
             request, reply = connection.recv(), None
-            with contextlib.ExitStack() as stack:  # what nobody foresaw is told, and ends the process
-                stack.push(report)
+            with _reporting(crash):  # what nobody foresaw ends the process
                 reply = dispatcher.answer(request, lambda done, of: connection.send((_PROGRESS, done, of)))
             if reply is None:
                 return
             connection.send((_REPLY, reply))
+
+
+def _reporting(report: Callable[[Exception], None]) -> contextlib.ExitStack:
+    """Context that ends at any exception, and reports it."""
+
+    def leave(_: type[BaseException] | None, error: BaseException | None, __: TracebackType | None) -> bool:
+        if isinstance(error, Exception):
+            report(error)
+        return isinstance(error, Exception)
+
+    stack = contextlib.ExitStack()
+    stack.push(leave)
+    return stack
 
 
 def _leave_with(parent: int) -> None:
@@ -332,13 +331,10 @@ def answered(dispatcher: Dispatcher, request: Request, progress: Progress = lamb
     """Reply of a dispatcher in the kernel, also to exceptions of the user's functions."""
     replies: list[bytes] = []
 
-    def report(_: type[BaseException] | None, error: BaseException | None, __: TracebackType | None) -> bool:
-        if isinstance(error, Exception):
-            replies.append(failed(request, one_line(f"{type(error).__name__}: {error}")))
-        return isinstance(error, Exception)
+    def fail(error: Exception) -> None:
+        replies.append(failed(request, support.one_line(f"{type(error).__name__}: {error}")))
 
-    with _ANSWERING, contextlib.ExitStack() as stack:
-        stack.push(report)
+    with _ANSWERING, _reporting(fail):
         replies.append(dispatcher.answer(request, progress))
     return replies[0]
 
@@ -376,7 +372,7 @@ class Workers:
         """Queue a request of a widget."""
         self._users.add(user)
         if worker not in self._workers:
-            self._workers[worker] = Worker(worker, OpenInputPolicy())
+            self._workers[worker] = Worker(worker, InputPolicy(is_open=True))
         self._workers[worker].ask(user, key, request, told)
 
     def drop(self, user: Hashable, worker: str, key: Hashable) -> None:

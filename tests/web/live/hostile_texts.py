@@ -253,11 +253,11 @@ def outcomes(texts: Sequence[str], how: str, folder: Path, before: Sequence[str]
 
 def main(path: str, how: str) -> None:
     """Tell of each text, of a file in JSON, what becomes of it behind closed or open policy."""
-    from projdist.web.live.dispatcher import InputPolicy, OpenInputPolicy
+    from projdist.web.live.dispatcher import InputPolicy
 
     folder = Path(path)
     texts = json.loads((folder / "texts.json").read_text())
-    policy = InputPolicy() if how == "closed" else OpenInputPolicy()
+    policy = InputPolicy(is_open=how != "closed")
     warnings.simplefilter("ignore")
     watch = Watch(folder / place for place in _PLACES)
     for text in texts:

@@ -8,8 +8,7 @@ from tables import each
 import projdist
 from projdist.projections import Projection, tunable, tuned
 from projdist.web.live.handlers import Pictures, outline
-from projdist.web.live.previews import Previewer
-from projdist.web.live.sketches import _wider
+from projdist.web.live.previews import Previewer, _wider
 
 CASES = [
     *(("robinson", "globe"), ("mollweide@45,-100", "globe"), ("+proj=laea +lat_0=40 +lon_0=20 +R=6371000", "globe")),

@@ -21,6 +21,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from projdist.web.live import server
 from projdist.web.live.dispatcher import LARGEST_FILE, LONGEST_MESSAGE, WORKER_OF_KIND, Dispatcher, InputPolicy, Request
 from projdist.web.live.server import LiveSite, Start
+from projdist.web.page import live_files
 
 PORT = 5000
 OWN = f"127.0.0.1:{PORT}"
@@ -209,7 +210,7 @@ def test_the_page_and_its_modules_are_there(site: LiveSite) -> None:
     """With their types, and all that they import."""
     status, page = answer(site)
     assert (status, page["content-type"]) == (200, "text/html; charset=utf-8")
-    files = server._files()
+    files = live_files()
     for name, text in files.items():
         status, found = answer(site, f"/static/{name}")
         assert (status, found["body"]) == (200, text.encode())
