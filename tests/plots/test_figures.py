@@ -1,4 +1,4 @@
-"""Figures: titles, panels of one scale, colour bars, files, what is refused; a few pictures that were looked at."""
+"""Whole figures: files, titles, regions and differences."""
 
 import os
 import re
@@ -13,12 +13,22 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.tri import Triangulation
+from pyproj import CRS
+from tables import each
 
-from projdist import plots
+from projdist import get_measure, plots
 from projdist.plots import map_drawing
 from projdist.plots.basemap import closed_path
+from projdist.plots.colours import level_labels
+from projdist.plots.figures import field_against
+from projdist.plots.style import shortened, title_of, with_minus
+from projdist.projections import NAMES, WORLD_MAPS, Projection
+from projdist.projections.catalogue import TITLES
+from projdist.surfaces import surface_of
 
 GOLDEN = Path(__file__).parents[1] / "golden"
+
+
 EUROPE = "box:-10,35,40,70"
 
 
@@ -276,3 +286,139 @@ def test_polygons_are_one_path() -> None:
     found = closed_path(rings).to_polygons(closed_only=True)
     for ring, closed in zip(rings, found, strict=True):
         np.testing.assert_array_equal(closed, [*ring, ring[0]])
+
+
+BOX = "box:-10,35,40,70"
+
+
+# As Snyder & Voxland 1989, Snyder 1993, or who made the map print them.
+PRINTED = {
+    "van-der-grinten": "Van der Grinten I",
+    "gall-peters": "Gall-Peters",
+    "plate-carree": "Plate carrée",
+    "winkel-tripel": "Winkel Tripel",
+    "equal-earth": "Equal Earth",
+    "eckert-4": "Eckert IV",
+    "kavrayskiy-7": "Kavrayskiy VII",
+    "mcbryde-thomas-flat-polar-quartic": "McBryde-Thomas flat-polar quartic",
+    "+proj=vandg +R=6371000": "Van der Grinten I",
+    "sinu": "Sinusoidal",
+    "van-der-grinten@10,20": "Van der Grinten I, 10° N, 20° E",
+    "EPSG:3035": "EPSG:3035 · ETRS89-extended / LAEA Europe",
+    "esri:54030": "ESRI:54030 · World_Robinson",
+}
+
+
+def test_every_entry_of_the_catalogue_has_a_title() -> None:
+    """And no title is without an entry; none is a name's letters made large."""
+    assert set(TITLES) == {*NAMES, *WORLD_MAPS}
+    assert all("-2" not in title and title[0].isupper() for title in TITLES.values())
+
+
+@each("given", PRINTED)
+def test_titles(given: str) -> None:
+    """A picture has the title that people write."""
+    assert title_of(Projection.from_user_input(given)) == PRINTED[given]
+
+
+def test_long_titles() -> None:
+    """A long name ends with a whole word and an ellipsis."""
+    assert shortened("North Pole / Very Long Name of a Zone", 30) == "North Pole / Very Long Name…"
+    title = title_of(Projection.from_user_input("EPSG:8692"))
+    assert len(title) <= 64
+
+
+@each(
+    ("text", "printed"),
+    [
+        ("-0.5", "−0.5"),
+        ("from -5 to -.5 m", "from −5 to −.5 m"),
+        ("2e-05", "2e−05"),
+        ("10-20", "10-20"),
+        ("Eckert-4", "Eckert-4"),
+        ("ETRS89-extended", "ETRS89-extended"),
+    ],
+)
+def test_minus(text: str, printed: str) -> None:
+    """A hyphen before a number that stands alone is a minus sign; others stay."""
+    assert with_minus(text) == printed
+
+
+def test_labels_have_minus_signs() -> None:
+    """Of isolines and of colour bars."""
+    assert level_labels(np.array([-1.0, -0.5, 0.0])) == ["−1", "−0.5", "0"]
+
+
+@pytest.mark.slow
+def test_a_picture_has_minus_signs() -> None:
+    """The ticks of a convergence that goes both ways do."""
+    figure = plots.heatmap_figure(
+        "+proj=tmerc +lon_0=20 +R=6371000", measure="convergence", region=BOX, levels=[-20, 0]
+    )
+    figure.canvas.draw()
+    assert [text.get_text() for text in figure.axes[-1].get_xticklabels()] == ["−20", "0"]
+
+
+# Of Switzerland's maps; other versions of the registry have other hundredths of a degree.
+WEST, SOUTH, EAST, NORTH = CRS("EPSG:2056").area_of_use.bounds
+PLACE = f"{WEST:g}°E to {EAST:g}°E, {SOUTH:g}°N to {NORTH:g}°N"
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_cells")
+def test_the_region_is_named_once():
+    """For several maps in the line below, for one in its title, a country with its code; the globe is not named."""
+    maps = ["EPSG:2056", "EPSG:2056"]
+    assert plots.tissot_figure(maps, size=(3, 2)).texts[-1].get_text().endswith(f", over {PLACE}")
+    assert plots.heatmap_figure(maps, size=(3, 2)).axes[-1].get_xlabel() == f"Fisher distortion, over {PLACE}"
+    figure = plots.heatmap_figure("EPSG:2056", region="country:CH", airy_kavrayskiy=[0.0123])
+    assert "Switzerland (CH) · Airy–Kavrayskiy 0.0123" in {text.get_text() for text in figure.axes[0].texts}
+    assert figure.axes[-1].get_xlabel() == "Fisher distortion"
+    figure = plots.tissot_figure(["EPSG:3857", "robin"], size=(3, 2))  # one CRS among others has an area of its own
+    assert "over" not in figure.texts[-1].get_text()
+
+
+def test_a_scale_is_divided() -> None:
+    """Areal scales: 1 / cos(lat) of the plate carree over 1 / cos(lat)^2 of Mercator is cos(lat)."""
+    surface = surface_of("plate-carree", "box:-60,-50,60,70")
+    values = field_against(surface, get_measure("s"), Projection.from_user_input("mercator"))
+    lat = surface.lonlat()[1][: surface.nodes]
+    inside = np.isfinite(values[: surface.nodes]) & (np.abs(lat) < 85)
+    np.testing.assert_allclose(values[: surface.nodes][inside], np.cos(np.radians(lat[inside])), rtol=1e-8)
+
+
+def test_others_are_subtracted() -> None:
+    """Of Mercator omega is 0: the plate carree's own is left, and its negative the other way round."""
+    measure = get_measure("omega")
+    for one, other, sign in (("plate-carree", "mercator", 1.0), ("mercator", "plate-carree", -1.0)):
+        surface = surface_of(one, "box:-60,-50,60,70")
+        values = field_against(surface, measure, Projection.from_user_input(other))[: surface.nodes]
+        k = 1.0 / np.cos(np.radians(surface.lonlat()[1][: surface.nodes]))
+        omega = np.degrees(2.0 * np.arcsin((k - 1.0) / (k + 1.0)))
+        inside = np.isfinite(values)
+        np.testing.assert_allclose(values[inside], sign * omega[inside], atol=1e-5)  # conformality is good to 1e-7 rad
+
+
+@pytest.mark.usefixtures("few_cells")
+def test_differences_of_directions_go_the_shorter_way() -> None:
+    """None is more than half a turn: of polar maps convergences are lon - lon_0, and theirs differ by lon_0."""
+    surface = surface_of("+proj=stere +lat_0=90", "box:-180,50,180,85")
+    for meridian in (90.0, -90.0):
+        other = Projection.from_user_input(f"+proj=stere +lat_0=90 +lon_0={meridian}")
+        values = field_against(surface, get_measure("convergence"), other)
+        np.testing.assert_allclose(values[np.isfinite(values)], meridian, atol=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("maps", "measure", "label"),
+    [
+        (["robin"], "omega", "Angular distortion omega (degrees): Robinson less Mollweide"),
+        (["robin", "eqearth"], "s", "Areal scale: each map over Mollweide"),
+    ],
+)
+def test_the_bar_says_what_is_compared(maps: list[str], measure: str, label: str) -> None:
+    """One map by its name, and what it is compared with."""
+    figure = plots.heatmap_figure(maps, measure=measure, against="moll", region="box:0,0,40,40")
+    place = "0° to 40°E, 0° to 40°N"  # above the only map, else at the foot
+    assert figure.axes[-1].get_xlabel() == label + (f", over {place}" if len(maps) > 1 else "")

@@ -1,6 +1,6 @@
 """Texts that would make PROJ open files, in every spelling that it reads, and a process that tells what it opens.
 
-Run as a script it takes a folder with texts and the word `open` or `closed`, and prints of each what became of it.
+Run as a script it takes a folder with texts, and prints of each what became of it.
 """
 
 from __future__ import annotations
@@ -231,36 +231,42 @@ class Watch:
         return [name for name in found if name]
 
 
-def outcomes(texts: Sequence[str], how: str, folder: Path, before: Sequence[str] = ()) -> list[dict[str, Any]]:
-    """What becomes of each text in a process without a network: map or problem, and the files that were opened."""
+def outcomes(
+    closed: Sequence[str], opened: Sequence[str], folder: Path, before: Sequence[str] = ()
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """What becomes of texts behind closed and open policy: map or problem, and the files that were opened.
+
+    In one process without a network, the closed ones first.
+    """
     for place, name in itertools.product(_PLACES, _NAMES):
         (folder / place).mkdir(parents=True, exist_ok=True)
         (folder / place / name).write_bytes(b"no grid")
     given = folder / "texts.json"
-    given.write_text(json.dumps([text.replace("/h0stile/", f"{folder}/h0stile/") for text in texts]))
+    given.write_text(json.dumps([closed, opened]).replace("/h0stile/", f"{folder}/h0stile/"))
     env = os.environ | {"PROJ_NETWORK": "OFF", "HOME": str(folder / "home")}
     env |= {"PROJ_USER_WRITABLE_DIRECTORY": str(folder / "user"), "PYTHONPATH": str(Path(__file__).parents[3])}
     found = subprocess.run(
-        [*before, sys.executable, str(Path(__file__).resolve()), str(folder), how],
+        [*before, sys.executable, str(Path(__file__).resolve()), str(folder)],
         env=env,
         cwd=folder / "work" / "here",
         capture_output=True,
         text=True,
         check=True,
     )
-    return [json.loads(line) for line in found.stdout.splitlines()]
+    told = [json.loads(line) for line in found.stdout.splitlines()]
+    return told[: len(closed)], told[len(closed) :]
 
 
-def main(path: str, how: str) -> None:
-    """Tell of each text, of a file in JSON, what becomes of it behind closed or open policy."""
+def main(path: str) -> None:
+    """Tell of each text, of a file in JSON, what becomes of it behind closed, then behind open policy."""
     from projdist.web.live.dispatcher import InputPolicy
 
     folder = Path(path)
-    texts = json.loads((folder / "texts.json").read_text())
-    policy = InputPolicy(is_open=how != "closed")
+    closed, opened = json.loads((folder / "texts.json").read_text())
+    policies = (InputPolicy(), InputPolicy(is_open=True))
     warnings.simplefilter("ignore")
     watch = Watch(folder / place for place in _PLACES)
-    for text in texts:
+    for policy, text in [(policies[0], text) for text in closed] + [(policies[1], text) for text in opened]:
         found: dict[str, Any] = {}
         for kind, ask, given in (("map", policy.projection, text), ("region", policy.region, f"crs:{text}")):
             try:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,9 +34,8 @@ from projdist.web.live.dispatcher import InputPolicy
 TEXTS = hostile_texts()
 
 
-def assert_nothing_is_opened(texts: list[str], folder: Path) -> None:
+def assert_nothing_is_opened(texts: list[str], found: list[dict[str, Any]]) -> None:
     """And of each there is a map, or a problem in one line."""
-    found = outcomes(texts, "closed", folder)
     for text, one in zip(texts, found, strict=True):
         assert one["opened"] == [], text
         assert "map" in one or "\n" not in one["map problem"], text
@@ -49,8 +49,15 @@ def test_there_are_many_hostile_texts() -> None:
 
 
 def test_no_hostile_text_opens_a_file(tmp_path: Path) -> None:
-    """One in sixty of them."""
-    assert_nothing_is_opened(TEXTS[::60], tmp_path)
+    """One in sixty of them; behind open policy PROJ asks for the files of every way to name one, and says so."""
+    path = "./h0stile.gsb"
+    texts = [f"+proj={words.format('+', '=', path)}" for words in READERS]
+    texts += [wrap("hgridshift +grids=./h0stile.gsb") for wrap in WRAPS.values()]
+    closed, asked = outcomes(TEXTS[::60], texts, tmp_path)
+    assert_nothing_is_opened(TEXTS[::60], closed)
+    opened = ["h0stile.gsb" in one["opened"] for one in asked]
+    assert sum(opened[: len(READERS)]) >= 9
+    assert sum(opened[len(READERS) :]) >= 15
 
 
 @each("key", ["proj", "+proj", "+o_proj"])
@@ -64,17 +71,7 @@ def test_operations_that_read_files_are_named(key: str, reader: str) -> None:
 @pytest.mark.slow
 def test_none_of_all_hostile_texts_opens_a_file(tmp_path: Path) -> None:
     """Thousands."""
-    assert_nothing_is_opened(TEXTS, tmp_path)
-
-
-def test_hostile_texts_are_hostile(tmp_path: Path) -> None:
-    """Behind open policy PROJ asks for the files of every way to name one, and says so."""
-    path = "./h0stile.gsb"
-    texts = [f"+proj={words.format('+', '=', path)}" for words in READERS]
-    texts += [wrap("hgridshift +grids=./h0stile.gsb") for wrap in WRAPS.values()]
-    opened = ["h0stile.gsb" in one["opened"] for one in outcomes(texts, "open", tmp_path)]
-    assert sum(opened[: len(READERS)]) >= 9
-    assert sum(opened[len(READERS) :]) >= 15
+    assert_nothing_is_opened(TEXTS, outcomes(TEXTS, [], tmp_path)[0])
 
 
 @pytest.mark.skipif(shutil.which("strace") is None, reason="needs strace")
@@ -84,7 +81,7 @@ def test_the_system_is_asked_for_no_file(how: str, tmp_path: Path) -> None:
     """By its own words, as PROJ's may be incomplete; behind open policy it is."""
     log = tmp_path / "calls"
     before = ("strace", "-f", "-s", "300", "-e", "trace=%file,%network", "-o", str(log))
-    outcomes(TEXTS[::40], how, tmp_path, before)
+    outcomes(*((TEXTS[::40], []) if how == "closed" else ([], TEXTS[::40])), tmp_path, before)
     lines = log.read_text(errors="replace").splitlines()
     asked = [line for line in lines if MARK in line and "inotify_add_watch" not in line]
     assert bool(asked) == (how == "open"), asked[:5]

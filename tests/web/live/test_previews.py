@@ -1,4 +1,6 @@
-"""Previews are good to some per cent, on every kind of map and of region, and have what a page draws."""
+"""Previews are about what the map is, and are cut at its edge; the handlers' pictures, outlines, designs and checks."""
+
+import math
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from tables import each
 import projdist
 from projdist.projections import Projection, tunable, tuned
 from projdist.web.live.handlers import Pictures, outline
-from projdist.web.live.previews import Previewer, _wider
+from projdist.web.live.previews import Previewer, _wider, cut_cells
 
 CASES = [
     *(("robinson", "globe"), ("mollweide@45,-100", "globe"), ("+proj=laea +lat_0=40 +lon_0=20 +R=6371000", "globe")),
@@ -16,6 +18,8 @@ CASES = [
     *(("+proj=ortho +lat_0=30 +R=6371000", "globe"), ("igh", "globe"), ("EPSG:3031", "cap:0,-90,2000")),
     *(("+proj=lcc +lat_1=30 +lat_2=60", "continent:Europe"), ("EPSG:32633", "cap:15,50,20")),
 ]
+
+
 # Across the antimeridian, about poles, all around; of other bodies, meridians, axes and orders of these.
 FURTHER = [
     *(("EPSG:3832", "box:170,-50,-170,-30"), ("EPSG:3338", "box:170,50,-130,72"), ("mollweide", "country:FJ")),
@@ -26,8 +30,14 @@ FURTHER = [
     *(("EPSG:5514", "country:CZ"), ("EPSG:2053", "country:ZA"), ("+proj=eqearth +pm=paris", "globe")),
     ("+proj=lcc +lat_1=60 +lat_2=65 +lon_0=180 +pm=ferro", "box:150,50,-150,80"),
 ]
+
+
 MIRRORED = {"+proj=merc +axis=wnu", "+proj=laea +lat_0=90 +axis=wnu"}
+
+
 _WITHIN = 0.03  # of ln of scales: second differences of cells of 2.5 degrees
+
+
 _OFTEN = 0.9  # of the nodes; beside tears and where a map ends, differences are of one side
 
 
@@ -155,3 +165,37 @@ def test_maps_without_an_end_are_cut_evenly() -> None:
         assert np.ptp(side) < 0.03 * (header["view"][3] - header["view"][2])
     triangles = arrays["cutSizes"].sum() - 2 * arrays["cutSizes"].size
     assert arrays["cutError"].size == triangles >= 40
+
+
+def disc(count: int) -> tuple[float, float]:
+    """The area and the circumference of a disc of radius 1, on a grid of so many nodes across 3."""
+    x, y = np.meshgrid(np.linspace(-1.5, 1.5, count), np.linspace(-1.5, 1.5, count))
+    level = np.hypot(x, y) - 1.0
+    cells = np.ones((count - 1, count - 1), dtype=bool)
+    found = cut_cells(level, cells)
+    z = (x + 1j * y).ravel()
+    near, far = found.ends.T
+    assert (level.ravel()[near] <= 0.0).all()
+    z = np.append(z, z[near] + found.share * (z[far] - z[near]))
+    shown = level <= 0.0
+    whole = (shown[:-1, :-1] & shown[1:, :-1] & shown[:-1, 1:] & shown[1:, 1:]).sum() * (3.0 / (count - 1)) ** 2
+    parts = [z[polygons] for polygons in found.polygons]
+    area = whole + sum(0.5 * (part.conj() * np.roll(part, -1, axis=1)).imag.sum() for part in parts)
+    return area, np.abs(np.diff(z[count * count + found.sides], axis=1)).sum()
+
+
+def test_a_disc_has_its_area_and_its_edge() -> None:
+    """Polygons with the same sense of turning as cells; what they are off by falls as the square of the step."""
+    off = np.array([[abs(area - math.pi), abs(edge - 2.0 * math.pi)] for area, edge in map(disc, (41, 161))])
+    assert (off[1] < 1e-3).all()
+    assert (off[1] < off[0] / 8.0).all()
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_saddles_are_parted(sign: float) -> None:
+    """Between two corners across that are shown there is a hexagon; where nothing is parted, there is nothing."""
+    level = sign * np.array([[-1.0, 1.0], [1.0, -1.0]])
+    found = cut_cells(level, np.ones((1, 1), dtype=bool))
+    assert [polygon.shape for polygon in found.polygons] == [(1, 6)]
+    assert found.share.tolist() == [0.5] * 4
+    assert not cut_cells(np.full((3, 3), sign), np.ones((2, 2), dtype=bool)).polygons

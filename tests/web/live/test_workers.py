@@ -1,4 +1,4 @@
-"""Workers answer the newest request, end what takes too long or is not wanted, and outlive their processes."""
+"""Workers answer the newest request in turn, end what takes too long, and outlive their processes."""
 
 import json
 import os
@@ -6,16 +6,20 @@ import signal
 import subprocess
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from live_pages import Hearing, Traps, ended, is_running, wanted, worker
 
 from projdist.web.live.dispatcher import Request
-from projdist.web.live.worker import MOST_OF_PAGE, Worker
+from projdist.web.live.worker import MOST_OF_ALL, MOST_OF_PAGE, RequestQueue, TooManyRequests, Worker
 
 _GROWTH = 16_000  # kB, of which what is allocated and freed again keeps some
+
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="groups of processes of Unix")
 
@@ -29,18 +33,29 @@ def waited_for(path: Path) -> str:
     return path.read_text()
 
 
-def test_the_newest_of_each_map_is_answered() -> None:
+@pytest.fixture(scope="module")
+def shared() -> Iterator[Worker]:
+    """A worker whose process several tests share."""
+    with worker(Traps()) as found:
+        yield found
+
+
+def occupy(found: Worker, page: str, told: Hearing) -> None:
+    """Let a worker sleep, so that further requests wait."""
+    found.ask(page, "map", wanted(0, "sleep:0.5"), told)
+    while found._running is None:
+        time.sleep(0.01)
+
+
+def test_the_newest_of_each_map_is_answered(shared: Worker) -> None:
     """Older ones that wait are dropped; each map keeps its turn, however often it is asked for."""
     told = Hearing()
-    with worker(Traps()) as found:
-        found.ask("page", "a", wanted(1, "sleep:0.5"), told)
-        while found._running is None:
-            time.sleep(0.01)
-        for number in (2, 4, 6):
-            found.ask("page", "a", wanted(number), told)
-            found.ask("page", "b", wanted(number + 1), told)
-        assert [told.next()["id"] for _ in range(3)] == [1, 6, 7]
-        assert told.blocks.empty()
+    occupy(shared, "page", told)
+    for number in (2, 4, 6):
+        shared.ask("page", "a", wanted(number), told)
+        shared.ask("page", "b", wanted(number + 1), told)
+    assert [told.next()["id"] for _ in range(3)] == [0, 6, 7]
+    assert told.blocks.empty()
 
 
 @pytest.mark.slow
@@ -143,18 +158,15 @@ def test_processes_have_proj_without_the_users_files(
     assert dict(os.environ) == before
 
 
-def test_pages_have_their_turns() -> None:
+def test_pages_have_their_turns(shared: Worker) -> None:
     """A page that asks for thousands of maps is answered some, and told why no more; another one waits for two."""
     told = Hearing()
-    with worker(Traps()) as found:
-        found.ask("first", "map", wanted(0, "sleep:0.5"), told)
-        while found._running is None:
-            time.sleep(0.01)
-        for number in range(1, 3000):
-            found.ask("first", f"map{number}", wanted(number), told)
-        found.ask("second", "map", wanted(5000), told)
-        heard = [told.next() for _ in range(3001)]
-        assert told.blocks.empty()
+    occupy(shared, "first", told)
+    for number in range(1, 3000):
+        shared.ask("first", f"map{number}", wanted(number), told)
+    shared.ask("second", "map", wanted(5000), told)
+    heard = [told.next() for _ in range(3001)]
+    assert told.blocks.empty()
     problems = [one["problem"] for one in heard if "problem" in one]
     assert len(problems) == 2999 - MOST_OF_PAGE
     assert set(problems) == {
@@ -164,16 +176,15 @@ def test_pages_have_their_turns() -> None:
 
 
 @pytest.mark.slow
-def test_closed_pages_drop_their_requests_only() -> None:
+def test_closed_pages_drop_their_requests_only(shared: Worker) -> None:
     """Others are answered."""
     told, gone = Hearing(), Hearing()
-    with worker(Traps()) as found:
-        found.ask(1, "a", wanted(1, "sleep:0.3"), told)
-        found.ask(2, "a", wanted(2), gone)
-        found.ask(1, "b", wanted(3), told)
-        found.leave(2)
-        assert [told.next()["id"], told.next()["id"]] == [1, 3]
-        assert gone.blocks.empty()
+    shared.ask(1, "a", wanted(1, "sleep:0.3"), told)
+    shared.ask(2, "a", wanted(2), gone)
+    shared.ask(1, "b", wanted(3), told)
+    shared.leave(2)
+    assert [told.next()["id"], told.next()["id"]] == [1, 3]
+    assert gone.blocks.empty()
 
 
 def test_a_lane_without_requests_is_closed() -> None:
@@ -217,3 +228,87 @@ def test_memory_stays_as_it_is() -> None:
                 answer("picture", number, regions[1 + number % 3])
             sizes.append(kilobytes(found.pid))
         assert sizes[3] - sizes[2] < _GROWTH
+
+
+def filled(sizes: dict[str, int]) -> RequestQueue[tuple[str, int]]:
+    """RequestQueue in which pages have so many tasks, of which each knows its page and its number."""
+    turns: RequestQueue[tuple[str, int]] = RequestQueue(100)
+    for page, count in sizes.items():
+        for number in range(count):
+            turns.put(page, number, (page, number))
+    return turns
+
+
+def served(turns: RequestQueue[tuple[str, int]]) -> list[tuple[str, int]]:
+    """All tasks in their order."""
+    return [turns.next() for _ in range(len(turns))]
+
+
+def test_pages_are_served_in_turn() -> None:
+    """Each in its own order."""
+    assert served(filled({"a": 3, "b": 1, "c": 2})) == [("a", 0), ("b", 0), ("c", 0), ("a", 1), ("c", 1), ("a", 2)]
+
+
+@given(st.dictionaries(st.sampled_from("abcdefgh"), st.integers(1, MOST_OF_PAGE), min_size=2), st.data())
+def test_nobody_waits_for_more_than_one_of_each(sizes: dict[str, int], data: st.DataObject) -> None:
+    """Whenever a page comes, its first task is served after at most one of each of the others."""
+    turns = filled(sizes)
+    for _ in range(data.draw(st.integers(0, sum(sizes.values()) - 1))):
+        turns.next()
+    turns.put("new", 0, ("new", 0))
+    before = [page for page, _ in served(turns)]
+    before = before[: before.index("new")]
+    assert len(before) == len(set(before)) <= len(sizes)
+
+
+def test_the_newest_takes_the_place_of_the_first() -> None:
+    """Of the same key, at any time, however full it is."""
+    turns = filled({"a": MOST_OF_PAGE, "b": 1})
+    turns.put("a", 0, ("a", -1))
+    assert served(turns)[:3] == [("a", -1), ("b", 0), ("a", 1)]
+
+
+def test_a_page_has_so_many_places() -> None:
+    """And no more; others have theirs."""
+    turns = filled({"a": MOST_OF_PAGE})
+    with pytest.raises(TooManyRequests, match=f"^Invalid request. This page has {MOST_OF_PAGE} others that wait"):
+        turns.put("a", "more", ("a", 99))
+    turns.put("b", 0, ("b", 0))
+    assert len(turns) == MOST_OF_PAGE + 1
+    turns.next()
+    turns.put("a", "more", ("a", 99))
+
+
+def test_all_have_so_many_places() -> None:
+    """But there is one for every page."""
+    pages = MOST_OF_ALL // MOST_OF_PAGE
+    turns = filled(dict.fromkeys(map(str, range(pages)), MOST_OF_PAGE))
+    turns.put("new", 0, ("new", 0))
+    with pytest.raises(TooManyRequests, match="may not have more"):
+        turns.put("new", 1, ("new", 1))
+    assert len(turns) == MOST_OF_ALL + 1
+
+
+def test_a_page_has_so_many_bytes() -> None:
+    """Of files; a newer one of the same key takes the place of the older."""
+    turns = filled({"a": 0})
+    turns.put("a", "check", ("a", 0), 90)
+    with pytest.raises(TooManyRequests, match="A file of this page waits already"):
+        turns.put("a", "other", ("a", 1), 11)
+    turns.put("a", "other", ("a", 2))
+    turns.put("a", "check", ("a", 3), 100)
+    turns.put("b", "check", ("b", 0), 100)
+    assert served(turns) == [("a", 3), ("b", 0), ("a", 2)]
+
+
+def test_what_is_dropped_waits_no_more() -> None:
+    """Nor do pages that have left."""
+    turns = filled({"a": 2, "b": 2, "c": 1})
+    turns.drop("a", 0)
+    turns.drop("c", 0)
+    turns.drop("c", 0)
+    turns.leave("b")
+    turns.leave("b")
+    assert served(turns) == [("a", 1)]
+    with pytest.raises(LookupError):
+        turns.next()

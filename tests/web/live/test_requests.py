@@ -1,14 +1,16 @@
-"""A page names no files, and its messages are what they must be."""
+"""A page names no files, its messages are what they must be, and what is said of designs and features."""
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from live_pages import header_of
 from pyproj import CRS
 from tables import each
 
-from projdist.projections import ProjectionError
+from projdist.projections import Projection, ProjectionError
+from projdist.regions import get_region
 from projdist.web.live.dispatcher import (
     LARGEST_FILE,
     LONGEST_MESSAGE,
@@ -18,6 +20,7 @@ from projdist.web.live.dispatcher import (
     RequestError,
     read_request,
 )
+from projdist.web.live.handlers import checked, designed
 
 READING = [
     *("map.prj", "/etc/passwd.wkt", "../x.json", "C:\\maps\\x.prj", "~/x.PRJ", " x.wkt "),
@@ -44,6 +47,8 @@ READING = [
     ),
     '{"type": "BoundCRS", "parameters": [{"name": "Latitude difference f\\u0069le", "value": "x.las"}]}',
 ]
+
+
 OPEN = [
     *("robinson", "robinson+lon_0=150", "mollweide@45,-100", "EPSG:3035", "ESRI:54030", "WGS 84 / UTM zone 32N"),
     *("+proj=merc +nadgrids=@null", "+proj=utm +zone=32 +to_meter=1200/3937", "+init=epsg:32632 +no_defs"),
@@ -121,6 +126,8 @@ def test_what_is_no_request_is_refused(text: str) -> None:
 
 
 LINE = '{"type": "LineString", "coordinates": %s}'
+
+
 FILES = [
     *(
         "",
@@ -150,3 +157,33 @@ def test_files_that_are_no_geojson_are_refused(file: str) -> None:
     pytest.importorskip("geopandas")
     answer = header_of(Dispatcher().answer(Request(id=1, kind="check", projection="robinson", file=file.encode())))
     assert answer["problem"] == "Invalid file. It must be GeoJSON: features of lines or polygons"
+
+
+def test_a_design_is_told_beside_its_best_rival(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of several; and beside none where there is none."""
+    made = {"proj": "+proj=horner", "degree": 3, "base": SimpleNamespace(label="laea"), "notes": (), "error": 1e-9}
+    for values, before in (((0.02, 0.01, 0.03), 0.01), ((), None)):
+        found = SimpleNamespace(**made, value=0.005, rivals=[SimpleNamespace(value=value) for value in values])
+        monkeypatch.setattr("projdist.designs.design", lambda *_, found=found, **__: found)
+        told = designed(get_region("cap:0,0,100"), {}, lambda *_: None)
+        assert (told["before"], told["after"], told["words"]) == (before, 0.005, "Degree 3 on laea.")
+
+
+def test_the_worst_features_come_first() -> None:
+    """Of squares on Mercator's map, where areas grow by 1 / cos^2 of the latitude."""
+    pytest.importorskip("geopandas")
+    features = [
+        {
+            "type": "Feature",
+            "properties": {"name": f"{lat} N"},
+            "geometry": {
+                "type": "Polygon",
+                "coordinates": [[[0, lat], [1, lat], [1, lat + 1], [0, lat + 1], [0, lat]]],
+            },
+        }
+        for lat in (30, 60, 0, 45)
+    ]
+    file = json.dumps({"type": "FeatureCollection", "features": features}).encode()
+    found, lines = checked(Projection.from_user_input("+proj=merc +ellps=WGS84"), file)
+    assert [row["name"] for row in found["rows"]] == ["60 N", "45 N", "30 N", "0 N"]
+    assert lines["points"][::5, 1].tolist() == [60.0, 45.0, 30.0, 0.0]
