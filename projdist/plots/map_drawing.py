@@ -445,8 +445,6 @@ _USUAL = 0.9  # of the stretches have lines in proportion; what is stretched mor
 _INK = "#222222"
 _HALO = patheffects.withStroke(linewidth=2.2, foreground="#ffffffb0")
 _FLAT = 1e-6  # of logarithms: what differs by less is the same, and where all stretches are less there are no lines
-
-
 _SCALE = matrices.Measure("scale_of_the_local_correction", lambda M: np.sqrt(matrices.areal_scale(M)), kind="ratio")
 _STRETCH = matrices.Measure("stretch_of_the_local_correction", lambda M: matrices.decompose(M).stretch, kind="ratio")
 

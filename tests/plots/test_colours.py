@@ -49,21 +49,12 @@ def test_unbounded_measure_does_not_wash_out() -> None:
 @each(
     ("measure", "values", "limits"),
     [
-        ("fisher", (0.2, 1.0), (0.0, 1.0)),
-        ("fisher", (0.8, 1.0), (0.8, 1.0)),
-        ("fisher", (0.0, 1e-9), (0.0, 1.0)),
-        ("convergence", (0.2, 1.0), (0.0, 1.0)),
-        ("convergence", (-1.0, -0.2), (-1.0, 0.0)),
-        ("convergence", (-1.0, -0.8), (-1.0, -0.8)),
-        ("convergence", (-3.0, 1.0), (-3.0, 1.0)),
-        ("convergence", (0.0, 0.0), (-1.0, 1.0)),
-        ("k", (1.2, 3.0), (1.0, 3.0)),
-        ("k", (0.99999, 3.0), (1.0, 3.0)),
-        ("k", (0.2, 0.9), (0.2, 1.0)),
-        ("k", (2.89, 2.90), (2.89, 2.90)),
-        ("k", (0.5, 3.0), (0.5, 3.0)),
-        ("k", (2.0, 2.0), (1.0, 2.0)),
-        ("k", (0.5, 0.5), (0.5, 1.0)),
+        *(("fisher", (0.2, 1.0), (0.0, 1.0)), ("fisher", (0.8, 1.0), (0.8, 1.0)), ("fisher", (0.0, 1e-9), (0.0, 1.0))),
+        *(("convergence", (0.2, 1.0), (0.0, 1.0)), ("convergence", (-1.0, -0.2), (-1.0, 0.0))),
+        *(("convergence", (-1.0, -0.8), (-1.0, -0.8)), ("convergence", (-3.0, 1.0), (-3.0, 1.0))),
+        *(("convergence", (0.0, 0.0), (-1.0, 1.0)), ("k", (1.2, 3.0), (1.0, 3.0)), ("k", (0.99999, 3.0), (1.0, 3.0))),
+        *(("k", (0.2, 0.9), (0.2, 1.0)), ("k", (2.89, 2.90), (2.89, 2.90)), ("k", (0.5, 3.0), (0.5, 3.0))),
+        *(("k", (2.0, 2.0), (1.0, 2.0)), ("k", (0.5, 0.5), (0.5, 1.0))),
         ("k", (1 - 1e-6, 1 + 1e-6), (np.exp(-0.1), np.exp(0.1))),
     ],
 )
@@ -113,8 +104,9 @@ def test_levels_are_taken_as_given() -> None:
 
 @pytest.mark.slow
 def test_descending_levels_are_drawn() -> None:
-    """A figure takes levels in any order."""
-    figure = plots.heatmap_figure(["merc"], measure="s", region=EUROPE, levels=[3.0, 2.0, 1.5])
+    """A figure takes levels in any order, and says which are beyond the values."""
+    with pytest.warns(Notice, match=re.escape("The level 9 has no isoline")):
+        figure = plots.heatmap_figure(["merc"], measure="s", region=EUROPE, levels=[9.0, 3.0, 2.0, 1.5])
     isolines = [child for child in figure.axes[0].get_children() if type(child).__name__ == "TriContourSet"]
     np.testing.assert_array_equal(isolines[0].levels, [1.5, 2.0, 3.0])
 
@@ -126,7 +118,7 @@ def test_levels_that_are_none(levels: Any) -> None:
         scale_of("fisher", 0.0, 1.0, levels=levels)
 
 
-@pytest.mark.parametrize("limits", [(1, 0), (np.nan, 1), (0, np.inf)])
+@each("limits", [(1, 0), (np.nan, 1), (0, np.inf)])
 def test_bad_limits(limits: tuple[float, float]) -> None:
     """Limits must ascend, and be numbers."""
     with pytest.raises(ValueError, match=rf"Invalid colour limits '{limits[0]}, {limits[1]}'. They must ascend"):
@@ -248,10 +240,3 @@ def test_isolines_end_at_a_jump() -> None:
     near = (np.abs(np.abs(segments[..., 1]) - joint) < 6371008.7714 * np.radians(0.3)).all(axis=1)
     along = np.abs(np.diff(segments[..., 0], axis=1)[:, 0])
     assert along[near].sum() < 1e-2 * np.ptp(figure.axes[0].get_xlim())
-
-
-@pytest.mark.slow
-def test_a_figure_says_which_levels_are_beyond() -> None:
-    """As the command does."""
-    with pytest.warns(Notice, match=re.escape("The level 9 has no isoline")):
-        plots.heatmap_figure("moll", measure="a", region=EUROPE, levels=[1.1, 9.0])

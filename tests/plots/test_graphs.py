@@ -74,16 +74,6 @@ def test_labels_do_not_overlap() -> None:
             assert other[0] >= east or other[2] <= west or other[1] >= north or other[3] <= south
 
 
-def test_what_is_refused() -> None:
-    """In one line each."""
-    with pytest.raises(ValueError, match=r"^Invalid kind of distribution 'pie'\."):
-        plots.distribution_figure("robin", "pie")
-    with pytest.raises(ValueError, match=r"^Invalid list of 0 projections\."):
-        plots.distribution_figure([])
-    with pytest.raises(ValueError, match=r"^Invalid titles\."):
-        plots.distribution_figure("robin", titles=["a", "b"])
-
-
 def test_curves_are_the_profile() -> None:
     """A panel for the scale, one for heights, one a measure; parts per million at the right are off 1."""
     found = profile("EPSG:32632", [(9, 48, 300), (10, 48, 500), (12, 49, 400)], measures=["convergence", "omega"])

@@ -7,6 +7,7 @@ from matplotlib.text import Text
 from mosaic_pictures import HEIGHT, WIDTH, cut, maps
 from mosaic_sets import SIZES, affine_maps, common_points, moved
 from PIL import Image
+from tables import each
 
 from projdist import plots
 from projdist.applications.mosaics import mosaic, open_pictures
@@ -80,13 +81,11 @@ def test_scans(flip, shift, extent, scan):
     found = sheet(flip, shift)
     read = read_scan(scan, found)
     assert read.extent == extent
-    north_west = np.argmin(found.points.new @ [1.0, -1.0])
-    south_east = np.argmax(found.points.new @ [1.0, -1.0])
-    for k, brightness in ((north_west, 20 / 240), (south_east, 1.0)):
+    south_east = found.points.new @ [1.0, -1.0]
+    for k, brightness in ((np.argmin(south_east), 20 / 240), (np.argmax(south_east), 1.0)):
         x, y = found.points.old[k]
-        assert read.brightness(np.array([x, 390.0, 395.0, 399.0]), np.array([y]))[0, 0] == pytest.approx(
-            brightness, abs=0.01
-        )
+        shown = read.brightness(np.array([x, 390.0, 395.0, 399.0]), np.array([y]))
+        assert shown[0, 0] == pytest.approx(brightness, abs=0.01)
 
 
 @pytest.mark.slow
@@ -158,7 +157,7 @@ def test_folds_are_marked():
     assert any("pink: the fit folds" in text.get_text() for text in ax.texts)
 
 
-@pytest.mark.parametrize(
+@each(
     ("options", "message"),
     [
         ({"draw": []}, r"Invalid panels ''\. They must be of tissot, heatmap, rotation, scale, grid\."),

@@ -88,14 +88,6 @@ def test_space_of_small_regions():
     assert np.sin(np.radians(max(angles)) / 2) < rim
 
 
-def test_space_refuses():
-    """No maps, too many, and titles that are none."""
-    with pytest.raises(ValueError, match=r"^Invalid list of 0 projections\. It must name 1 to 12\."):
-        plots.space_figure([])
-    with pytest.raises(ValueError, match=r"^Invalid titles\. There must be one for each of 1 maps\."):
-        plots.space_figure("robin", titles=["a", "b"])
-
-
 @pytest.mark.slow
 def test_modes_figure():
     """A panel a mode with its share and words; modes without a share are left out; one colour bar."""

@@ -2,6 +2,7 @@
 
 import itertools
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -93,14 +94,14 @@ def luminance(colour: Any) -> float:
     return 0.299 * red + 0.587 * green + 0.114 * blue
 
 
-@pytest.mark.parametrize("name", THEMES)
-def test_letters_are_seen_on_their_ground(name: str) -> None:
+@each("theme", THEMES.values())
+@each(
+    ("one", "other", "least"),
+    [("text", "background", 0.7), ("quiet", "background", 0.5), ("land", "sea", 0.07), ("outline", "sea", 0.5)],
+)
+def test_letters_are_seen_on_their_ground(theme: plots.Theme, one: str, other: str, least: float) -> None:
     """Text and background, land and sea, lines and ground differ in lightness."""
-    theme = THEMES[name]
-    assert abs(luminance(theme.text) - luminance(theme.background)) > 0.7
-    assert abs(luminance(theme.quiet) - luminance(theme.background)) > 0.5
-    assert abs(luminance(theme.land) - luminance(theme.sea)) > 0.07
-    assert abs(luminance(theme.outline) - luminance(theme.sea)) > 0.5
+    assert abs(luminance(getattr(theme, one)) - luminance(getattr(theme, other))) > least
 
 
 def test_print_is_grey() -> None:
@@ -114,18 +115,42 @@ def test_print_is_grey() -> None:
         assert shades == sorted(shades, reverse=True)
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"theme": "pink"}, r"Invalid theme 'pink'\. It must be light, dark or print\."),
-        ({"font_size": 0}, r"Invalid font size '0'\. It must be 1 to 72 points\."),
-        ({"style": "nosuch"}, r"Invalid style 'nosuch'\. It must be a file of a matplotlib style, or one of .*ggplot"),
-    ],
-)
-def test_invalid_looks(options: dict[str, Any], said: str) -> None:
+REFUSED: list[Any] = [
+    (lambda: plots.Look(theme="pink"), r"Invalid theme 'pink'\. It must be light, dark or print\."),
+    (lambda: plots.Look(font_size=0), r"Invalid font size '0'\. It must be 1 to 72 points\."),
+    (
+        lambda: plots.Look(style="no"),
+        r"Invalid style 'no'\. It must be a file of a matplotlib style, or one of .*ggplot",
+    ),
+    (lambda: plots.distribution_figure("robin", "pie"), r"^Invalid kind of distribution 'pie'\."),
+    (lambda: plots.distribution_figure([]), r"^Invalid list of 0 projections\."),
+    (lambda: plots.distribution_figure("robin", titles=["a", "b"]), r"^Invalid titles\."),
+    (lambda: plots.space_figure([]), r"^Invalid list of 0 projections\. It must name 1 to 12\."),
+    (
+        lambda: plots.space_figure("robin", titles=["a", "b"]),
+        r"^Invalid titles\. There must be one for each of 1 maps\.",
+    ),
+    (lambda: plots.heatmap_figure("moll", context="much"), r"Invalid context 'much'. It must be one of none, coast, b"),
+    *(
+        pytest.param(draw, said, marks=pytest.mark.slow)
+        for draw, said in (
+            (lambda: plots.tissot_figure(["EPSG:2154"], size=(0, 3)), r"Invalid size '\(0, 3\)'"),
+            (lambda: plots.tissot_figure(["EPSG:2154"], step=-1), r"Invalid step '-1'"),
+            (lambda: plots.heatmap_figure(["EPSG:2154"], step=-1), r"Invalid step '-1'"),
+            (lambda: plots.heatmap_figure(["EPSG:2154"], levels=0), r"Invalid levels '0'"),
+            (lambda: plots.heatmap_figure(["EPSG:2154"], region="here"), r"Invalid region 'here'"),
+            (lambda: plots.heatmap_figure([]), r"Invalid list of projections"),
+            (lambda: plots.heatmap_figure(["EPSG:2154"], titles=["a", "b"]), r"There must be one for each of 1 maps"),
+        )
+    ),
+]
+
+
+@each(("draw", "said"), REFUSED)
+def test_what_is_refused(draw: Callable[[], Any], said: str) -> None:
     """One line says what is allowed."""
     with pytest.raises(ValueError, match=said):
-        plots.Look(**options)
+        draw()
 
 
 @pytest.mark.slow
@@ -146,19 +171,7 @@ def test_themes_and_styles(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_options_of_the_command(tmp_path: Path) -> None:
     """The options make a file, the same twice; wrong ones say so in a line, and make none."""
-    words = [
-        "heatmap",
-        "robin",
-        "-r",
-        EUROPE,
-        "--theme",
-        "print",
-        "--title",
-        "Europe",
-        "--font-size",
-        "8",
-        "--no-colourbar",
-    ]
+    words = f"heatmap robin -r {EUROPE} --theme print --title Europe --font-size 8 --no-colourbar".split()
     files = [tmp_path / "a.png", tmp_path / "b.png"]
     for file in files:
         run_ok(*words, "--transparent", "--size", "3,3", "--dpi", "60", "-o", str(file))

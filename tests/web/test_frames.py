@@ -2,12 +2,12 @@
 
 import base64
 import functools
-import json
 import zlib
 
 import numpy as np
 import pytest
 import shapely
+from live_pages import decoded, geographic
 
 import projdist
 from projdist.web import draw_maps
@@ -20,27 +20,12 @@ class Decoded:
     """A frame by the description of its format."""
 
     def __init__(self, text: str) -> None:
-        raw = zlib.decompress(base64.b64decode(text))
-        length = int(np.frombuffer(raw, "<u4", 1)[0])
-        self.header = json.loads(raw[4 : 4 + length])
-        self.arrays = {
-            name: np.frombuffer(raw, kind, int(np.prod(shape)), 4 + length + offset).reshape(shape)
-            for name, (kind, offset, shape) in self.header["arrays"].items()
-        }
+        self.header, self.arrays = decoded(zlib.decompress(base64.b64decode(text)))
         self.shape = tuple(self.header["shape"])
         count = self.shape[0] * self.shape[1]
         self.whole, self.cubic = (
             np.unpackbits(self.arrays[name])[:count].reshape(self.shape).astype(bool) for name in ("whole", "cubic")
         )
-
-    def geographic(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Longitudes and latitudes of grid coordinates."""
-        if self.header["axes"] is None:
-            return (u + 180.0) % 360.0 - 180.0, v
-        axes = np.array(self.header["axes"]).reshape(3, 3)
-        u, v = np.radians(u), np.radians(v)
-        x, y, z = axes @ np.array([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)])
-        return np.degrees(np.arctan2(y, x)), np.degrees(np.arctan2(z, np.hypot(x, y)))
 
     def at(self, row: int, column: int, s: float, t: float) -> tuple[float, float, np.ndarray]:
         """u, v and the four numbers at shares of a cell, by polynomials through the nodes around it."""
@@ -112,7 +97,7 @@ def test_figures_are_those_of_the_map(given: str, region: str, share: float) -> 
     areas = np.cos(np.radians(frame.arrays["v"][rows]))
     chosen = rng.choice(rows.size, 300, p=areas / areas.sum())
     probed = [frame.at(rows[n], columns[n], *rng.random(2)) for n in chosen]
-    true = projdist.factors(given, *frame.geographic(*np.array([(u, v) for u, v, _ in probed]).T))
+    true = projdist.factors(given, *geographic(frame.header, *np.array([(u, v) for u, v, _ in probed]).T))
     stated = 10.0 ** (-0.1 * frame.arrays["error"][rows[chosen], columns[chosen]].astype(float))
     found = [factors_of(four) for _, _, four in probed]
     for name in ("h", "k", "a", "b"):
@@ -148,7 +133,7 @@ def test_figures_beside_cuts_are_those_of_the_map(given: str) -> None:
     areas = (u[:, 1] - u[:, 0]) * (v[:, 2] - v[:, 0]) - (u[:, 2] - u[:, 0]) * (v[:, 1] - v[:, 0])
     large = np.abs(areas) > 1e-3  # square degrees; those that are less lie on the cut itself
     found = np.array([factors_of(four) for four in np.einsum("nj,njk->nk", shares, fields)])
-    lon, lat = frame.geographic((u * shares).sum(axis=1), (v * shares).sum(axis=1))
+    lon, lat = geographic(frame.header, (u * shares).sum(axis=1), (v * shares).sum(axis=1))
     true = projdist.factors(given, lon, lat)
     large &= np.isfinite(true.a)  # but for the pole itself
     assert np.isfinite(true.a).mean() > 0.99
@@ -166,7 +151,7 @@ def test_places_are_those_of_the_map(given: str) -> None:
     frame = drawn(given, region)
     rows, columns = np.nonzero(frame.whole)
     u, v = frame.arrays["u"][columns], frame.arrays["v"][rows]
-    lon, lat = frame.geographic(u, v)
+    lon, lat = geographic(frame.header, u, v)
     x, y = projdist.Projection.from_user_input(given)(lon, lat)
     west, south, step = frame.header["grid"]
     node = rows * frame.shape[1] + columns

@@ -12,14 +12,16 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pyproj.datadir import get_user_data_dir
 from pyproj.network import is_network_enabled
 
+from projdist import factors
 from projdist.projections import Projection, ProjectionError
 from projdist.web.live.dispatcher import InputPolicy, Request
 from projdist.web.live.worker import Worker
@@ -33,6 +35,46 @@ _TRAPS = ("sleep", "killed", "killed-once", "forks", "forks-and-dies")
 def header_of(block: bytes) -> dict[str, Any]:
     """What a reply says, without its arrays."""
     return json.loads(block[4 : 4 + int.from_bytes(block[:4], "little")])
+
+
+def decoded(block: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The header of a block and its arrays, as a page reads them."""
+    header, start = header_of(block), 4 + int.from_bytes(block[:4], "little")
+    return header, {
+        name: np.frombuffer(block, kind, int(np.prod(shape)), start + offset).reshape(shape)
+        for name, (kind, offset, shape) in header["arrays"].items()
+    }
+
+
+def geographic(header: dict[str, Any], u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Longitudes and latitudes of grid coordinates of a frame."""
+    if header["axes"] is None:
+        return (u + 180.0) % 360.0 - 180.0, v
+    u, v = np.radians(u), np.radians(v)
+    x, y, z = np.reshape(header["axes"], (3, 3)) @ np.array([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)])
+    return np.degrees(np.arctan2(y, x)), np.degrees(np.arctan2(z, np.hypot(x, y)))
+
+
+def right_nodes(
+    header: dict[str, Any], arrays: dict[str, np.ndarray], projection: Any, within: float
+) -> tuple[float, float]:
+    """Share of whole cells, and of random nodes of them those whose a and b are within an error, in logs and ratios."""
+    rows, columns = header["shape"]
+    whole = np.flatnonzero(np.unpackbits(arrays["whole"])[: rows * columns])
+    chosen = np.random.default_rng(1).choice(whole, 300)
+    log, _, re, im = arrays["fields"].astype(float)[:, chosen]
+    ratio = np.hypot(re, im)
+    a, b = np.exp(log) * (1 + ratio), np.exp(log) * np.abs(1 - ratio)
+    true = factors(projection, *geographic(header, arrays["u"][chosen % columns], arrays["v"][chosen // columns]))
+    off = np.maximum(np.abs(np.log(a / true.a)), np.abs(a / true.a - 1.0))
+    return whole.size / (rows * columns), ((off < within) & (np.abs(b - true.b) < within * true.a)).mean()
+
+
+def until(reached: Callable[[], bool], seconds: float = 10.0) -> None:
+    """Wait until something is so, or for so long."""
+    deadline = time.monotonic() + seconds
+    while not reached() and time.monotonic() < deadline:
+        time.sleep(0.01)
 
 
 @dataclass(frozen=True)

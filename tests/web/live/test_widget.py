@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from live_pages import decoded, right_nodes
 from PIL import Image
 
 import projdist
@@ -59,7 +60,8 @@ class Page:
 
     def _hear(self, content: dict[str, Any], buffers: list[bytes]) -> None:
         with self.came:
-            self.heard.append((content, decoded(buffers[0])))
+            header, arrays = decoded(buffers[0])
+            self.heard.append((content, header | arrays))
             self.came.notify_all()
 
     def ask(self, kind: str, *, view: int = 1, id: int = 1, file: bytes = b"", **content: Any) -> None:
@@ -76,16 +78,6 @@ class Page:
                 if found:
                     return found[0]
                 assert self.came.wait(until - time.monotonic()), "no answer"
-
-
-def decoded(block: bytes) -> dict[str, Any]:
-    """The header of a block with its arrays, as the page reads it."""
-    length = int(np.frombuffer(block, np.uint32, 1)[0])
-    header = json.loads(block[4 : 4 + length])
-    for name, (kind, offset, shape) in header["arrays"].items():
-        count = int(np.prod(shape))
-        header[name] = np.frombuffer(block, kind, count, 4 + length + offset).reshape(shape)
-    return header
 
 
 @pytest.fixture
@@ -194,22 +186,6 @@ def test_what_the_page_sets(make: Callable[..., Explorer]) -> None:
 # ---- what the page asks ---------------------------------------------------------------------
 
 
-def factors_are_right(block: dict[str, Any], projection: Any, *, within: float, often: float) -> None:
-    """The frame's a and b at the nodes of whole cells, against the map's."""
-    rows, columns = block["shape"]
-    lon, lat = np.meshgrid(block["u"], block["v"])
-    assert block["axes"] is None
-    whole = np.flatnonzero(np.unpackbits(block["whole"])[: rows * columns])
-    chosen = np.random.default_rng(1).choice(whole, 200)
-    log, _, re, im = block["fields"].astype(float)[:, chosen]
-    ratio = np.hypot(re, im)
-    a, b = np.exp(log) * (1 + ratio), np.exp(log) * np.abs(1 - ratio)
-    lon = (lon.ravel()[chosen] + 180.0) % 360.0 - 180.0
-    true = projdist.factors(projection, lon, lat.ravel()[chosen])
-    good = (np.abs(a / true.a - 1.0) < within) & (np.abs(b - true.b) < within * true.a)
-    assert good.mean() >= often
-
-
 def test_previews_are_answered_at_once(page: Callable[..., Page]) -> None:
     """To the view that asked, without a process."""
     opened = page("robinson")
@@ -217,7 +193,7 @@ def test_previews_are_answered_at_once(page: Callable[..., Page]) -> None:
     content, block = opened.heard[0]
     assert content == {"view": 7}
     assert block["preview"] is True
-    factors_are_right(block, "robinson+lon_0=30", within=0.03, often=0.9)
+    assert right_nodes(block, block, "robinson+lon_0=30", 0.03)[1] >= 0.9
     assert WORKERS.pids == []
 
 
@@ -227,7 +203,7 @@ def test_functions_and_geometries_are_answered_by_a_thread(page: Callable[..., P
     opened.ask("picture", projection="cosine", region="polygons")
     block = opened.answer()[1]
     assert (block["definition"], block["drags"], block["region_title"]) == ("cosine", "none", "polygons")
-    factors_are_right(block, cosine, within=1e-4, often=1.0)
+    assert right_nodes(block, block, cosine, 1e-4)[1] == 1.0
     opened.ask("figures", id=2, projection="cosine", region="polygons")
     found = opened.answer(2)[1]["figures"]
     true = projdist.sample(cosine, SQUARE, tolerance=1e-7).airy_kavrayskiy
@@ -285,7 +261,7 @@ def test_pictures_are_answered_by_processes_that_end(page: Callable[..., Page]) 
         opened.ask("picture", projection=name)
         block = opened.answer()[1]
         assert (block["definition"], block["drags"]) == (name, "both")
-        factors_are_right(block, name, within=1e-4, often=0.97)  # but at poles
+        assert right_nodes(block, block, name, 1e-4)[1] >= 0.97  # but at poles
     [pid] = WORKERS.pids
     first.widget.close()
     assert WORKERS.pids == [pid]

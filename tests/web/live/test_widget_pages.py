@@ -25,7 +25,6 @@ pytest.importorskip("anywidget")
 
 pytestmark = pytest.mark.slow
 
-
 # What anywidget gives to `render`; buffers come at any offset.
 MODEL = """
 const state = STATE, heard = [], out = [];
@@ -173,7 +172,6 @@ def _(button, explorer):
         explorer.region = "country:IT"
         explorer.projections = ["EPSG:3035", lambda lon, lat: (1e5 * lon, 1e5 * lat)]
 """
-
 
 PATIENCE = 60.0  # seconds
 

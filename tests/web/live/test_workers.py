@@ -19,8 +19,6 @@ from projdist.web.live.dispatcher import Request
 from projdist.web.live.worker import MOST_OF_ALL, MOST_OF_PAGE, RequestQueue, TooManyRequests, Worker
 
 _GROWTH = 16_000  # kB, of which what is allocated and freed again keeps some
-
-
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="groups of processes of Unix")
 
 
