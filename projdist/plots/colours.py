@@ -71,9 +71,8 @@ class ColourScale:
         """
         known = isinstance(cmap, colors.Colormap) or (isinstance(cmap, str) and cmap in matplotlib.colormaps)
         if cmap is not None and not known:
-            raise ValueError(
-                f"Invalid colour map {support.quoted(cmap)}. It must be a name of matplotlib or a Colormap."
-            )
+            said = support.quoted(cmap)
+            raise ValueError(f"Invalid colour map {said}. It must be a name of matplotlib or a Colormap.")
         wanted = _check_levels(levels)
         data, area = np.concatenate(values), np.concatenate(weights)
         usable = np.isfinite(data) & (area > 0)
@@ -82,18 +81,16 @@ class ColourScale:
             raise ValueError(f"Invalid measure '{measure.name}'. It has no value in the region.")
         low, high = _limits(measure, data, area) if limits is None else support.check_pair("colour limits", limits)
         if not -np.inf < low < high < np.inf or (measure.kind == "ratio" and low <= 0):
-            raise ValueError(
-                f"Invalid colour limits '{low:g}, {high:g}'. They must ascend, and be positive for a ratio."
-            )
+            said = f"Invalid colour limits '{low:g}, {high:g}'."
+            raise ValueError(f"{said} They must ascend, and be positive for a ratio.")
         chosen = _round_levels(measure, low, high, wanted) if isinstance(wanted, int) else wanted
         missed = chosen[(chosen < data.min()) | (chosen > data.max())]
         if missed.size and not isinstance(wanted, int):
             few = [f"{level:g}" for level in missed[:_FEW_LEVELS]]
             few += [f"{missed.size - len(few)} more"] if missed.size > len(few) else []
             has = "level {} has no isoline: it is" if missed.size == 1 else "levels {} have no isolines: they are"
-            support.tell(
-                f"The {has.format(support.listed(few, 'and'))} beyond the values, {data.min():.6g} to {data.max():.6g}."
-            )
+            beyond = has.format(support.listed(few, "and"))
+            support.tell(f"The {beyond} beyond the values, {data.min():.6g} to {data.max():.6g}.")
         if cmap is None and measure.kind == "magnitude":
             cmap = colours.rising
         elif cmap is None:  # diverging if the neutral value is on the scale, else light at the limit nearer to it
@@ -101,8 +98,8 @@ class ColourScale:
             cmap = colours.diverging if start <= 0 <= stop else colours.rising if start > 0 else colours.falling
         norm = colors.LogNorm(low, high) if measure.kind == "ratio" else colors.Normalize(low, high)
         slack = _SLACK * (high - low)
-        beyond = bool(data.min() < low - slack), bool(data.max() > high + slack)
-        extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
+        ends = bool(data.min() < low - slack), bool(data.max() > high + slack)
+        extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[ends]
         return cls(measure, norm, cmap, chosen, extend)
 
     @classmethod

@@ -125,7 +125,9 @@ def old_map_figure(
     with look.applied():
         figure, panels = _layout(sheet, draw, size, dpi, look)
         for name, panel in zip(draw, panels, strict=True):
-            panel.show_scan()
+            if sheet.scan is not None:
+                panel.ax.imshow(sheet.scan.pixels, extent=sheet.scan.extent, zorder=0.0)
+            set_view(panel.ax, *sheet.view)
             OLD_MAP_PANELS[name](panel, measure)
     return figure
 
@@ -167,9 +169,8 @@ def _sheet(found: OldMap, scan: Scan | None) -> OldMapSheet:
 def _inside(hull: ConvexHull, step: float, margin: float) -> FloatArray:
     """Points of a square grid within a hull, with a margin."""
     low, high = hull.min_bound, hull.max_bound
-    axes = [
-        start + step * (np.arange(np.ceil((stop - start) / step)) + 0.5) for start, stop in zip(low, high, strict=True)
-    ]
+    counts = np.ceil((high - low) / step)
+    axes = [start + step * (np.arange(count) + 0.5) for start, count in zip(low, counts, strict=True)]
     places = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
     beyond = places @ hull.equations[:, :2].T + hull.equations[:, 2]
     return np.asarray(places[(beyond < -margin).all(axis=1)])
@@ -185,12 +186,6 @@ class _OldMapPanel:
     ax: Axes
     bar: Axes
     sheet: OldMapSheet
-
-    def show_scan(self) -> None:
-        """Set the view, and draw the scan."""
-        if self.sheet.scan is not None:
-            self.ax.imshow(self.sheet.scan.pixels, extent=self.sheet.scan.extent, zorder=0.0)
-        set_view(self.ax, *self.sheet.view)
 
     def show_ground(self) -> None:
         """Draw the hull, pale without a scan, and folds."""
@@ -230,8 +225,11 @@ class _OldMapPanel:
         present = values[~sheet.folded]
         weights = np.full(present.size, 1.0 / present.size)
         scale = ColourScale.of(LOCAL_MEASURES[name], [present], [weights], colours=style_of(self.ax).colours)
-        if denominator is not None:
-            scale = _with_round_denominators(scale, denominator)
+        if denominator is not None:  # levels are round denominators
+            low, high = (denominator / end for end in reversed(scale.limits))
+            step = _round_down(1.5 * (high - low) / _LINES)
+            rounded = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1.0)
+            scale = replace(scale, levels=denominator / rounded[::-1]) if rounded.size else scale
         if sheet.scan is not None:
             self._colour_scan(sheet.scan, values, scale)
         mesh = tri.Triangulation(mesh.x, mesh.y, mesh.triangles)
@@ -354,14 +352,6 @@ OLD_MAP_PANELS: dict[str, Callable[[_OldMapPanel, str], None]] = {
     "grid": _grid,
 }
 _WITH_BAR = ("heatmap", "rotation", "scale")
-
-
-def _with_round_denominators(scale: ColourScale, denominator: float) -> ColourScale:
-    """Colour scale whose levels are round denominators of scale."""
-    low, high = (denominator / end for end in reversed(scale.limits))
-    step = _round_down(1.5 * (high - low) / _LINES)
-    rounded = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1.0)
-    return replace(scale, levels=denominator / rounded[::-1]) if rounded.size else scale
 
 
 def _round_down(length: float) -> float:

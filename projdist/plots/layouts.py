@@ -174,9 +174,8 @@ def bar_axes(figure: StyledFigure) -> Axes:
     """Axes at the foot of a figure, for a colour bar."""
     width, height = figure.get_size_inches()
     length = min(0.7 * width, 6.0)
-    bottom, thickness = (
-        figure.style.scale * inches for inches in ((0.40, 0.10) if figure.style.is_tight else (0.48, 0.13))
-    )
+    sizes = (0.40, 0.10) if figure.style.is_tight else (0.48, 0.13)
+    bottom, thickness = (figure.style.scale * inches for inches in sizes)
     return figure.add_axes((0.5 - 0.5 * length / width, bottom / height, length / width, thickness / height))
 
 

@@ -284,9 +284,8 @@ def draw_colourbar(figure: Any, scale: ColourScale, *, label: str | None = None,
     """Draw a horizontal colour bar with the levels as ticks; its label is by default the measure's name."""
     style = figure.style if isinstance(figure, StyledFigure) else FigureStyle()
     letters, colours = style.scale, style.colours
-    bar: colorbar.Colorbar = figure.colorbar(
-        ScalarMappable(scale.norm, scale.colours), orientation="horizontal", extend=scale.extend, **place
-    )
+    place |= {"orientation": "horizontal", "extend": scale.extend}
+    bar: colorbar.Colorbar = figure.colorbar(ScalarMappable(scale.norm, scale.colours), **place)
     ticks = _ticks(scale, bar.ax.get_window_extent().width / figure.dpi * 72.0 / (letters * _TICK))
     bar.set_ticks(ticks, labels=level_labels(np.array(ticks)))
     bar.minorticks_off()

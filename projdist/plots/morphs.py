@@ -120,9 +120,8 @@ def _turn(first: Projection, second: Projection, region: regions.Place) -> float
     """The angle by which the second map lies best on the first (Procrustes)."""
     west, south, _, north = region.bounds
     u = west + (np.mod(region.bounds[2] - west - 1e-9, 360.0) + 1e-9) * (np.arange(_COARSE) + 0.5) / _COARSE
-    lon, lat = (
-        one.ravel() for one in np.meshgrid(surfaces.normalised(u), np.linspace(south, north, _COARSE + 2)[1:-1])
-    )
+    v = np.linspace(south, north, _COARSE + 2)[1:-1]
+    lon, lat = (one.ravel() for one in np.meshgrid(surfaces.normalised(u), v))
     one, other = (np.column_stack(projection(lon, lat)) for projection in (first, second))
     kept = np.isfinite(one + other).all(axis=1) & region.contains(lon, lat)
     if not kept.any():
@@ -328,16 +327,13 @@ class _Stage:
         heading = letters * _HEADING if look.title else 0.0
         top = heading + (letters * _TOP if look.has_titles else _SIDE)
         foot = letters * _FOOT if look.colourbar else _SIDE
-        self.ax: Axes = self.figure.add_axes(
-            (_SIDE / width, foot / height, 1.0 - 2.0 * _SIDE / width, (height - top - foot) / height)
-        )
+        place = (_SIDE / width, foot / height, 1.0 - 2.0 * _SIDE / width, (height - top - foot) / height)
+        self.ax: Axes = self.figure.add_axes(place)
         self.ax.set_axis_off()
         self.shape = self.ax.get_position().width * width / (self.ax.get_position().height * height)
         colours = look.colours
         styles = ((colours.over_graticule, 0.4, 1.0), (colours.over_coast, 0.6, 1.2), (colours.outline, 0.8, 3.0))
-        self.lines = [
-            add_lines(self.ax, [], colors=colour, linewidths=line, zorder=order) for colour, line, order in styles
-        ]
+        self.lines = [add_lines(self.ax, [], colors=one, linewidths=line, zorder=order) for one, line, order in styles]
         self.field: Any = None
         self.dot: Any = None
         if look.has_titles:
@@ -422,9 +418,8 @@ def _palette(scale: ColourScale, look: Look) -> Image.Image:
     dark = 0.75 * scale.colours(np.linspace(0.0, 1.0, _DARKER))[:, :3]
     ends = (colors.to_rgb(look.colours.background), colors.to_rgb(look.colours.text))
     grey = np.linspace(*ends, _GREYS)
-    pixels = np.concatenate(
-        [bright, dark, grey, [colors.to_rgb(_DOT)], 0.5 * np.array([colors.to_rgb(_DOT)]) + 0.5 * grey[:1]]
-    )
+    dot = np.array([colors.to_rgb(_DOT)])
+    pixels = np.concatenate([bright, dark, grey, dot, 0.5 * dot + 0.5 * grey[:1]])
     image = Image.new("P", (1, 1))
     image.putpalette((255.0 * pixels).round().astype(np.uint8).ravel().tolist())
     return image

@@ -164,9 +164,8 @@ class Look:
 
     def __post_init__(self) -> None:
         if self.theme is not None and not isinstance(self.theme, Theme) and self.theme not in THEMES:
-            raise ValueError(
-                f"Invalid theme {support.quoted(self.theme)}. It must be {support.listed(list(THEMES), 'or')}."
-            )
+            known = support.listed(list(THEMES), "or")
+            raise ValueError(f"Invalid theme {support.quoted(self.theme)}. It must be {known}.")
         if self.font_size is not None:
             points = support.check_number("font size", self.font_size)
             if not _SIZES[0] <= points <= _SIZES[1]:

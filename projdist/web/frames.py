@@ -62,9 +62,7 @@ class Grid:
 
 
 @earth.GEOS_ARITHMETIC
-def mark_lines(
-    surface: Surface, grid: Grid, marks: Mapping[str, Any]
-) -> tuple[dict[str, PackedLines], list[list[Any]]]:
+def mark_lines(surface: Surface, grid: Grid, marks: Mapping[str, Any]) -> tuple[PackedLines, list[list[Any]]]:
     """Outlines of geometries in longitude and latitude, and their names with places in steps."""
     drawn, size, window = _drawn(surface, grid)
     spacing = max(surfaces.ground_size(drawn.domain.box.bounds)) / _MARK_CELLS
@@ -78,7 +76,7 @@ def mark_lines(
             middle = grid.steps(0.5 * (longest.min(axis=0) + longest.max(axis=0)))
             names.append([name, *middle.tolist()])
             lines += images
-    return {"marks": _packed(_simplified(lines, grid, window))}, names
+    return _packed(_simplified(lines, grid, window)), names
 
 
 def _drawn(surface: Surface, grid: Grid) -> tuple[Surface, float, shapely.Polygon]:
@@ -225,6 +223,7 @@ _LEAST = 1e-300  # of a scale
 _FLAT = 1e-3  # of 1 - |q / p|, below which a map has no figures
 
 Arrays = dict[str, NDArray[Any]]
+Frame = tuple[dict[str, Any], Arrays]  # header and arrays
 
 
 def packed(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
@@ -285,8 +284,7 @@ def frame_of(
     }
     lines = map_lines(surface, grid)
     if marks:
-        marked, header["names"] = mark_lines(surface, grid, marks)
-        lines |= marked
+        lines["marks"], header["names"] = mark_lines(surface, grid, marks)
     for name, (points, sizes) in lines.items():
         arrays |= {name: points, f"{name}Sizes": sizes}
     if height:

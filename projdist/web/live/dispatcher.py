@@ -177,15 +177,14 @@ class InputPolicy:
 
 def _check_projection(text: str) -> None:
     """Allow names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError for what names a file."""
+    said = f"Invalid projection '{support.shown(text)}'."
     if len(text) > _LONGEST_TEXT:
-        raise projections.ProjectionError(
-            f"Invalid projection '{support.shown(text)}'. It must have at most {_LONGEST_TEXT} characters."
-        )
+        raise projections.ProjectionError(f"{said} It must have at most {_LONGEST_TEXT} characters.")
     if named := projections.file_named_in(text):
         hint = support.did_you_mean(projections.close_parameters(named))
         raise projections.ProjectionError(
-            f"Invalid projection '{support.shown(text)}'. {hint}On this page it must need no file, as "
-            f"'{support.shown(named)}' may: name files on the command line, as in 'projdist explore FILE'."
+            f"{said} {hint}On this page it must need no file, as '{support.shown(named)}' may: name files on the "
+            "command line, as in 'projdist explore FILE'."
         )
 
 
@@ -247,7 +246,6 @@ def progressed(request: Request, done: int, of: int) -> bytes:
 
 
 Progress = Callable[[int, int], None]
-Answer = tuple[dict[str, Any], frames.Arrays]
 
 
 @dataclass
@@ -270,7 +268,7 @@ class Dispatcher:
         notes = [str(one.message) for one in caught if issubclass(one.category, support.Notice)]
         return reply(request, header | {"notes": [*header.get("notes", []), *notes]}, arrays)
 
-    def _answers(self, request: Request, progress: Progress) -> Answer:
+    def _answers(self, request: Request, progress: Progress) -> frames.Frame:
         if request.kind == "outline":
             return outline(self.policy.region(request.region))
         if request.kind == "recommend":

@@ -22,7 +22,7 @@ _MOST = 4000  # points of a region
 _MOST_OF_FEATURE = 500
 
 
-def outline(region: regions.Place) -> tuple[dict[str, Any], frames.Arrays]:
+def outline(region: regions.Place) -> frames.Frame:
     """Outline of a region to be moved over a map, with its title and centre; raises ValueError."""
     if not region.area_km2 or region.bounds[2] - region.bounds[0] >= 360.0:
         raise ValueError("Only a region that is a part of the globe can be moved over a map.")
@@ -54,19 +54,14 @@ class Pictures:
 
     kept: OrderedDict[tuple[str, str], tuple[FloatArray, FloatArray]] = field(default_factory=OrderedDict)
 
-    def picture(
-        self, projection: Projection, region: regions.Place, beside: Sequence[str] = ()
-    ) -> tuple[dict[str, Any], frames.Arrays]:
+    def picture(self, projection: Projection, region: regions.Place, beside: Sequence[str] = ()) -> frames.Frame:
         """Header and arrays of a map, in a colour scale shared with the maps `beside`; raises ValueError."""
         shown = surfaces.shown_part(region)
         surface = surfaces.surface_of(projection, shown, page.cell_step(shown.bounds))
         header, arrays, J = frames.frame_of(surface, projection.label)
         self._keep((projection.definition, region.name), (J, surface.weights))
-        header |= {
-            "resolved": projection.definition,
-            "name": projection.name,
-            "region_title": regions.region_title(region),
-        }
+        header |= {"resolved": projection.definition, "name": projection.name}
+        header["region_title"] = regions.region_title(region)
         return header | self.scales(region, [projection.definition, *beside]), arrays
 
     def scales(self, region: regions.Place, definitions: Sequence[str]) -> dict[str, Any]:
@@ -187,7 +182,7 @@ def designed(region: regions.Place, options: Mapping[str, Any], progress: Progre
     }
 
 
-def checked(projection: Projection, file: bytes) -> tuple[dict[str, Any], frames.Arrays]:
+def checked(projection: Projection, file: bytes) -> frames.Frame:
     """The worst features of GeoJSON in a map, with their outlines; raises ValueError."""
     frame = gis.frame_of_geojson(file)
     found = decisions.check(frame, projection, purpose=None)
@@ -226,9 +221,7 @@ def texts(projection: Projection, region: regions.Place) -> dict[str, Any]:
     return {"texts": found}
 
 
-def exported(
-    projection: Projection, region: regions.Place, options: Mapping[str, Any]
-) -> tuple[dict[str, Any], frames.Arrays]:
+def exported(projection: Projection, region: regions.Place, options: Mapping[str, Any]) -> frames.Frame:
     """A picture or a page as a file; raises ValueError."""
     suffix = support.check_choice("format", str(options.get("format", "png")), EXPORTS)
     measure = str(options.get("measure", "fisher"))

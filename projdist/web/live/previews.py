@@ -222,7 +222,7 @@ class Previewer:
 
     def frame(
         self, projection: Projection, region: str | regions.Place, centre: tuple[float, float] | None
-    ) -> tuple[dict[str, Any], frames.Arrays]:
+    ) -> frames.Frame:
         """Header and arrays of a preview; raises ValueError if no part of the region is on the map."""
         sketch = sketch_of(region)
         lon, lat = centre or (0.0, 0.0)
@@ -262,9 +262,8 @@ class _Picture:
         u, v = np.meshgrid(self.u, sketch.v)
         lon, lat, self.turned = _geographic(axes, u, v)
         lines = sketch.lines
-        x, y = projection(
-            surfaces.normalised(np.concatenate([lon.ravel(), lines.lon])), np.concatenate([lat.ravel(), lines.lat])
-        )
+        lons, lats = np.concatenate([lon.ravel(), lines.lon]), np.concatenate([lat.ravel(), lines.lat])
+        x, y = projection(surfaces.normalised(lons), lats)
         nodes = lon.size
         self.x, self.y = x[:nodes].reshape(self.shape), y[:nodes].reshape(self.shape)
         self.line_x, self.line_y = x[nodes:], y[nodes:]
@@ -291,7 +290,7 @@ class _Picture:
         whole_u, whole_v = whole_u | np.isnan(across), whole_v | np.isnan(up)
         self.joined = whole_u[:-1] & whole_u[1:] & whole_v[:, :-1] & whole_v[:, 1:]
 
-    def frame(self) -> tuple[dict[str, Any], frames.Arrays]:
+    def frame(self) -> frames.Frame:
         """Header and arrays."""
         shown = self.shown
         edge = self._edge()
@@ -374,9 +373,8 @@ class _Picture:
         meridian, prime = self.projection.ellipsoid.radii(self.lat)
         east_part, north_part = lon_part / prime, lat_part / meridian
         # p and q are half the sum and half the difference of the images of east and north.
-        J = np.stack(
-            [np.stack([east_part.real, north_part.real], -1), np.stack([east_part.imag, north_part.imag], -1)], -2
-        )
+        rows = [np.stack([part(east_part), part(north_part)], -1) for part in (np.real, np.imag)]
+        J = np.stack(rows, -2)
         J[0], J[-1] = np.where(np.isfinite(J[0]), J[1], np.nan), np.where(np.isfinite(J[-1]), J[-2], np.nan)
         valid = np.isfinite(J[..., 0, 0] + J[..., 1, 1])
         if not self.sketch.regional:

@@ -157,13 +157,10 @@ class Explorer(anywidget.AnyWidget):
         return texts
 
     def _is_right(self, name: str, value: Any) -> bool:
-        if name not in ("projections", "region", "measure"):
-            return True
         try:
-            self._texts_of(name, value)
+            return name not in ("projections", "region", "measure") or self._texts_of(name, value) is not None
         except ValueError:
             return False
-        return True
 
     @traitlets.observe("projections")
     def _first_changed(self, change: Any) -> None:
@@ -323,6 +320,5 @@ def _in_this_loop(tell: Any) -> Any:
 
 
 _FILES = page.live_files()
-Explorer._esm = page.bundled(
-    _FILES | {"style.js": f"export const STYLE = {json.dumps(_FILES['explore.css'])};"}, "widget.js"
-)
+_STYLE = {"style.js": f"export const STYLE = {json.dumps(_FILES['explore.css'])};"}
+Explorer._esm = page.bundled(_FILES | _STYLE, "widget.js")

@@ -57,9 +57,7 @@ class RequestQueue(Generic[_Waiting]):
                 "some are answered."
             )
         if size and sum(others) + size > self.most_bytes:
-            raise TooManyRequests(
-                "Invalid request. A file of this page waits already: ask again when that is answered."
-            )
+            raise TooManyRequests("Invalid request. A file of this page waits already: ask again when it is answered.")
         self._lines.setdefault(page, line)[key] = task, size
 
     def next(self) -> _Waiting:
