@@ -36,6 +36,11 @@ PARTS = {
 SAME = 1e-6  # metres: twelve digits of 1e7 m, lost twice
 
 
+def sphere() -> object:
+    """Cartopy's globe with the mean radius of the Earth."""
+    return crs.Globe(ellipse=None, semimajor_axis=6371008.7714, semiminor_axis=6371008.7714)
+
+
 def grid(west: float, south: float, east: float, north: float) -> tuple[np.ndarray, np.ndarray]:
     """Places well within bounds and off seams on whole degrees."""
     lon, lat = np.meshgrid(np.linspace(west, east, 74)[1:-1], np.linspace(south, north, 60)[1:-1])
@@ -49,8 +54,7 @@ def test_world_maps_have_the_coordinates_of_proj(name: str) -> None:
     found = to_cartopy(name)
     lon, lat = grid(-180.0, -90.0, 180.0, 90.0)
     truth = np.column_stack(pyproj.Proj(WORLD[name])(lon, lat))
-    own = crs.Geodetic(globe=crs.Globe(ellipse=None, semimajor_axis=6371008.7714, semiminor_axis=6371008.7714))
-    source = crs.Geodetic() if "laea" in name else own
+    source = crs.Geodetic() if "laea" in name else crs.Geodetic(globe=sphere())
     np.testing.assert_allclose(found.transform_points(source, lon, lat)[:, :2], truth, rtol=0, atol=SAME)
     assert found.domain.is_valid
     assert shapely.contains_xy(found.domain, *truth.T).all()
@@ -74,16 +78,13 @@ def test_crs_have_their_own_coordinates(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "own", "share"),
     [
-        ("robinson", "Robinson", 2e-3),
-        ("mollweide", "Mollweide", 2e-3),
-        ("equal-earth", "EqualEarth", 2e-3),
+        *(("robinson", "Robinson", 2e-3), ("mollweide", "Mollweide", 2e-3), ("equal-earth", "EqualEarth", 2e-3)),
         ("igh", "InterruptedGoodeHomolosine", 4e-3),
     ],
 )
 def test_edges_are_those_of_cartopy(name: str, own: str, share: float) -> None:
     """By the area of what is in one and not in the other, on the same sphere; cartopy's have 2 to 6 degrees a chord."""
-    globe = crs.Globe(ellipse=None, semimajor_axis=6371008.7714, semiminor_axis=6371008.7714)
-    theirs = shapely.Polygon(getattr(crs, own)(globe=globe).boundary)
+    theirs = shapely.Polygon(getattr(crs, own)(globe=sphere()).boundary)
     ours = to_cartopy(name).domain
     assert shapely.symmetric_difference(theirs.buffer(0), ours).area < share * ours.area
 
@@ -101,7 +102,7 @@ def test_edge_around_a_region() -> None:
 def test_geometries_and_gridlines_are_drawn() -> None:
     """On an interrupted map no line runs from lobe to lobe: land has the area that it has on the ground."""
     found = to_cartopy("igh")
-    source = crs.Geodetic(globe=crs.Globe(ellipse=None, semimajor_axis=6371008.7714, semiminor_axis=6371008.7714))
+    source = crs.Geodetic(globe=sphere())
     plate = crs.PlateCarree(globe=source.globe)
     drawn = found.project_geometry(shapely.segmentize(land("110m"), 2.0), plate)
     figure = Figure()
@@ -125,15 +126,7 @@ def test_copies() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "projection",
-    [
-        "EPSG:2263",
-        "mollweide",
-        crs.Mollweide(),
-        crs.PlateCarree(150.0),
-    ],
-)
+@pytest.mark.parametrize("projection", ["EPSG:2263", "mollweide", crs.Mollweide(), crs.PlateCarree(150.0)])
 def test_ellipses_are_on_their_places(projection: object) -> None:
     """Their middles are images of points, in the unit of the axes; the view stays as it was."""
     ours = isinstance(projection, str)
@@ -172,9 +165,8 @@ def test_ellipses_of_plate_carree() -> None:
 @pytest.mark.slow
 def test_heat_maps() -> None:
     """The colours of Mercator's angles: none; of its scale 1 / cos(lat) on the sphere, at the triangles' corners."""
-    sphere = crs.Globe(ellipse=None, semimajor_axis=6371008.7714, semiminor_axis=6371008.7714)
     figure = Figure()
-    ax = figure.add_subplot(projection=crs.Mercator(globe=sphere))
+    ax = figure.add_subplot(projection=crs.Mercator(globe=sphere()))
     before = ax.get_xlim(), ax.get_ylim()
     scale = add_heatmap(ax, measure="a", region=(-60.0, -60.0, 60.0, 60.0))
     assert scale.measure.symbol == "a"
@@ -185,12 +177,10 @@ def test_heat_maps() -> None:
     figure.savefig(io.BytesIO(), dpi=30)
 
 
-@pytest.mark.parametrize(
-    "wrong", [lambda lon, lat: (lon, lat), Projection.from_function(lambda lon, lat: (lon, lat), name="mine")]
-)
-def test_functions_are_refused(wrong: object) -> None:
-    with pytest.raises(ProjectionError, match=r"for cartopy. It must be one that PROJ has a CRS for\.$"):
-        to_cartopy(wrong)
+def test_functions_are_refused() -> None:
+    for wrong in (lambda lon, lat: (lon, lat), Projection.from_function(lambda lon, lat: (lon, lat), name="mine")):
+        with pytest.raises(ProjectionError, match=r"for cartopy. It must be one that PROJ has a CRS for\.$"):
+            to_cartopy(wrong)
 
 
 @pytest.mark.slow
@@ -208,7 +198,6 @@ def test_other_axes_are_refused(draw) -> None:
 def test_without_cartopy(monkeypatch: pytest.MonkeyPatch) -> None:
     """One line says what to install."""
     monkeypatch.setitem(sys.modules, "cartopy.crs", None)
-    with pytest.raises(
-        ImportError, match=r"^Invalid projection for cartopy. It needs cartopy: pip install 'projdist\[cartopy\]'.$"
-    ):
+    said = r"^Invalid projection for cartopy. It needs cartopy: pip install 'projdist\[cartopy\]'.$"
+    with pytest.raises(ImportError, match=said):
         to_cartopy("robinson")

@@ -103,11 +103,9 @@ def test_picture_on_a_scan(flip, scan):
 
 def test_points_off_the_scan(scan):
     """Points that are not in the scan's pixels are refused, and one is named."""
-    found = sheet(-1.0, 900.0)
-    with pytest.raises(
-        ValueError, match=r"It has 400 by 300 pixels, and 30 of 30 control points lie outside, as '1'\."
-    ):
-        plots.old_map_figure(found, image=scan)
+    said = r"It has 400 by 300 pixels, and 30 of 30 control points lie outside, as '1'\."
+    with pytest.raises(ValueError, match=said):
+        plots.old_map_figure(sheet(-1.0, 900.0), image=scan)
 
 
 def test_rotation_has_one_sign():

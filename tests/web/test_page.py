@@ -133,18 +133,10 @@ def test_a_page_without_maps_is_small() -> None:
 
 ORDINARY = [("winkel-tripel", "globe")]
 LARGE = [
-    ("stereographic@65,15", "country:NO"),
-    ("EPSG:3034", "country:GR"),
-    ("EPSG:3571", "box:-180,60,180,90"),
-    ("EPSG:3035", "continent:Europe"),
-    ("EPSG:3978", "country:CA"),
-    ("EPSG:2193", "country:NZ"),
-    ("EPSG:3031", "continent:Antarctica"),
-    ("airy@60,100", "country:PH"),
-    ("isea", "globe"),
-    ("igh", "land"),
-    ("peirce_q", "land"),
-    ("goode-homolosine", "ocean"),
+    *(("stereographic@65,15", "country:NO"), ("EPSG:3034", "country:GR"), ("EPSG:3571", "box:-180,60,180,90")),
+    *(("EPSG:3035", "continent:Europe"), ("EPSG:3978", "country:CA"), ("EPSG:2193", "country:NZ")),
+    *(("EPSG:3031", "continent:Antarctica"), ("airy@60,100", "country:PH"), ("isea", "globe"), ("igh", "land")),
+    *(("peirce_q", "land"), ("goode-homolosine", "ocean")),
 ]
 
 
@@ -161,12 +153,8 @@ def test_a_map_has_less_than_400_kb(given: str, region: str) -> None:
 @pytest.mark.usefixtures("few_cells")
 def test_a_map_that_shows_nothing_is_told() -> None:
     """The others are drawn."""
-    maps = draw_maps(
-        ["robinson", "+proj=ortho +lat_0=90 +R=6371000"],
-        titles=["A", "B"],
-        region="box:0,-40,40,-10",
-        measure="flexion",
-    )
+    given = ["robinson", "+proj=ortho +lat_0=90 +R=6371000"]
+    maps = draw_maps(given, titles=["A", "B"], region="box:0,-40,40,-10", measure="flexion")
     assert maps.titles == ("A",)
     assert maps.measure == "fisher"
     assert "No part of it can be projected." in maps.notes[0]

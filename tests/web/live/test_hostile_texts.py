@@ -94,31 +94,16 @@ def test_the_system_is_asked_for_no_file(how: str, tmp_path: Path) -> None:
         *('{"a":' * 3000 + "1" + "}" * 3000, '{"a":[' * 900 + "]}" * 900, f'{{"a": {"9" * 5000}}}', '{"a": 1e999}'),
         *('{"proj": "merc", "lat_ts": NaN}', '{"proj": "merc", "R": 1e999}', '{"proj": ["merc"]}', '{"proj": null}'),
         *("+proj=merc +lat_ts=nan", "+proj=merc +R=1e999", "+proj=merc +k_0=inf", f"+proj=merc +R={'9' * 9000}"),
-        *(
-            "+proj=merc +lat_ts=" * 900,
-            "+proj=pipeline " + "+step +proj=merc " * 1000,
-            "robinson" + "+lon_0=1" * 2000,
-        ),
+        *("+proj=merc +lat_ts=" * 900, "+proj=pipeline " + "+step +proj=merc " * 1000, "robinson" + "+lon_0=1" * 2000),
         *("x" * 20_001, "x" * 1_000_000, "é" * 20_000, '"' * 20_000, "PROJCS[" + '"' * 9000, "\u202e" * 100, "\ud800"),
-        *(
-            "=" * 9000,
-            pytest.param("+" * 9000, marks=pytest.mark.slow),
-            pytest.param(";" * 9000, marks=pytest.mark.slow),
-            "proj=" * 3000,
-            pytest.param("urn:ogc:def:crs:" * 900, marks=pytest.mark.slow),
-            "EPSG:" + "9" * 9000,
-            "{}",
-            "[]",
-        ),
+        *("=" * 9000, "proj=" * 3000, "EPSG:" + "9" * 9000, "{}", "[]"),
+        *(pytest.param(one, marks=pytest.mark.slow) for one in ("+" * 9000, ";" * 9000, "urn:ogc:def:crs:" * 900)),
     ],
 )
 def test_monsters_are_refused(text: str) -> None:
     """In one line that is no longer than others, as projections and as regions."""
-    for ask, given in (
-        (InputPolicy().projection, text),
-        (InputPolicy().region, text),
-        (InputPolicy().region, f"crs:{text}"),
-    ):
+    policy = InputPolicy()
+    for ask, given in ((policy.projection, text), (policy.region, text), (policy.region, f"crs:{text}")):
         with pytest.raises(ValueError, match=r".") as caught:
             ask(given)
         assert "\n" not in str(caught.value)
@@ -232,9 +217,7 @@ def shifts(folder: Path, more: dict[str, str]) -> list[list[float]]:
 def grid(shift: float) -> bytes:
     """A grid of NAD27 in PROJ's old format, CTABLE V2, that moves North America by so many degrees east."""
     origin, step, size = np.radians([-130.0, 20.0]), np.radians([70.0, 40.0]), np.array([2, 2], dtype="<i4")
-    head = (
-        b"CTABLE V2.0".ljust(16) + b"a user's grid".ljust(80) + np.concatenate([origin, step]).astype("<f8").tobytes()
-    )
+    head = b"CTABLE V2.0".ljust(16) + b"a user's grid".ljust(80) + np.append(origin, step).astype("<f8").tobytes()
     return (head + size.tobytes()).ljust(160, b"\0") + np.tile(np.radians([-shift, 0.0]), 4).astype("<f4").tobytes()
 
 

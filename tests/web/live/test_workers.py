@@ -204,12 +204,11 @@ def kilobytes(pid: int) -> int:
 def test_memory_stays_as_it_is() -> None:
     """Over hundreds of previews and tens of pictures of maps that are dragged, after what is kept has filled."""
     told, random = Hearing(), np.random.default_rng(1)
+    names = ["robinson", "mollweide", "winkel-tripel", "+proj=laea +R=6371000", "+proj=lcc +lat_1=30 +lat_2=60"]
     regions = ["globe", "country:DE", "box:170,-50,-170,-30", "cap:15,50,500"]
 
     def answer(kind: str, number: int, region: str) -> None:
-        name = ["robinson", "mollweide", "winkel-tripel", "+proj=laea +R=6371000", "+proj=lcc +lat_1=30 +lat_2=60"][
-            number % 5
-        ]
+        name = names[number % 5]
         centre = float(random.uniform(-180, 180)), float(random.uniform(-60, 60))
         found.ask("page", kind, Request(id=number, kind=kind, projection=name, region=region, centre=centre), told)
         assert told.next()["id"] == number
