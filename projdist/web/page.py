@@ -15,9 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist import matrices, regions, surfaces
+from projdist import matrices, plots, regions, surfaces
 from projdist._typing import FloatArray
-from projdist.plots import ColourScale
 from projdist.projections import Projection, ProjectionLike
 from projdist.web.frames import frame_of, packed
 
@@ -159,7 +158,7 @@ def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]
         return
     for group, name in ((group, name) for group, names in GROUPS.items() for name in names):
         measure = matrices.get_measure(name)
-        scale = ColourScale.of(measure, [measure(J) for J in jacobians], weights)
+        scale = plots.ColourScale.of(measure, [measure(J) for J in jacobians], weights)
         low, high = scale.limits
         colours = scale.colours(np.linspace(0.0, 1.0, _COLOURS), bytes=True)[:, :3]
         yield {
