@@ -18,7 +18,7 @@ EXTRAS = ("anywidget", "cartopy", "geopandas", "pandas", "rasterio", "xarray")
 # Their examples take half a second and more, and have fast tests beside them.
 SLOW_EXAMPLES = {
     "projdist.answers.corrections.correct",
-    "projdist.decisions.crs_for_data.estimate_crs",
+    "projdist.decisions.data_checks.estimate_crs",
     "projdist.decisions.recommendation.recommend",
     "projdist.decisions.low_distortion.ldp",
     "projdist.designs.averaging.mean_map",

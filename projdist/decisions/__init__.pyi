@@ -1,6 +1,5 @@
 from .candidate_crs import Candidate
-from .crs_for_data import estimate_crs
-from .data_errors import FAIL_ON, OUTSIDE, TORN, Check, Totals, check
+from .data_checks import FAIL_ON, OUTSIDE, TORN, Check, Totals, check, estimate_crs
 from .families import FAMILIES, Extent, ellipsoid_text, extent_of, sensible_families
 from .family_search import Objective, Rounded
 from .ground import HeightStatistics, distortion_ppm, read_heights

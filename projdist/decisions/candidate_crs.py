@@ -5,19 +5,17 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 
+from projdist import earth, projections, regions
 from projdist._typing import BoolArray, FloatArray
 from projdist.decisions.map_info import WeightedPoints, properties_of
 from projdist.decisions.measurement import Area, Distortion, Rejected, lattice_of
-from projdist.earth import WGS84
 from projdist.field import FIGURES, Figure, jacobian
-from projdist.projections import UNKNOWN, Conversion, CrsRecord, Facts, ProjectionError, facts_of, load_crs
-from projdist.regions import Region, main_part
-from projdist.support import close_words, did_you_mean, plain
+from projdist.support import HIDDEN, Record, close_words, did_you_mean, schema, values_of
 
 LEVEL = FIGURES["airy_kavrayskiy"]
 """The figure that orders maps for which the criterion vanishes."""
@@ -41,14 +39,14 @@ class Trial:
     value: float
     level: float
     jacobian: FloatArray
-    conversion: Conversion
+    conversion: projections.Conversion
     modern: bool
     upright: bool
     positive: bool
 
 
 @dataclass(frozen=True, kw_only=True)
-class Candidate:
+class Candidate(Record):
     """A CRS over a region, with all CRSs that draw the same map under other datums.
 
     `value` is the figure of the criterion, `ranked` what the map is ordered by: the figure divided by the share, times
@@ -61,7 +59,7 @@ class Candidate:
 
     A search adds the figures in turn: those of the `trial`; what the CRS is used for (`holds` is True if its area of
     use has nearly all of the region, `special` if it is not for general use); `weight`, by which figures are
-    multiplied; the `key` by which it is ordered; and in the end `value` and `distortion`.
+    multiplied; the `key` by which it is ordered; and in the end `value`, `ranked` and `distortion`.
     """
 
     code: str
@@ -69,28 +67,24 @@ class Candidate:
     method: str
     datum: str
     value: float = float("nan")
-    distortion: Distortion = _UNMEASURED
+    ranked: float = float("nan")
+    distortion: Distortion = field(default=_UNMEASURED, metadata=schema(spread=True))
     keeps: tuple[str, ...]
-    share: float = 0.0
+    share: float = field(default=0.0, metadata=schema("share_in_area_of_use"))
     national: bool = False
     wide: bool = False
     datum_since: int | None = None
-    area_of_use: tuple[float, float, float, float]
-    area_name: str
+    area_of_use: Area
+    area_name: str = field(metadata=HIDDEN)
     same: tuple[tuple[str, str], ...] = ()
     ratio_to_custom: float | None = None
     difference_to_custom: float | None = None
     over_limit: float | None = None
-    trial: Trial = field(repr=False, compare=False)
-    holds: bool = field(default=False, repr=False)
-    special: bool = field(default=False, repr=False)
-    weight: float = field(default=1.0, repr=False)
-    key: Key = field(default=(np.inf, np.inf), repr=False)
-
-    @property
-    def ranked(self) -> float:
-        """The figure that the map is ordered by."""
-        return self.weight * self.value
+    trial: Trial = field(repr=False, compare=False, metadata=HIDDEN)
+    holds: bool = field(default=False, repr=False, metadata=HIDDEN)
+    special: bool = field(default=False, repr=False, metadata=HIDDEN)
+    weight: float = field(default=1.0, repr=False, metadata=HIDDEN)
+    key: Key = field(default=(np.inf, np.inf), repr=False, metadata=HIDDEN)
 
     @property
     def trial_key(self) -> Key:
@@ -109,37 +103,14 @@ class Candidate:
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
-        return {name: plain(value) for name, value in self._columns().items()} | {
-            "keeps": list(self.keeps),
-            "area_of_use": {"bounds": list(self.area_of_use), "name": self.area_name},
-            "same": [{"code": code, "name": name} for code, name in self.same],
-        }
+        area = {"bounds": list(self.area_of_use), "name": self.area_name}
+        same = [{"code": code, "name": name} for code, name in self.same]
+        return super().to_dict() | {"area_of_use": area, "same": same}
 
     def _row(self) -> dict[str, Any]:
         same = " ".join(code for code, _ in self.same)
-        return self._columns() | {"keeps": " ".join(self.keeps), "same": same, "proj": ""}
-
-    def _columns(self) -> dict[str, Any]:
-        """Figures and names in the order of tables."""
-        return {
-            "code": self.code,
-            "name": self.name,
-            "method": self.method,
-            "datum": self.datum,
-            "value": self.value,
-            "ranked": self.ranked,
-            **asdict(self.distortion),
-            "keeps": self.keeps,
-            "share_in_area_of_use": self.share,
-            "national": self.national,
-            "wide": self.wide,
-            "datum_since": self.datum_since,
-            "area_of_use": self.area_name,
-            "same": self.same,
-            "ratio_to_custom": self.ratio_to_custom,
-            "difference_to_custom": self.difference_to_custom,
-            "over_limit": self.over_limit,
-        }
+        row = values_of(self) | {"keeps": " ".join(self.keeps), "area_of_use": self.area_name, "same": same}
+        return row | {"proj": ""}
 
 
 def or_infinity(value: float) -> float:
@@ -147,13 +118,13 @@ def or_infinity(value: float) -> float:
     return value if np.isfinite(value) else np.inf
 
 
-def try_crs(record: CrsRecord, probe: WeightedPoints, ranking: Figure) -> Candidate | Rejected:
+def try_crs(record: projections.CrsRecord, probe: WeightedPoints, ranking: Figure) -> Candidate | Rejected:
     """The CRS as a candidate, measured at the probe's nodes."""
     try:
-        crs = load_crs(record.code)
+        crs = projections.load_crs(record.code)
         J = jacobian(crs.projection, probe.lon, probe.lat)
         xy = np.stack(crs.projection(probe.lon, probe.lat))
-    except ProjectionError as error:
+    except projections.ProjectionError as error:
         return Rejected(record.code, record.name, str(error))
     covered = float(probe.weight[np.isfinite(J).all(axis=(-1, -2))].sum())
     if covered < _LEAST_COVERED:
@@ -173,7 +144,7 @@ def try_crs(record: CrsRecord, probe: WeightedPoints, ranking: Figure) -> Candid
             level=or_infinity(LEVEL(J, probe.weight)),
             jacobian=J,
             conversion=crs.conversion,
-            modern=abs(ellipsoid.a - WGS84.a) < 0.1 and abs(ellipsoid.f - WGS84.f) < 1e-8,
+            modern=abs(ellipsoid.a - earth.WGS84.a) < 0.1 and abs(ellipsoid.f - earth.WGS84.f) < 1e-8,
             upright=crs.is_upright,
             positive=bool(np.all((xy > 0) | np.isnan(xy))),
         ),
@@ -183,23 +154,24 @@ def try_crs(record: CrsRecord, probe: WeightedPoints, ranking: Figure) -> Candid
 # ---- countries of areas of use -------------------------------------------------------------------
 
 
-_MOST = 0.5  # of what is any country's: then the region is that country's
+_MOST = 0.5  # of the part of a region that lies in any country: a country with more is the region's own
 _BETWEEN = re.compile(r"[;:]|\. ")  # countries of a list
 _AT_SEA = re.compile(r"^(?!.*onshore).*offshore", re.IGNORECASE)
 USA = "United States of America"
 _STATE = "Georgia"  # no area of use has both that country and the USA
 # Names of areas that the outlines have with a country.
 _PARTS = dict.fromkeys(("French Guiana", "Guadeloupe", "Martinique", "Mayotte", "Reunion"), "France")
-_NOBODYS = "Antarctica"  # by the treaty of 1959: what is made for it is no country's own
-_CONTINENT = re.compile(r"^(Africa|Asia|Europe|Oceania|(North|South) America) including ")  # and no country's own
-_WORLD = "World"  # how names of areas of use begin that are nobody's own
+_NOBODYS = "Antarctica"  # belongs to no country, by the treaty of 1959
+# Areas of use that belong to no country: continents, and names that begin with World.
+_CONTINENT = re.compile(r"^(Africa|Asia|Europe|Oceania|(North|South) America) including ")
+_WORLD = "World"
 
 
 def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
-    """Countries whose land areas of use name: the first of "USA - New Mexico", both of "China - Hong Kong".
+    """The countries that areas of use name: USA in "USA - New Mexico", China and Hong Kong in "China - Hong Kong".
 
     `extents` are names and descriptions as in EPSG's registry. Those of the whole world, or of a continent "including"
-    a country, name none. `at_sea` adds countries of which only waters are named.
+    a country, name none. `at_sea` also counts countries of which only the waters are named.
     """
     if not extents or extents[0].startswith(_WORLD) or any(map(_CONTINENT.match, extents)):
         return frozenset()
@@ -218,14 +190,12 @@ def is_at_sea(name: str) -> bool:
 
 
 def home_of(points: WeightedPoints) -> str:
-    """The country with more than half of the points of a region that lie in any country, or "".
+    """The country that has more than half of the region's points in any country, or "".
 
-    Countries are decoded by the weight in their boxes, largest first, until no other can win.
+    Outlines are read in the order of the weight in their boxes, largest first, until no other country can win.
     """
-    from projdist.earth import natural_earth  # shapely is slow to load
-
     east = np.mod(points.lon + 180.0, 360.0) - 180.0
-    about = natural_earth.countries_about(east, points.lat)
+    about = earth.natural_earth.countries_about(east, points.lat)
     boxes = {name: about[key] for name, key in outline_keys().items() if key in about and name != _NOBODYS}
     reach = {name: float(points.weight @ box) for name, box in boxes.items()}
     shares: dict[str, float] = {}
@@ -239,22 +209,17 @@ def home_of(points: WeightedPoints) -> str:
     return most if most and shares[most] > _MOST * sum(shares.values()) else ""
 
 
-def outline_of(name: str) -> Region:
+def outline_of(name: str) -> regions.Region:
     """The fine shipped outline of a country: coarse ones would give Singapore to Malaysia."""
-    from projdist.earth import natural_earth  # as above
-    from projdist.regions import Polygons
-
-    geometry = natural_earth.country(outline_keys()[name])
+    geometry = earth.natural_earth.country(outline_keys()[name])
     assert geometry is not None  # at 1 : 50 million all are there
-    return Polygons(geometry, name)
+    return regions.Polygons(geometry, name)
 
 
 @functools.cache
 def outline_keys() -> dict[str, str]:
     """The outlines' keys of all countries, by name."""
-    from projdist.earth import natural_earth  # as above
-
-    return {row["name"]: row["iso_n3"] or row["name"] for row in natural_earth.country_keys()}
+    return {row["name"]: row["iso_n3"] or row["name"] for row in earth.natural_earth.country_keys()}
 
 
 @functools.lru_cache(maxsize=4096)
@@ -272,14 +237,12 @@ def words_in(text: str) -> list[str]:
 @functools.cache
 def _vocabulary() -> tuple[re.Pattern[str], dict[str, str]]:
     """A pattern of all names, longest first, and the country of each: the USA of New Mexico."""
-    from projdist.earth import natural_earth, state_keys  # as above
-
     names: dict[str, str] = {}
-    for row in natural_earth.country_keys():
+    for row in earth.natural_earth.country_keys():
         for name in (row["name"], *row["other_names"].split("|")):
             if name:
                 names.setdefault(name, row["name"])
-    for row in state_keys():
+    for row in earth.state_keys():
         names.setdefault(row["name"], USA)
     names.update(_PARTS)
     longest = sorted(names, key=len, reverse=True)
@@ -290,21 +253,24 @@ def _vocabulary() -> tuple[re.Pattern[str], dict[str, str]]:
 
 
 _IS_IN = 0.9  # share of the region in a state, at least: outlines differ
-_IS_MOST = 0.5  # share of the state that the region must have; share of the country's points that make a main part
+_IS_MOST = 0.5  # least share of the state in the region; least share of the country's points in its main part
 
 
 @dataclass(frozen=True, kw_only=True)
 class CountryPart:
-    """A part of a country: a `state`, or a part far from the `middle` of the main part, in degrees."""
+    """A part of a country: a `state`, or a part far from the main part, whose `middle` is in degrees."""
 
     state: str = ""
     middle: tuple[float, float] | None = None
 
     def is_elsewhere(self, extents: Sequence[str]) -> bool:
         """True if an area of use is that of other states."""
-        return bool(self.state) and any(set(words_in(name)) & _states() - {self.state} for name in extents[:1])
+        if not self.state:
+            return False
+        others = {row["name"] for row in earth.state_keys()} - {self.state}
+        return any(others.intersection(words_in(name)) for name in extents[:1])
 
-    def has(self, record: CrsRecord, extents: Sequence[str]) -> bool:
+    def has(self, record: projections.CrsRecord, extents: Sequence[str]) -> bool:
         """True if a CRS is made for this part: its area names the state, or leaves out the main part's middle."""
         if self.state:
             return any(self.state in words_in(name) for name in extents[:1])
@@ -313,7 +279,7 @@ class CountryPart:
         return not _is_within(record.area_of_use, *self.middle)
 
 
-def part_of(home: str, region: Region, points: WeightedPoints) -> CountryPart:
+def part_of(home: str, region: regions.Region, points: WeightedPoints) -> CountryPart:
     """The part of the `home` country that a region is, by its points with weights whose sum is 1."""
     if not home:
         return CountryPart()
@@ -321,7 +287,7 @@ def part_of(home: str, region: Region, points: WeightedPoints) -> CountryPart:
     if state:
         return CountryPart(state=state)
     country = outline_of(home)
-    main = main_part(country)
+    main = regions.main_part(country)
     if main is country:
         return CountryPart()
     share, of_main = (float(points.weight @ one.contains(points.lon, points.lat)) for one in (country, main))
@@ -331,23 +297,13 @@ def part_of(home: str, region: Region, points: WeightedPoints) -> CountryPart:
     return CountryPart(middle=(0.5 * (west + east), 0.5 * (south + north)))
 
 
-@functools.cache
-def _states() -> frozenset[str]:
-    from projdist.earth import state_keys  # shapely is slow to load
-
-    return frozenset(row["name"] for row in state_keys())
-
-
 def _state(area_km2: float, points: WeightedPoints) -> str:
     """The state that a region of some area is, or "" if none."""
-    from projdist.earth import state_keys, state_outline  # as above
-    from projdist.regions import Polygons
-
-    for row in state_keys():
-        outline = state_outline(row["fips"])
+    for row in earth.state_keys():
+        outline = earth.state_outline(row["fips"])
         if points.weight @ _is_within(outline.bounds, points.lon, points.lat) < _IS_IN:
             continue
-        state = Polygons(outline, row["name"])
+        state = regions.Polygons(outline, row["name"])
         share = float(points.weight @ state.contains(points.lon, points.lat))
         if share >= _IS_IN and share * area_km2 >= _IS_MOST * state.area_km2:
             return row["name"]
@@ -355,7 +311,6 @@ def _state(area_km2: float, points: WeightedPoints) -> str:
 
 
 def _is_within(bounds: Area, lon: Any, lat: Any) -> Any:
-    """True for places within west, south, east, north in degrees."""
     west, south, east, north = bounds
     return ((lon - west) % 360.0 <= ((east - west) % 360.0 or 360.0)) & (lat >= south) & (lat <= north)
 
@@ -367,12 +322,12 @@ HOLDS = 0.99
 """Share of the region in the area of use that counts as all of it: both are rounded."""
 HOLDS_NEARLY = 0.9
 """Share that counts as nearly all: outlines have disputed land, and islands that an area of use leaves out."""
-_TOUCHES = 0.25  # share of the region in the areas of use of a map, at least: else it was not made for the region
-_SOME = 0.1  # share in the area of use of a single CRS of the map, at least
-# More than a zone of six degrees from the equator to 84 N has, 4.2 million, and than the region has by far.
+_TOUCHES = 0.25  # least share of the region in the areas of use of a map that was made for it
+_SOME = 0.1  # least share in the area of use of a single CRS of the map
+# A wide map's area is larger than a zone of six degrees from the equator to 84 N (4.2 million), and three regions.
 _WIDE_KM2, _WIDE_TIMES = 5e6, 3.0
-# Of the 135 million km2 of land of countries at most 60 are outside of a region as large, so that no country has half
-# of what is inside: the largest has 17.
+# A region this large holds at least 75 of the 135 million km2 of land of all countries. The largest country has 17,
+# which is less than half: the region has no home.
 _NOBODYS_KM2 = 450e6
 
 
@@ -383,9 +338,9 @@ class CandidatePool:
     bounds. `home` is the country whose land the region is, "" for none.
     """
 
-    def __init__(self, region: Region, records: Sequence[CrsRecord], area: str) -> None:
+    def __init__(self, region: regions.Region, records: Sequence[projections.CrsRecord], area: str) -> None:
         self.region, self.lattice = region, lattice_of(region)
-        self.records: dict[str, CrsRecord] = {}
+        self.records: dict[str, projections.CrsRecord] = {}
         self.held: dict[str, BoolArray] = {}  # the lattice's points in the area of use of a CRS
         self.united: dict[str, BoolArray] = {}  # and in those of all CRSs of its map
         self.rejected: list[Rejected] = []
@@ -394,7 +349,7 @@ class CandidatePool:
         self.meeting = [record for record, is_near in zip(records, near, strict=True) if is_near]
         bounds = list(dict.fromkeys(record.area_of_use for record in self.meeting))
         held = dict(zip(bounds, self.lattice.within(bounds), strict=True))
-        self.facts = facts_of([record.code for record in self.meeting])
+        self.facts = projections.facts_of([record.code for record in self.meeting])
         self.home = home_of(self.lattice) if region.area_km2 <= _NOBODYS_KM2 else ""
         touching = [record for record in self.meeting if held[record.area_of_use].any()]
         drawn = [self._facts(record.code).draws or record.code for record in touching]  # the maps in the registry
@@ -409,14 +364,14 @@ class CandidatePool:
                 text = f"Its area of use holds {100 * self.share(own):.2g} % of the region."
                 self.rejected.append(Rejected(record.code, record.name, text))
 
-    def _facts(self, code: str) -> Facts:
-        return self.facts.get(code, UNKNOWN)
+    def _facts(self, code: str) -> projections.Facts:
+        return self.facts.get(code, projections.UNKNOWN)
 
     def share(self, held: BoolArray) -> float:
-        """The share of the region at points of the lattice."""
+        """The share of the region that some points of the lattice stand for."""
         return float(held @ self.lattice.weight)
 
-    def is_national(self, record: CrsRecord) -> bool:
+    def is_national(self, record: projections.CrsRecord) -> bool:
         """True if a CRS is of the region's country, by the names of its area of use."""
         return self.home != "" and is_own(record, named(self._facts(record.code).extents), self.home)
 
@@ -425,11 +380,11 @@ class CandidatePool:
         """The part of its country that the region is."""
         return part_of(self.home, self.region, self.lattice)
 
-    def is_for_part(self, record: CrsRecord) -> bool:
+    def is_for_part(self, record: projections.CrsRecord) -> bool:
         """True if a national CRS was made for the region's part of the country, or the region is no such part."""
         return self.part.has(record, self._facts(record.code).extents)
 
-    def is_elsewhere(self, record: CrsRecord) -> bool:
+    def is_elsewhere(self, record: projections.CrsRecord) -> bool:
         """True if a CRS is for other states than the region's."""
         return self.part.is_elsewhere(self._facts(record.code).extents)
 
@@ -445,7 +400,7 @@ class CandidatePool:
         )
 
     def as_one_map(self, members: Sequence[Candidate]) -> Candidate:
-        """The first of the CRSs of one map with the others beside it: their areas of use count as one."""
+        """The first of the CRSs of one map, with the others in `same`; their areas of use count as one."""
         held = np.any([self.united[one.code] for one in members], axis=0)
         national = any(one.national for one in members)
         return replace(
@@ -457,12 +412,12 @@ class CandidatePool:
         )
 
 
-def is_wide(record: CrsRecord, area_km2: float) -> bool:
-    """True if a CRS was made for the world or a continent, of which a region of that area is a small part."""
+def is_wide(record: projections.CrsRecord, area_km2: float) -> bool:
+    """True if a CRS was made for the world or a continent, much larger than the region's area."""
     return record.extent_km2 > max(_WIDE_KM2, _WIDE_TIMES * area_km2)
 
 
-def is_own(record: CrsRecord, countries: Collection[str], home: str) -> bool:
+def is_own(record: projections.CrsRecord, countries: Collection[str], home: str) -> bool:
     """True if the CRS is national: made for the home country, alone or with neighbours, and not for a continent."""
     return home in countries and (len(countries) == 1 or not is_wide(record, 0.0))
 

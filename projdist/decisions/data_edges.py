@@ -183,11 +183,11 @@ def measure_chains(projection: Projection, place: Place, edges: FloatArray, chai
     frame = _Frame(projection, place, lon, lat, chain)
     for first in range(0, len(edges), _AT_ONCE):
         block = slice(first, first + _AT_ONCE)
-        _measure_block(result, frame, edges[block], chain[block])
+        _add_figures(result, frame, edges[block], chain[block])
     return result
 
 
-def _measure_block(result: ChainFigures, frame: _Frame, edges: FloatArray, chain: IntArray) -> None:
+def _add_figures(result: ChainFigures, frame: _Frame, edges: FloatArray, chain: IntArray) -> None:
     """Adds the figures of some edges, halving those that are not smooth."""
     for left in reversed(range(_HALVINGS)):
         curves = frame.curves(edges, chain)

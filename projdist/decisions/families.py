@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from projdist.earth import WGS84, Ellipsoid, unit_vectors
+from projdist import projections
+from projdist.earth import WGS84, Ellipsoid, unit_vectors, wrapped
 from projdist.field import nodes_of
-from projdist.projections import WINKEL_PARALLEL, Projection, ProjectionError, projection_names
 from projdist.regions import Place
 from projdist.support import Registry
 
@@ -83,13 +83,13 @@ _CROSSES = 15.0  # degrees of latitude from the equator within which cylinders a
 class Family:
     """A method with free parameters.
 
-    `text` is the PROJ string without ellipsoid, `limits` the ranges of parameters that may be free, `fixed` values of
-    all parameters, `free` the names that are free by default. `scale` is the parameter that multiplies the map, "" if
-    there is none. `rule` are the parameters by the rule of thumb.
+    `text` is the PROJ string without ellipsoid, by default only the method's name; `limits` are the ranges of
+    parameters that may be free, `fixed` values of all parameters, `free` the names that are free by default. `scale` is
+    the parameter that multiplies the map, "" if there is none. `rule` are the parameters by the rule of thumb.
     """
 
     name: str
-    text: str
+    text: str = ""
     limits: dict[str, Limits]
     fixed: dict[str, float]
     free: tuple[str, ...]
@@ -107,18 +107,13 @@ class Family:
             result["lat_0"] = np.copysign(180.0, result["lat_0"]) - result["lat_0"]
             result[longitude] += 180.0
         for name in {"lon_0", "lonc", "o_lon_p"} & set(result):
-            result[name] = _folded(result[name], 180.0)
+            result[name] = float(wrapped(result[name]))
         if "alpha" in result:
-            alpha = _folded(result["alpha"], 90.0)
+            alpha = 0.5 * float(wrapped(2.0 * result["alpha"]))
             result["alpha"] = float(np.copysign(min(abs(alpha), _STEEPEST), alpha))
         if {"lat_1", "lat_2"} <= set(result) and result["lat_1"] > result["lat_2"]:
             result["lat_1"], result["lat_2"] = result["lat_2"], result["lat_1"]
         return result
-
-
-def _folded(value: float, half: float) -> float:
-    """An angle within -half and half; half stays as it is."""
-    return value if abs(value) <= half else float(np.mod(value + half, 2.0 * half) - half)
 
 
 _CONES = ("lcc", "aea", "eqdc")
@@ -134,7 +129,6 @@ def _cone(name: str, e: Extent) -> Family:
     middle = {"lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon}
     return Family(
         name=name,
-        text=f"+proj={name}",
         limits=limits,
         fixed=rule | middle,
         free=("lat_1", "lat_2"),
@@ -164,25 +158,23 @@ def cylinder_of(family: str, parameters: Mapping[str, float]) -> str:
 
 
 def _azimuthal(name: str, e: Extent) -> Family:
-    limits = _centre_limits(e)
-    middle = {"lat_0": e.lat, "lon_0": e.lon}
+    limits, middle = _centre_limits(e), {"lat_0": e.lat, "lon_0": e.lon}
     free: tuple[str, ...] = ("lat_0", "lon_0")
-    text, rule = f"+proj={name}", "centred on the region"
+    text, scale, rule = "", "", "centred on the region"
     if name == "airy":
-        text += " +no_cut"
         limits["lat_b"] = (-80.0, 89.9)
         middle["lat_b"] = float(np.clip(90.0 - e.radius, -80.0, 89.9))
         free = (*free, "lat_b")
-        rule = "centred on the region, for its greatest radius"
+        text, rule = "+proj=airy +no_cut", "centred on the region, for its greatest radius"
     if name == "stere":
-        free = (*free, "k_0")
+        free, scale = (*free, "k_0"), "k_0"
     return Family(
         name=name,
         text=text,
         limits=limits,
         fixed=middle,
         free=free,
-        scale="k_0" if name == "stere" else "",
+        scale=scale,
         rule=middle,
         rule_name=rule,
         is_spherical=name in _SPHERICAL,
@@ -205,11 +197,10 @@ def _cylinder(name: str, e: Extent) -> Family:
     farthest = min(max(abs(e.south), abs(e.north)), _MOST)
     nearest = 0.0 if e.south <= 0.0 <= e.north else min(abs(e.south), abs(e.north))
     if name == "merc":
-        return Family(name=name, text="+proj=merc", limits={}, fixed=middle, free=("k_0",), scale="k_0")
+        return Family(name=name, limits={}, fixed=middle, free=("k_0",), scale="k_0")
     rule = {"lat_ts": 0.5 * (nearest + farthest)}
     return Family(
         name=name,
-        text=f"+proj={name}",
         limits={"lat_ts": (0.0, farthest)},
         fixed=rule | middle,
         free=("lat_ts",),
@@ -219,10 +210,9 @@ def _cylinder(name: str, e: Extent) -> Family:
     )
 
 
-def _transverse(e: Extent) -> Family:
+def _transverse(name: str, e: Extent) -> Family:
     return Family(
-        name="tmerc",
-        text="+proj=tmerc",
+        name=name,
         limits={"lon_0": (e.west, e.east)},
         fixed={"lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon},
         free=("lon_0", "k_0"),
@@ -232,7 +222,7 @@ def _transverse(e: Extent) -> Family:
     )
 
 
-def _oblique(e: Extent) -> Family:
+def _oblique(name: str, e: Extent) -> Family:
     middle = {"lat_0": float(np.clip(e.lat, -_MOST, _MOST)), "lonc": e.lon, "alpha": e.azimuth}
     # Great circles have two degrees of freedom: the line's centre moves across the line only.
     across = "lonc" if abs(e.azimuth) < _LINE else "lat_0"
@@ -244,8 +234,7 @@ def _oblique(e: Extent) -> Family:
         "alpha": (e.azimuth - 90.0, e.azimuth + 90.0),
     }
     return Family(
-        name="omerc",
-        text="+proj=omerc",
+        name=name,
         limits=reach,
         fixed=middle,
         free=(across, "alpha", "k_0"),
@@ -258,7 +247,7 @@ def _oblique(e: Extent) -> Family:
 def _rotated(name: str, e: Extent) -> Family:
     """A world map in any aspect, by PROJ's ob_tran."""
     inner = name.partition(":")[2]
-    text = projection_names().get(inner, "")
+    text = projections.projection_names().get(inner, "")
     operation = re.match(r"\+proj=(\S+)(.*)", re.sub(r"\s*\+R=\S+", "", text))
     if not operation or operation[1] == "ob_tran":
         raise ValueError(
@@ -291,17 +280,16 @@ def _rotated(name: str, e: Extent) -> Family:
 _INNER = {
     ("lat_ts", "eqc"): 0.0,
     ("lat_ts", "cea"): 0.0,
-    ("lat_1", "wintri"): WINKEL_PARALLEL,
+    ("lat_1", "wintri"): projections.WINKEL_PARALLEL,
     ("lat_ts", "wag3"): 0.0,
     ("lat_1", "bonne"): 45.0,
 }
 
 
-def _winkel(e: Extent) -> Family:
-    rule = {"lat_1": WINKEL_PARALLEL}
+def _winkel(name: str, e: Extent) -> Family:
+    rule = {"lat_1": projections.WINKEL_PARALLEL}
     return Family(
-        name="wintri",
-        text="+proj=wintri",
+        name=name,
         limits={"lat_1": (0.0, _MOST)},
         fixed=rule | {"lon_0": e.lon},
         free=("lat_1",),
@@ -314,9 +302,14 @@ def _winkel(e: Extent) -> Family:
 FAMILIES = (*_CONES, "tmerc", "omerc", *_AZIMUTHALS, "merc", "cea", "eqc", "wintri", "ob_tran:NAME")
 
 
-_ONE_OF_A_KIND: Registry[Callable[[Extent], Family]] = Registry(
+_MAKERS: Registry[Callable[[str, Extent], Family]] = Registry(
     "family",
-    {"tmerc": _transverse, "omerc": _oblique, "wintri": _winkel},
+    {
+        **dict.fromkeys(_CONES, _cone),
+        **dict.fromkeys(_AZIMUTHALS, _azimuthal),
+        **dict.fromkeys(("merc", "cea", "eqc"), _cylinder),
+        **{"tmerc": _transverse, "omerc": _oblique, "wintri": _winkel},
+    },
     suggested=FAMILIES,
     rule=f"It must be auto, one of {', '.join(FAMILIES)}, or a PROJ string with free parameters, as +proj=lcc "
     "+lat_1={30..50} +lat_2={40..60}.",
@@ -327,15 +320,9 @@ def get_family(name: str, extent: Extent) -> Family:
     """The family of a name, or of a PROJ string with free parameters as `{lat_1:20..60}`; raises ValueError."""
     if "=" in name:
         return _template(name)
-    if name in _CONES:
-        return _cone(name, extent)
-    if name in _AZIMUTHALS:
-        return _azimuthal(name, extent)
-    if name in ("merc", "cea", "eqc"):
-        return _cylinder(name, extent)
     if name.startswith("ob_tran:"):
         return _rotated(name, extent)
-    return _ONE_OF_A_KIND.named(name)(extent)
+    return _MAKERS.named(name)(name, extent)
 
 
 def sensible_families(extent: Extent, ellipsoid: Ellipsoid | None) -> list[str]:
@@ -376,7 +363,13 @@ def _template(text: str) -> Family:
         stated = word[: slot.start()]
         if word[slot.end() :] or stated.lstrip("+") not in ("", f"{name}=") or name in limits:
             raise ValueError(f"Invalid free parameter '{word}'. It must be +{name}={{LOW..HIGH}}, once.")
-        limits[name] = _range(word, slot[2])
+        low, dots, high = slot[2].partition("..")
+        try:
+            limits[name] = float(low), float(high)
+        except ValueError:
+            limits[name] = np.nan, np.nan
+        if not dots or not np.isfinite(limits[name]).all() or not limits[name][0] < limits[name][1]:
+            raise ValueError(f"Invalid range '{slot[2]}' in '{word}'. It must be LOW..HIGH, two numbers, as 20..60.")
     if not limits:
         raise ValueError(f"Invalid family '{text}'. A PROJ string must have free parameters, as +lat_1={{20..60}}.")
     middle = {name: 0.5 * (low + high) for name, (low, high) in limits.items()}
@@ -387,17 +380,6 @@ def _template(text: str) -> Family:
     return replace(family, scale=scale)
 
 
-def _range(word: str, text: str) -> Limits:
-    low, dots, high = text.partition("..")
-    try:
-        limits = float(low), float(high)
-    except ValueError:
-        limits = np.nan, np.nan
-    if not dots or not np.isfinite(limits).all() or not limits[0] < limits[1]:
-        raise ValueError(f"Invalid range '{text}' in '{word}'. It must be LOW..HIGH, two numbers, as 20..60.")
-    return limits
-
-
 def _is_scale(family: Family, name: str) -> bool:
     """True if a parameter multiplies the map."""
     low, high = family.limits[name]
@@ -406,10 +388,10 @@ def _is_scale(family: Family, name: str) -> bool:
     lon, lat = np.array([3.0, 21.0, -14.0]), np.array([11.0, 37.0, 48.0])
     try:
         one, two = (
-            np.array(Projection.from_user_input(f"{family.text} {words} +{name}={value!r}")(lon, lat))
+            np.array(projections.Projection.from_user_input(f"{family.text} {words} +{name}={value!r}")(lon, lat))
             for value in (low, high)
         )
-    except ProjectionError:
+    except projections.ProjectionError:
         return False
     one, two = one - one[:, :1], two - two[:, :1]
     return bool(low > 0 and np.allclose(two * low, one * high, rtol=1e-9, atol=1e-6))

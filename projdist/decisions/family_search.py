@@ -25,13 +25,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from projdist import numerics, projections
 from projdist._typing import BoolArray, FloatArray
 from projdist.decisions.families import Family, ellipsoid_text
 from projdist.earth import SPHERE, WGS84, Ellipsoid
 from projdist.field import FIGURES, Figure, Nodes, nodes_of
 from projdist.matrices import MEASURES, Measure, mdt, principal_scales
-from projdist.numerics import descend, descend_lattice, lattice, least_between, minimise
-from projdist.projections import Projection, ProjectionError, compose, number_text, with_parameters
 from projdist.regions import Place
 
 Scales = Callable[[FloatArray, FloatArray, FloatArray], float]
@@ -59,11 +58,11 @@ class Objective:
         if closed is not None:
             return closed(a, b, w)
         middle = np.log(_log_middle(a, b, w))
-        best = least_between(lambda x: self.figure(np.exp(x) * J, w), middle - _REACH, middle + _REACH)
+        best = numerics.least_between(lambda x: self.figure(np.exp(x) * J, w), middle - _REACH, middle + _REACH)
         return float(np.exp(best))
 
     def terms(self, J: FloatArray, w: FloatArray, c: float) -> FloatArray:
-        """Terms of a map times c; the criterion is their root sum of squares, sum of squares (mean), or maximum."""
+        """Terms of a map times c, of which the criterion is the norm, the sum of squares (mean), or the maximum."""
         if self.figure.version == "affine":
             J, c = np.linalg.inv(mdt(J[w > 0], w[w > 0]).T) @ J, 1.0
         if self.figure.version == "scaled" and w.any():
@@ -77,10 +76,7 @@ class Objective:
         return np.sqrt(w) * (np.sqrt(np.maximum(values, 0.0)) if self.figure.statistic == "mean" else values)
 
     def extremes(self, J: FloatArray, w: FloatArray, free: bool) -> FloatArray:
-        """Terms (groups, n), smooth in a map's parameters, of which the sum of the groups' maxima makes a maximum.
-
-        With `free` the scale is the best one.
-        """
+        """Terms (groups, n), smooth in the parameters; their maxima by group add up to the figure."""
         closed = _EXTREMES.get(self.figure.essence)
         if closed is not None:
             return closed(*_scales(J), free)
@@ -120,8 +116,8 @@ def _turning_point(places: FloatArray, steps: FloatArray, until: float) -> float
 
 
 def _scale_parabola(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
-    # The sum of max(c a - 1, 1 - c b)^2 is a parabola between two of the places 2 / (a + b), and convex: its lowest
-    # point is that of the first parabola that has it before its end, or the kink before that.
+    # The sum of max(c a - 1, 1 - c b)^2 is convex, and a parabola between any two of the places 2 / (a + b). Its
+    # minimum is that of the first parabola whose minimum lies before its end, or the kink before that parabola.
     places = 2.0 / (a + b)
     order = np.argsort(places)
     a, b, w = a[order], b[order], w[order]
@@ -162,7 +158,7 @@ _BEST_SCALES = {FIGURES[name].essence: scale for name, scale in _BY_NAME.items()
 
 
 def _fisher_terms(a: FloatArray, b: FloatArray) -> FloatArray:
-    # ln^2 a + ln^2 b = (ln^2(ab) + ln^2(a/b)) / 2: smooth where a = b, which a and b alone are not.
+    # ln^2 a + ln^2 b = (ln^2(ab) + ln^2(a/b)) / 2: smooth where a = b, unlike a and b themselves.
     return np.sqrt(0.5) * np.stack([np.log(a * b), np.log(a / b)])
 
 
@@ -196,7 +192,7 @@ DECIMALS = 7
 
 _COARSE, _FINE = 300, 2000  # nodes of the global search, and of the last descent
 _MOST_FREE = 6  # two more than any family has; nine take minutes, and the lattice over them has holes
-_SOME, _QUANTILE = 5, 0.75  # members that stand for all, and the quantile over the nodes that must vanish
+_SOME, _QUANTILE = 5, 0.75  # members tried to find out whether a criterion vanishes, and the quantile that must
 _LOST = {"": 10.0, "deg": 180.0, "ppm": 1e7}  # penalty by unit for points that the map does not show: distortion e^10
 _OFF_THE_MAP, _NOTHING = 1e9, -1e3  # the penalty for maxima, in any unit; and a term that does not count
 _SCALE_DECIMALS = 10  # finer than any criterion resolves
@@ -250,15 +246,17 @@ class Members:
         self.scale_limits = family.limits.get(family.scale, (0.0, np.inf))
         self.low, self.high = (np.array([family.limits[name][side] for name in self.variables]) for side in (0, 1))
         self.fixed = {name: round(value, DECIMALS) for name, value in family.fixed.items() if name not in names}
-        text = family.text
+        text = family.text or f"+proj={family.name}"
         if not family.states_ellipsoid:
             text += f" {ellipsoid_text(ellipsoid or (SPHERE if family.is_spherical else WGS84))}"
         elif ellipsoid is not None:
             raise ValueError("Invalid ellipsoid. The PROJ string states its own.")
         # Anywhere in the box, except where two parallels coincide or are symmetric about the equator.
         some = self.low + (self.high - self.low) * np.mod(0.3 + 0.37 * np.arange(self.low.size), 1.0)
-        words = " ".join(f"+{key}={number_text(value)}" for key, value in self.parameters(self.named(some)).items())
-        self.base = Projection.from_user_input(f"{text} {words}".strip())
+        words = " ".join(
+            f"+{key}={projections.number_text(value)}" for key, value in self.parameters(self.named(some)).items()
+        )
+        self.base = projections.Projection.from_user_input(f"{text} {words}".strip())
 
     # ---- one member of the family
 
@@ -273,8 +271,8 @@ class Members:
     def jacobian(self, values: Mapping[str, float], nodes: Nodes) -> tuple[FloatArray, FloatArray, float]:
         """Jacobians and weights at nodes where the map is smooth, and the share of the region that is not shown."""
         try:
-            J, shown = nodes.jacobian(with_parameters(self.base, self.parameters(values)))
-        except ProjectionError:
+            J, shown = nodes.jacobian(projections.with_parameters(self.base, self.parameters(values)))
+        except projections.ProjectionError:
             J, shown = np.full((nodes.lon.size, 2, 2), np.nan), np.zeros(nodes.lon.size, dtype=bool)
         smooth = principal_scales(J)[:, 1] > 0
         w = np.where(smooth, nodes.weight, 0.0)
@@ -301,7 +299,7 @@ class Members:
         return np.append(self.objective.terms(J, w, c), self.lost * np.sqrt(hidden))
 
     def extremes(self, J: FloatArray, w: FloatArray) -> FloatArray:
-        """Terms (groups, n) whose maxima make a maximum; negligible where the map is torn."""
+        """Terms (groups, n) whose maxima add up to the maximum; negligible where the map is torn."""
         groups = self.objective.extremes(J, w, self.frees_scale and self.scale_limits == (0.0, np.inf))
         return np.where(np.isfinite(groups), groups, _NOTHING)
 
@@ -315,27 +313,27 @@ class Members:
         terms = self.objective.terms(J, w, self.best_scale(J, w))
         return self.objective.value(np.append(terms, self.lost * np.sqrt(hidden)))
 
-    def member(self, values: Mapping[str, float], scale: float) -> Projection:
+    def member(self, values: Mapping[str, float], scale: float) -> projections.Projection:
         """The projection; multiplied by the scale if the method has no parameter for it."""
         parameters = self.parameters(values)
         if self.family.scale and self.frees_scale:
             parameters[self.family.scale] = scale
-        projection = with_parameters(self.base, parameters)
+        projection = projections.with_parameters(self.base, parameters)
         if self.family.scale or scale == 1.0:
-            return Projection.from_user_input(projection.definition)
-        return compose(projection, scale * np.eye(2), f"{projection.name}, scaled")
+            return projections.Projection.from_user_input(projection.definition)
+        return projections.compose(projection, scale * np.eye(2), f"{projection.name}, scaled")
 
     # ---- the search
 
     def vanishes(self) -> bool:
-        """True if the objective vanishes for some members at three quarters of the nodes, and so for the family.
+        """True if the objective vanishes for a few members at three quarters of the nodes, and so for the family.
 
-        Rounding is larger at the other nodes, next to poles and edges of maps.
+        At the other nodes, next to poles and edges of maps, rounding is larger.
         """
         if not self.objective.exact:
             return False
         nodes = nodes_of(self.region, self.base.ellipsoid, _COARSE)
-        places = self.low + (self.high - self.low) * lattice(self.low.size, _SOME)
+        places = self.low + (self.high - self.low) * numerics.lattice(self.low.size, _SOME)
         return all(self._quantile(self.named(place), nodes) <= self.objective.exact for place in places)
 
     def _quantile(self, values: Mapping[str, float], nodes: Nodes) -> float:
@@ -351,10 +349,10 @@ class Members:
         edges = self.objective.figure.is_maximum
         coarse = nodes_of(self.region, self.base.ellipsoid, _COARSE, edges=edges)
         fine = nodes_of(self.region, self.base.ellipsoid, _FINE, edges=edges)
-        first = minimise(self._at(coarse), self.low, self.high, worst=edges)
+        first = numerics.minimise(self._at(coarse), self.low, self.high, worst=edges)
         best, least, evaluations = self.refine(self.named(first.place), fine)
         if not self.jacobian(best, fine)[1].any():
-            raise ProjectionError(
+            raise projections.ProjectionError(
                 f"Invalid family '{self.family.name}' for {self.region.name}. It shows no part of it."
             )
         return best, least, fine, first.evaluations + evaluations
@@ -362,7 +360,7 @@ class Members:
     def refine(self, start: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float, int]:
         """Free parameters of the best member near a start, its value at nodes, and the number of evaluations."""
         place = np.array([start[name] for name in self.variables])
-        last = descend(self._at(nodes), place, self.low, self.high, worst=self.objective.figure.is_maximum)
+        last = numerics.descend(self._at(nodes), place, self.low, self.high, worst=self.objective.figure.is_maximum)
         best = self.named(last.place)
         return best, self.value(best, nodes), last.evaluations
 
@@ -386,9 +384,9 @@ class Members:
         def value(place: FloatArray) -> float:
             return self.value(self.named(place * step), nodes)
 
-        place, found = descend_lattice(value, np.round(np.array(list(best.values())) / step))
+        place, found = numerics.descend_lattice(value, np.round(np.array(list(best.values())) / step))
         usual = self.parameters(self.named(place * step))
-        plain = {name: float(number_text(usual[name])) for name in self.variables}
+        plain = {name: float(projections.number_text(usual[name])) for name in self.variables}
         return Rounded(step, plain, found, found / least - 1.0 if least else 0.0)
 
     def flats(self, best: Mapping[str, float], least: float, nodes: Nodes) -> tuple[Flat, ...]:

@@ -12,30 +12,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from projdist import projections, support
 from projdist._typing import FloatArray
 from projdist.answers import elevation_factor
 from projdist.earth import Ellipsoid
 from projdist.field import Nodes, nodes_at, nodes_of
 from projdist.matrices import areal_scale
-from projdist.projections import Projection, ProjectionLike, tell_of_degrees, unprojected
 from projdist.regions import Place, PointSet
-from projdist.support import (
-    check_degrees,
-    check_number,
-    check_numbers,
-    check_path,
-    check_raster,
-    comma_hint,
-    is_number,
-    number_of,
-    numbered_rows,
-    one_line,
-)
 
 _NODES, _SEARCHED = 4000, 400  # points of a region of one height, and points in a search, about
 
 
-def distortion_ppm(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike, height: ArrayLike) -> FloatArray:
+def distortion_ppm(
+    projection: projections.ProjectionLike, lon: ArrayLike, lat: ArrayLike, height: ArrayLike
+) -> FloatArray:
     """Relative error of grid distances against those on the ground, in ppm: combined factor - 1.
 
     The scale factor is the geometric mean of the principal scales, which a conformal map has in all directions; the
@@ -73,9 +63,9 @@ def distortion_ppm(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike, h
     >>> distortion_ppm("EPSG:32632", 9, 48, [0, 500]).round(2)
     array([-400.  , -478.33])
     """
-    projection = Projection.from_user_input(projection)
-    lon, lat = check_degrees(lon, lat)
-    lat, height = check_degrees(lat, check_numbers("heights", height))
+    projection = projections.Projection.from_user_input(projection)
+    lon, lat = support.check_degrees(lon, lat)
+    lat, height = support.check_degrees(lat, support.check_numbers("heights", height))
     lon = np.broadcast_to(lon, lat.shape)
     nodes = nodes_at(lon.ravel(), lat.ravel(), np.ones(lon.size), projection.ellipsoid)
     scale = np.sqrt(areal_scale(nodes.jacobian(projection)[0])).reshape(lon.shape)
@@ -92,7 +82,7 @@ class Ground(NamedTuple):
     height: FloatArray
     is_level: bool
 
-    def ppm(self, projection: ProjectionLike) -> FloatArray:
+    def ppm(self, projection: projections.ProjectionLike) -> FloatArray:
         """The distortion at the points."""
         return distortion_ppm(projection, self.nodes.lon, self.nodes.lat, self.height)
 
@@ -116,12 +106,12 @@ def ground_of(region: Place, ellipsoid: Ellipsoid, heights: ArrayLike | None, he
     if (heights is None) == (height is None):
         raise ValueError("Invalid heights. There must be either points with heights, or one height.")
     if height is not None:
-        height = check_number("height", height)
+        height = support.check_number("height", height)
         if not -500.0 <= height <= 9000.0:
             raise ValueError(f"Invalid height '{height}'. It must lie within -500 and 9000 m.")
         nodes = nodes_of(region, ellipsoid, _NODES, edges=True)
         return Ground(nodes, np.full(nodes.lon.size, float(height)), True)
-    points = check_numbers("heights", heights)
+    points = support.check_numbers("heights", heights)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise ValueError("Invalid heights. They must be rows of longitude, latitude and height, all finite.")
     points = points[region.contains(points[:, 0], points[:, 1])]
@@ -203,7 +193,7 @@ def read_heights(path: str | os.PathLike[str]) -> FloatArray:
     ...     read_heights(path)
     array([[ 10. ,  50. , 100.5]])
     """
-    path = check_path("heights", path)
+    path = support.check_path("heights", path)
     points = _read_raster(path) if path.suffix.lower() in _RASTER else _read_table(path)
     if not (len(points) and (np.abs(points[:, 1]) <= 90).all() and (np.abs(points[:, 0]) <= 720).all()):
         raise ValueError(f"Invalid heights '{path}'. There must be points, with longitudes and latitudes in degrees.")
@@ -211,18 +201,18 @@ def read_heights(path: str | os.PathLike[str]) -> FloatArray:
 
 
 def _read_table(path: Path) -> FloatArray:
-    rows = numbered_rows(path, f"Invalid heights '{path}'.")
+    rows = support.numbered_rows(path, f"Invalid heights '{path}'.")
     columns = _columns(path, rows[0][1])
-    if not is_number(rows[0][1][columns[0]]):
+    if not support.is_number(rows[0][1][columns[0]]):
         rows = rows[1:]
     points = []
     for number, row in rows:
         try:
-            point = [number_of(row[column]) for column in columns]
+            point = [support.number_of(row[column]) for column in columns]
         except (ValueError, IndexError):
             point = [np.nan]
         if not np.isfinite(point).all():
-            hint = comma_hint(row)
+            hint = support.comma_hint(row)
             raise ValueError(
                 f"Invalid heights '{path}'. Line {number} must have a longitude, a latitude and a height.{hint}"
             )
@@ -233,7 +223,7 @@ def _read_table(path: Path) -> FloatArray:
 def _columns(path: Path, header: list[str]) -> list[int]:
     """Columns of longitude, latitude and height."""
     names = [name.strip().lower() for name in header]
-    if len(header) >= 3 and all(map(is_number, header[:3])):
+    if len(header) >= 3 and all(map(support.is_number, header[:3])):
         return [0, 1, 2]
     found = [next((names.index(name) for name in allowed if name in names), None) for allowed in _NAMES]
     columns = [column for column in found if column is not None]
@@ -250,7 +240,7 @@ def _read_raster(path: Path) -> FloatArray:
         raise ValueError(f"Invalid heights '{path}'. Rasters need rasterio: pip install 'projdist[gis]'.") from error
     try:
         with warnings.catch_warnings(action="ignore", category=NotGeoreferencedWarning), rasterio.open(path) as raster:
-            check_raster(raster, [1], f"Invalid heights '{path}'.")
+            support.check_raster(raster, [1], f"Invalid heights '{path}'.")
             shape = min(raster.height, _MOST_CELLS), min(raster.width, _MOST_CELLS)
             heights = raster.read(1, out_shape=shape, masked=True).astype(float).filled(np.nan)
             row, column = np.meshgrid(*((np.arange(n) + 0.5) / n for n in shape), indexing="ij")
@@ -258,8 +248,8 @@ def _read_raster(path: Path) -> FloatArray:
             crs = raster.crs.to_wkt() if raster.crs else "EPSG:4326"
             bounds = raster.bounds
     except RasterioError as error:
-        raise ValueError(f"Invalid heights '{path}'. The raster cannot be read: {one_line(error)}.") from error
-    tell_of_degrees(crs, bounds, f"'{path}'", "raster")
-    lon, lat = unprojected(crs, np.asarray(x), np.asarray(y))
+        raise ValueError(f"Invalid heights '{path}'. The raster cannot be read: {support.one_line(error)}.") from error
+    projections.tell_of_degrees(crs, bounds, f"'{path}'", "raster")
+    lon, lat = projections.unprojected(crs, np.asarray(x), np.asarray(y))
     points = np.stack([lon, lat, heights.ravel()], axis=-1)
     return points[np.isfinite(points).all(axis=1)]

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from projdist import numerics, projections, regions, support
 from projdist._typing import FloatArray
 from projdist.answers import elevation_factor
 from projdist.decisions.families import Extent, ellipsoid_text, extent_of, get_family, usual_crs
@@ -20,26 +21,12 @@ from projdist.decisions.family_search import Objective
 from projdist.decisions.ground import Ground, HeightStatistics, ground_of, statistics_of
 from projdist.earth import Ellipsoid
 from projdist.field import FIGURES, AnyFigure, Figure, get_figure
-from projdist.numerics import descend_lattice, lattice, minimise
-from projdist.projections import (
-    Body,
-    Projection,
-    ProjectionError,
-    ProjectionLike,
-    crs_wkt,
-    geodetic_ellipsoid,
-    listed_projections,
-    number_text,
-    with_parameters,
-)
-from projdist.regions import Place, RegionLike, check_on_body, get_region
-from projdist.support import Answer, check_number, check_text, listed_values
 
 Factors = FloatArray  # combined factors with k_0 = 1
 Order = tuple[float, float]  # a figure and the RMS distortion; less is better
 
 SHARE = "share"
-"""The criterion that counts the weight of the points within a target, which is no figure of a map alone."""
+"""The criterion that counts the points within a target by their weight; unlike others it is not a figure of a map."""
 
 
 def rms_scale(q: Factors, w: FloatArray) -> float:
@@ -51,7 +38,7 @@ def _rms(ppm: FloatArray, w: FloatArray) -> float:
     return float(np.sqrt(np.sum(w * ppm * ppm)))
 
 
-# The best scale and the figure of distortions, quicker for a = b than the functions of matrices.
+# The best scale, and the figure, of conformal maps: quicker than the general functions of Jacobians.
 _QUICK: dict[object, tuple[Callable[[Factors, FloatArray], float], Callable[[FloatArray, FloatArray], float]]] = {
     FIGURES["max_scale_error_ppm"].essence: (
         lambda q, w: float(2.0 / (q.max() + q.min())),
@@ -117,10 +104,10 @@ def _similar(factor: FloatArray) -> FloatArray:
 
 
 def _crowded(q: Factors, w: FloatArray, target: float, unit: float) -> float:
-    """The multiple with the most weight of points within the target; of equal ones the one with the least RMS.
+    """The multiple of `unit` with most points, by weight, within the target; of equal ones that of the least RMS.
 
-    A point is within it for k_0 from (1 - t) / q to (1 + t) / q: the multiple that lies in most of these ranges is
-    found in one walk along their ends.
+    A point is within the target for k_0 from (1 - t) / q to (1 + t) / q. One walk along the ends of these ranges finds
+    the multiple that lies in most of them.
     """
     usual = rms_scale(q, w) / unit
     first, beyond = np.ceil((1.0 - 1e-6 * target) / q / unit), np.floor((1.0 + 1e-6 * target) / q / unit) + 1.0
@@ -159,13 +146,13 @@ class LdpAxis:
                 self.low[index], self.high[index] = max(self.low[index], -89.0), min(self.high[index], 89.0)
         # An oblique line may not run due north or east there.
         some = self.parameters(self.low + 0.43 * (self.high - self.low))
-        words = " ".join(f"+{key}={number_text(value)}" for key, value in some.items())
-        self.base = Projection.from_user_input(f"+proj={family} {ellipsoid_text(ellipsoid)} {words}")
+        words = " ".join(f"+{key}={projections.number_text(value)}" for key, value in some.items())
+        self.base = projections.Projection.from_user_input(f"+proj={family} {ellipsoid_text(ellipsoid)} {words}")
 
     def _sides(self, family: str) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
         """Middle and half width of the range of each parameter of the axis, and the fixed parameters."""
         extent = self.extent
-        # Over ground that slopes the best axis lies beside the region: scale falls with height.
+        # On sloping ground the best axis may lie beside the region, because scale falls with height.
         across = 1.0 + 1.5 * extent.radius
         east = across / max(np.cos(np.radians(extent.lat)), 0.1)
         if family == "tmerc":
@@ -198,8 +185,8 @@ class LdpAxis:
         """Combined factors with a scale of 1 on the axis; NaN if PROJ refuses the axis."""
         nodes = ground.nodes
         try:
-            scale = nodes.meridional_scale(with_parameters(self.base, self.parameters(place)))
-        except ProjectionError:
+            scale = nodes.meridional_scale(projections.with_parameters(self.base, self.parameters(place)))
+        except projections.ProjectionError:
             return np.full(nodes.lon.size, np.nan)
         return scale * elevation_factor(nodes.lat, ground.height, nodes.ellipsoid)
 
@@ -218,7 +205,7 @@ def best_place(axis: LdpAxis, goal: LdpGoal, few: Ground, ground: Ground) -> Flo
     if few is ground:
         return axis.unit * found[0]
     best = min(found, key=lambda steps: value(steps, ground))
-    return axis.unit * descend_lattice(lambda steps: value(steps, ground), best)[0]
+    return axis.unit * numerics.descend_lattice(lambda steps: value(steps, ground), best)[0]
 
 
 def _scanned(axis: LdpAxis, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
@@ -255,7 +242,7 @@ def _descended(axis: LdpAxis, goal: LdpGoal, ground: Ground, value: Callable[[Fl
         return known[place]
 
     def descended(steps: FloatArray, coarse: float) -> FloatArray:
-        return coarse * descend_lattice(lambda multiple: once(coarse * multiple), np.round(steps / coarse))[0]
+        return coarse * numerics.descend_lattice(lambda multiple: once(coarse * multiple), np.round(steps / coarse))[0]
 
     places = sorted((np.round(start / axis.unit) for start in _starts(axis, goal, ground)), key=once)[:_STARTS]
     for coarse, kept in _COARSE:
@@ -277,10 +264,10 @@ def _starts(axis: LdpAxis, goal: LdpGoal, ground: Ground) -> list[FloatArray]:
         q = np.log(axis.factors(place, ground))
         return np.nan_to_num(np.stack([q, -q]), nan=1.0)
 
-    starts = [minimise(squares, axis.low, axis.high, worst=False, count=_SMOOTH).place]
+    starts = [numerics.minimise(squares, axis.low, axis.high, worst=False, count=_SMOOTH).place]
     if goal.figure is not None and goal.figure.is_maximum:
-        starts.append(minimise(extremes, axis.low, axis.high, worst=True, count=_SMOOTH).place)
-    return starts + list(axis.low + lattice(axis.low.size, _LATTICE) * (axis.high - axis.low))
+        starts.append(numerics.minimise(extremes, axis.low, axis.high, worst=True, count=_SMOOTH).place)
+    return starts + list(axis.low + numerics.lattice(axis.low.size, _LATTICE) * (axis.high - axis.low))
 
 
 # ---- projections ----------------------------------------------------------------------------------
@@ -289,8 +276,8 @@ def _starts(axis: LdpAxis, goal: LdpGoal, ground: Ground) -> list[FloatArray]:
 LDP_FAMILIES = ("tmerc", "lcc", "omerc")
 
 _SHARES = (5, 10, 20, 50)  # ppm
-_SAME = 0.02  # ppm between maps that are as good, far less than the rounding of k_0 costs
-_NEARLY_SHARE, _NEARLY = 0.05, 1.05  # a simpler map may have that share of points less, or that times the figure
+_SAME = 0.02  # ppm: maps that differ by less are equally good; rounding k_0 costs far more
+_NEARLY_SHARE, _NEARLY = 0.05, 1.05  # a simpler map may have 5 % fewer points within the target, or a 5 % larger figure
 _SIMPLE = ("tmerc", "lcc")  # families that every program has
 _WIDEST = 60.0  # degrees from the middle: wider regions have no low distortion
 _EAST, _NORTH = 10_000.0, 10_000.0  # metres of which false eastings and northings are multiples
@@ -298,7 +285,7 @@ _ORIGIN = 1 / 6  # degrees of which the latitude of origin is a multiple
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class LDP(Answer):
+class LDP(support.Answer):
     """A low-distortion projection and its distortion.
 
     `lon`, `lat`, `height`, `weight`, `ppm` are the points it was made for, with their distortion. `baselines` are other
@@ -306,16 +293,16 @@ class LDP(Answer):
     is none.
     """
 
-    region: Place
+    region: regions.Place
     family: str
     goal: LdpGoal
     parameters: dict[str, float]
-    projection: Projection
-    wkt: str | None
-    esri: str | None
+    projection: projections.Projection
+    wkt: str | None = None
+    esri: str | None = None
     statistics: HeightStatistics
-    baselines: tuple[tuple[str, HeightStatistics], ...]
-    others: tuple[LDP, ...]
+    baselines: tuple[tuple[str, HeightStatistics], ...] = ()
+    others: tuple[LDP, ...] = ()
     lon: FloatArray = field(repr=False, compare=False)
     lat: FloatArray = field(repr=False, compare=False)
     height: FloatArray = field(repr=False, compare=False)
@@ -339,7 +326,7 @@ class LDP(Answer):
 
     @property
     def simpler(self) -> LDP | None:
-        """The best of tmerc and lcc if an oblique map is better by at most 5 % of the points, or of the figure."""
+        """The best of tmerc and lcc, if this map is oblique and better by at most 5 % of the points or the figure."""
         simple = [one for one in self.others if one.family in _SIMPLE]
         if self.family in _SIMPLE or not simple:
             return None
@@ -390,7 +377,7 @@ class LDP(Answer):
 
 
 def ldp(
-    region: RegionLike,
+    region: regions.RegionLike,
     *,
     heights: ArrayLike | None = None,
     height: float | None = None,
@@ -400,7 +387,7 @@ def ldp(
     round_k: float = 1e-6,
     round_axis: float = 1 / 60,
     geodetic: str = "EPSG:4326",
-    against: ProjectionLike | Iterable[ProjectionLike] = (),
+    against: projections.ProjectionLike | Iterable[projections.ProjectionLike] = (),
     name: str | None = None,
 ) -> LDP:
     """The conformal map on which distances differ least from those measured on the ground.
@@ -457,12 +444,15 @@ def ldp(
     >>> ldp("box:-104,39,-103.8,39.2", height=1610, families=["tmerc"]).parameters["k_0"]
     1.000252
     """
-    surface = geodetic_ellipsoid(geodetic)
-    area = get_region(region, surface.ground)
-    families, rivals = listed_values(families), [Projection.from_user_input(one) for one in listed_projections(against)]
-    check_on_body(rivals, Body(surface))
+    surface = projections.geodetic_ellipsoid(geodetic)
+    area = regions.get_region(region, surface.ground)
+    families, rivals = (
+        support.listed_values(families),
+        [projections.Projection.from_user_input(one) for one in projections.listed_projections(against)],
+    )
+    regions.check_on_body(rivals, projections.Body(surface))
     if name is not None:
-        check_text("name", name)
+        support.check_text("name", name)
     _check(families, target_ppm, round_k, round_axis)
     goal = goal_of(criterion, target_ppm, round_k)
     ground = ground_of(area, surface, heights, height)
@@ -476,9 +466,10 @@ def ldp(
     best = min((one for one in found if design.is_as_good(one, found[0])), key=lambda one: families.index(one.family))
     title = name or f"{best.projection.name} for {area.name}, low distortion"
     usual, code = usual_crs(extent)  # near the poles it is not made for distances
-    baselines = rivals or ([Projection.from_user_input(code)] if usual.startswith("UTM") else [])
+    baselines = rivals or ([projections.Projection.from_user_input(code)] if usual.startswith("UTM") else [])
     wkt, esri = (
-        crs_wkt(best.projection, title, geodetic=geodetic, version=version)[0] for version in ("WKT2_2019", "WKT1_ESRI")
+        projections.crs_wkt(best.projection, title, geodetic=geodetic, version=version)[0]
+        for version in ("WKT2_2019", "WKT1_ESRI")
     )
     return replace(
         best,
@@ -490,10 +481,10 @@ def ldp(
 
 
 def _check(families: Sequence[str], target: float, round_k: float, round_axis: float) -> None:
-    if not families or any(check_text("family", family) not in LDP_FAMILIES for family in families):
+    if not families or any(support.check_text("family", family) not in LDP_FAMILIES for family in families):
         raise ValueError(f"Invalid families '{','.join(families)}'. They must be of {', '.join(LDP_FAMILIES)}.")
     for thing, value in (("target", target), ("rounding of k_0", round_k), ("rounding of the axis", round_axis)):
-        check_number(thing, value)
+        support.check_number(thing, value)
     if not 0 < target <= 1e5:
         raise ValueError(f"Invalid target '{target}'. It must be above 0 and at most 1e5, in ppm.")
     if not 1e-10 <= round_k <= 1e-3:
@@ -504,9 +495,9 @@ def _check(families: Sequence[str], target: float, round_k: float, round_axis: f
 
 @dataclass(frozen=True, kw_only=True)
 class _Design:
-    """The task of a design; `few` is the ground with fewer points, for the search."""
+    """What is to be designed; `few` is the ground with fewer points, for the search."""
 
-    region: Place
+    region: regions.Place
     extent: Extent
     ground: Ground
     few: Ground
@@ -535,19 +526,15 @@ class _Design:
         values = axis.parameters(place)
         values["k_0"] = self.goal.rounded_scale(axis.factors(place, ground), nodes.weight)[0]
         values |= self.origin(axis.base, values)
-        projection = Projection.from_user_input(with_parameters(axis.base, values).definition)
+        projection = projections.Projection.from_user_input(projections.with_parameters(axis.base, values).definition)
         ppm = ground.ppm(projection)
         return LDP(
             region=self.region,
             family=family,
             goal=self.goal,
-            parameters={key: float(number_text(value)) for key, value in values.items()},
+            parameters={key: float(projections.number_text(value)) for key, value in values.items()},
             projection=projection,
-            wkt=None,
-            esri=None,
             statistics=self.statistics(ppm),
-            baselines=(),
-            others=(),
             lon=nodes.lon,
             lat=nodes.lat,
             height=ground.height,
@@ -555,12 +542,12 @@ class _Design:
             ppm=ppm,
         )
 
-    def origin(self, base: Projection, values: dict[str, float]) -> dict[str, float]:
+    def origin(self, base: projections.Projection, values: dict[str, float]) -> dict[str, float]:
         """A latitude of origin south of the region, and false origins that make all its coordinates positive."""
         result: dict[str, float] = {}
         if base.definition.startswith("+proj=tmerc"):
             result["lat_0"] = float(np.floor(self.extent.south / _ORIGIN) * _ORIGIN)
-        x, y = with_parameters(base, values | result)(self.ground.nodes.lon, self.ground.nodes.lat)
+        x, y = projections.with_parameters(base, values | result)(self.ground.nodes.lon, self.ground.nodes.lat)
         result["x_0"] = float(np.ceil((_EAST - np.nanmin(x)) / _EAST) * _EAST)
         result["y_0"] = max(0.0, float(np.ceil(-np.nanmin(y) / _NORTH) * _NORTH))
         return result

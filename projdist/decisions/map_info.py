@@ -1,10 +1,10 @@
 """A card of one map: what it states, its errors, and what it keeps true (angles, areas up to a constant, distances).
 
-A map keeps a property if it departs from it by less than a limit in 99 % of the region; the rest is for singular points
-(poles). The limit is 1e-5: iterations of PROJ leave 2e-6, formulas of a sphere on an ellipsoid 1e-3.
-In a small region every map looks true: its departure is about the mean square of the distances across the region, in
-units of the Earth's radius, and a twentieth of that at least. There the limit is a thousandth of that square, and never
-less than 1e-9, the accuracy of derivatives.
+A map keeps a property if it departs from it by less than a limit in 99 % of the region; the rest allows for singular
+points, as poles. The limit is 1e-5: PROJ's iterations leave 2e-6, formulas of a sphere on an ellipsoid 1e-3.
+In a small region every map departs little: about by the mean square of the distances across the region, in units of the
+Earth's radius, and at least by a twentieth of that. There the limit is a thousandth of that square, and at least 1e-9,
+the accuracy of derivatives.
 """
 
 from __future__ import annotations
@@ -15,19 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from projdist import projections
 from projdist._typing import FloatArray
 from projdist.earth import unit_vectors
 from projdist.field import AiryKavrayskiy, Extreme, nodes_of, sample
 from projdist.matrices import fisher, log_anisotropy, log_areal_scale, principal_scales
 from projdist.numerics import Estimate, quantile
-from projdist.projections import (
-    CrsMetadata,
-    Projection,
-    ProjectionLike,
-    codes_of_same_map,
-    declared_property_of,
-    metadata_of,
-)
 from projdist.regions import Place, RegionLike, region_for
 from projdist.support import Answer, FieldSchema, Record, plain, schema
 
@@ -79,7 +72,7 @@ def _off_areas(J: FloatArray, weight: FloatArray) -> FloatArray:
 PROPERTIES: dict[str, Callable[[FloatArray, FloatArray], FloatArray]] = {
     "equal-area": _off_areas,
     "conformal": lambda J, weight: log_anisotropy(J),
-    # Of the principal scale nearest to 1: along meridians, from a point, or from a line.
+    # The departure of the principal scale that is nearest to 1: along meridians, from a point, or from a line.
     "equidistant": lambda J, weight: np.min(np.abs(np.log(principal_scales(J))), axis=-1),
 }
 
@@ -136,9 +129,9 @@ class MapInfo(Answer):
         The mean, `minimum` and `maximum` of `INFO_MEASURES` over the region.
     """
 
-    projection: Projection
+    projection: projections.Projection
     given: str
-    crs_metadata: CrsMetadata
+    crs_metadata: projections.CrsMetadata
     keeps: tuple[str, ...]
     departures: dict[str, float]
     promises: str
@@ -229,7 +222,9 @@ class MapInfo(Answer):
         return [self.row()]
 
 
-def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolerance: float = INFO_TOLERANCE) -> MapInfo:
+def info(
+    projection: projections.ProjectionLike, region: RegionLike | None = None, *, tolerance: float = INFO_TOLERANCE
+) -> MapInfo:
     """A card of one map: what it states, what it keeps as measured, and its errors over its area of use.
 
     Parameters
@@ -269,11 +264,11 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
     (('equal-area',), 'GRS 1980', ['north', 'east'])
     """
     given = projection if isinstance(projection, str) else None
-    measured = Projection.from_user_input(projection)
+    measured = projections.Projection.from_user_input(projection)
     place = region_for(region, [measured])
     field = sample(measured, place, measures=INFO_MEASURES, tolerance=tolerance)
     extremes = field.extremes(INFO_MEASURES)
-    stated, declared = metadata_of(measured), declared_property_of(measured)
+    stated, declared = projections.metadata_of(measured), projections.declared_property_of(measured)
     properties = properties_where_it_is_for(measured)
     return MapInfo(
         projection=measured,
@@ -282,7 +277,7 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
         keeps=properties.keeps,
         departures=properties.departures,
         promises=declared.keeps if declared else "",
-        same_map=codes_of_same_map(stated.code) if stated.code else {},
+        same_map=projections.codes_of_same_map(stated.code) if stated.code else {},
         region=place,
         coverage=field.coverage,
         airy_kavrayskiy=field.airy_kavrayskiy,
@@ -293,7 +288,7 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
     )
 
 
-def properties_where_it_is_for(projection: Projection) -> Properties:
+def properties_where_it_is_for(projection: projections.Projection) -> Properties:
     """Properties over the area of use of a CRS, or over the globe for other projections."""
     nodes = nodes_of(region_for(None, [projection]), projection.ellipsoid, _NODES)
     J, _ = nodes.jacobian(projection)

@@ -22,11 +22,11 @@ _INNER = 150  # nodes: enough for a few per cent of an integral, at 0.3 ms a pro
 _BORDER = 60  # nodes on edges
 _LATTICE = 4000  # points: shares to a per cent
 _POLAR = 85.0  # degrees of latitude; derivatives beyond cost fifty times as much
-_ELSEWHERE = 0.9  # share of a region outside the polar caps from which these are left out
+_ELSEWHERE = 0.9  # the polar caps are left out if at least this share of the region lies outside them
 
 
 def probe_of(region: Region) -> WeightedPoints:
-    """About two hundred nodes of a region, with weights by area whose sum is 1; nodes on its edges have weight 0."""
+    """About two hundred nodes of a region; weights are areas that sum to 1, and 0 for nodes on its edges."""
     nodes = nodes_of(region, WGS84, _INNER, edges=True)
     inner, border = np.flatnonzero(nodes.weight > 0), np.flatnonzero(nodes.weight == 0)
     border = border[region.contains(nodes.lon[border], nodes.lat[border])]  # rounding may lay them outside
@@ -39,10 +39,10 @@ def probe_of(region: Region) -> WeightedPoints:
 
 @dataclass(frozen=True)
 class Lattice(WeightedPoints):
-    """Some thousand points of a region with weights by area whose sum is 1, to find its share in areas of use.
+    """Some thousand points of a region to find its share in areas of use; weights are areas that sum to 1.
 
-    `meridians` and `parallels` are their different longitudes and latitudes, a few dozen in a box, and the number of
-    each point's.
+    `meridians` and `parallels` are the distinct longitudes and latitudes, a few dozen in a box, with the index of each
+    point's.
     """
 
     bounds: Area
@@ -87,7 +87,7 @@ def _columns(areas: Sequence[Area]) -> tuple[FloatArray, ...]:
 
 INTERRUPTED = "It is cut within the region."
 _RELATIVE = 1e-5  # of the Airy-Kavrayskiy errors
-_RESOLVED = 0.01  # of a mean; worse, it diverges, if its measure has no bound
+_RESOLVED = 0.01  # relative error above which the mean of a measure without a bound diverges
 _EVALUATIONS = 200_000
 
 
@@ -116,10 +116,9 @@ class FullMeasurement:
 
 @dataclass(frozen=True, kw_only=True)
 class Distortion:
-    """What a projection does over a region; largest values are infinite where there is no bound, diverging means NaN.
+    """The figures of a projection over a region, with their errors, and the length of the cuts within it in km.
 
-    The errors are those of the figures of these names, NaN where they are infinite or diverge. `cut_km` is the length
-    of the cuts within the region.
+    Maxima without a bound are infinite, means that diverge NaN; so are the errors of both.
     """
 
     coverage: float
@@ -146,8 +145,8 @@ class Distortion:
     cut_km: float
 
 
-def settle(task: FullMeasurement) -> float | Rejected:
-    """The figure of the ranking of a CRS over a region, as good as `measure` has it."""
+def evaluate(task: FullMeasurement) -> float | Rejected:
+    """The figure of the ranking of a CRS over a region, the same as by `measure`."""
     try:
         projection = _projection(task)
         if task.uninterrupted and is_interrupted(projection, task.region):
@@ -222,7 +221,7 @@ def _projection(task: FullMeasurement) -> Projection:
 
 
 def _ranked(task: FullMeasurement, field: Field) -> float:
-    """The figure of the ranking; one of `Distortion` to all digits as `measure` has it."""
+    """The figure of the ranking, for a figure of `Distortion` to all digits that of `measure`."""
     name = _NAMES.get(task.ranking.essence, "")
     if name == "max_areal_error_ppm":
         return _areal_scales(_figures(task, field, _AREAL_SCALES), rounding="equal-area" in task.keeps)[name]
@@ -243,9 +242,9 @@ def _resolving(task: FullMeasurement, projection: Projection, terms: Sequence[Me
 
 
 def _figures(task: FullMeasurement, field: Field, figures: Sequence[Figure]) -> dict[str, Estimate]:
-    """Figures by name, means from a finer field; those that the map's property makes vanish are rounding at the probe.
+    """Figures by name, means from a finer field.
 
-    Searches would find noise for these.
+    A figure that vanishes because of the map's property is taken at the probe: a search would only find noise.
     """
     assert field.projection is not None  # it is no field of given Jacobians
     vanishing = [one for one in figures if _VANISHES.get(one.aspect) in task.keeps]
@@ -270,9 +269,9 @@ def _figures(task: FullMeasurement, field: Field, figures: Sequence[Figure]) -> 
 
 
 def _mean(term: Measure, fine: Field, coarse: Field) -> Estimate:
-    """The mean over the area; NaN where it diverges: what has a bound has a mean.
+    """The mean over the area; NaN where it diverges.
 
-    Where that is not resolved, it is but rounding, which larger panels have less of.
+    A measure with a bound has a mean. If that is not resolved it is mere rounding, of which larger panels have less.
     """
     found, first = (each.mean(term, slope=np.zeros_like(each.weight)) for each in (fine, coarse))
     if found.error <= _RESOLVED * found.value:

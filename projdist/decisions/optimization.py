@@ -16,34 +16,13 @@ from typing import Any
 
 import numpy as np
 
+from projdist import projections, regions, support
 from projdist.answers import Failure
-from projdist.decisions.families import (
-    Extent,
-    Family,
-    cylinder_of,
-    ellipsoid_text,
-    extent_of,
-    get_family,
-    sensible_families,
-    usual_crs,
-)
+from projdist.decisions import families
 from projdist.decisions.family_search import DECIMALS, Flat, Members, Objective, Rounded
 from projdist.earth import SPHERE, WGS84, Ellipsoid
 from projdist.field import FIGURES, AnyFigure, Field, Figure, Nodes, get_figure, nodes_of, sample
 from projdist.numerics import fit_harmonic
-from projdist.projections import (
-    Body,
-    Projection,
-    ProjectionError,
-    ProjectionLike,
-    crs_wkt,
-    defined_by,
-    listed_projections,
-    with_parameters,
-    wkt_of,
-)
-from projdist.regions import Place, RegionLike, check_on_body, get_region
-from projdist.support import Answer, Record, check_number, check_text, listed_values, plain, schema
 
 LIMITED = ("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine")
 """Figures of which the least value is known."""
@@ -53,17 +32,19 @@ _WIDEST = 100.0  # degrees from the middle: beyond, the polynomials of the stere
 
 
 @functools.lru_cache(maxsize=32)
-def least_error(region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84, degree: int = 8) -> float | None:
+def least_error(
+    region: regions.Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84, degree: int = 8
+) -> float | None:
     """Airy-Kavrayskiy error of the best map of a region for a purpose; None for regions that are too wide.
 
     For conformal and equal-area maps it is that of the best conformal map whose ln k is a polynomial of the degree,
     divided by sqrt(2) for other purposes.
     """
-    extent = extent_of(region)
+    extent = families.extent_of(region)
     if extent.radius > _WIDEST:
         return None
-    text = f"+proj=stere +lat_0={extent.lat!r} +lon_0={extent.lon!r} {ellipsoid_text(ellipsoid)}"
-    base, nodes = Projection.from_user_input(text), nodes_of(region, ellipsoid, _NODES)
+    text = f"+proj=stere +lat_0={extent.lat!r} +lon_0={extent.lon!r} {families.ellipsoid_text(ellipsoid)}"
+    base, nodes = projections.Projection.from_user_input(text), nodes_of(region, ellipsoid, _NODES)
     x, y = base(nodes.lon, nodes.lat)
     log_scale, z = np.log(nodes.meridional_scale(base)), x + 1j * y
     known = np.isfinite(log_scale) & (nodes.weight > 0.0)
@@ -75,7 +56,9 @@ def least_error(region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS8
     return float(np.sqrt(mean * (2.0 if purpose in ("conformal", "equal-area") else 1.0)))
 
 
-def lower_bound_of(figure: Figure, region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84) -> float | None:
+def lower_bound_of(
+    figure: Figure, region: regions.Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84
+) -> float | None:
     """Least value of a figure over a region; None if it is unknown, or no more than rounding."""
     if not figure.is_airy_kavrayskiy:
         return None
@@ -97,7 +80,7 @@ _WHOLE = 0.9999  # coverage of a map that shows the region whole
 
 
 @dataclass(frozen=True)
-class Baseline(Record):
+class Baseline(support.Record):
     """A projection to compare with: its value of the criterion, with an error estimate, and Airy-Kavrayskiy error."""
 
     name: str
@@ -108,7 +91,7 @@ class Baseline(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Optimum(Answer):
+class Optimum(support.Answer):
     """The best member of a family for a region.
 
     `parameters` are the free ones; `value` is the criterion, measured by adaptive cubature to `error_estimate`;
@@ -121,7 +104,7 @@ class Optimum(Answer):
     """
 
     family: str
-    region: Place = field(metadata=schema(of=("name", "area_km2")))
+    region: regions.Place = field(metadata=support.schema(of=("name", "area_km2")))
     criterion: str
     unit: str
     parameters: dict[str, float]
@@ -131,7 +114,7 @@ class Optimum(Answer):
     airy_kavrayskiy: float
     coverage: float
     limit: float | None = None
-    projection: Projection = field(metadata=schema("proj", of="definition"))
+    projection: projections.Projection = field(metadata=support.schema("proj", of="definition"))
     wkt: str | None
     wkt_reason: str | None
     at_limit: tuple[str, ...]
@@ -142,12 +125,12 @@ class Optimum(Answer):
     failures: tuple[Failure, ...]
     evaluations: int
     note: str | None = None
-    flats: tuple[Flat, ...] = field(default=(), metadata=schema("flat"))
+    flats: tuple[Flat, ...] = field(default=(), metadata=support.schema("flat"))
 
     @property
     def cylinder(self) -> str:
         """A sentence for a conic map that is nearly a cylindrical one; else ""."""
-        return cylinder_of(self.family, self.parameters)
+        return families.cylinder_of(self.family, self.parameters)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -164,7 +147,7 @@ class Optimum(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
-        others = [{"family": one.family, "value": plain(one.value), "proj": one.proj} for one in self.others]
+        others = [{"family": one.family, "value": support.plain(one.value), "proj": one.proj} for one in self.others]
         return super().to_dict() | {"others": others, "remarks": list(self.remarks)}
 
     def _table(self) -> list[dict[str, Any]]:
@@ -177,13 +160,13 @@ class Optimum(Answer):
 
 def optimize(
     family: str,
-    region: RegionLike = "globe",
+    region: regions.RegionLike = "globe",
     *,
     free: Sequence[str] | None = None,
     criterion: AnyFigure = "airy_kavrayskiy",
     ellipsoid: str | Ellipsoid | None = None,
     round_to: float | None = None,
-    against: ProjectionLike | Iterable[ProjectionLike] = (),
+    against: projections.ProjectionLike | Iterable[projections.ProjectionLike] = (),
     progress: Callable[[int, int], object] | None = None,
 ) -> Optimum:
     """The parameters with which a family of projections distorts a region least.
@@ -238,33 +221,38 @@ def optimize(
     42.629
     """
     surface = _ellipsoid_of(ellipsoid)
-    area, objective = get_region(region, (surface or WGS84).ground), Objective(get_figure(criterion))
-    check_text("family", family)
-    free = None if free is None else [check_text("free parameter", one) for one in listed_values(free)]
-    if round_to is not None and not 1e-9 <= check_number("rounding", round_to) <= 45.0:
+    area, objective = regions.get_region(region, (surface or WGS84).ground), Objective(get_figure(criterion))
+    support.check_text("family", family)
+    free = None if free is None else [support.check_text("free parameter", one) for one in support.listed_values(free)]
+    if round_to is not None and not 1e-9 <= support.check_number("rounding", round_to) <= 45.0:
         raise ValueError(f"Invalid rounding '{round_to}'. It must be a number of degrees within 1e-9 and 45.")
     if family == "auto" and free is not None:
         raise ValueError("Invalid free parameters for family 'auto'. Each family has its own; name one.")
-    extent, rivals = extent_of(area), [Projection.from_user_input(given) for given in listed_projections(against)]
-    check_on_body(rivals, Body(surface or WGS84))
-    if surface is None and family != "auto" and get_family(family, extent).is_spherical:
-        area = get_region(region, WGS84 if any(not rival.ellipsoid.is_sphere for rival in rivals) else SPHERE)
+    extent, rivals = (
+        families.extent_of(area),
+        [projections.Projection.from_user_input(given) for given in projections.listed_projections(against)],
+    )
+    regions.check_on_body(rivals, projections.Body(surface or WGS84))
+    if surface is None and family != "auto" and families.get_family(family, extent).is_spherical:
+        area = regions.get_region(region, WGS84 if any(not rival.ellipsoid.is_sphere for rival in rivals) else SPHERE)
     own = tuple(_baseline(rival, area, objective) for rival in rivals)
-    names = sensible_families(extent, surface) if family == "auto" else [family]
+    names = families.sensible_families(extent, surface) if family == "auto" else [family]
     found: list[Optimum] = []
     failures: list[Failure] = []
     for number, name in enumerate(names):
         if progress is not None:
             progress(number, len(names))
         try:
-            members = _members(get_family(name, extent), area, objective, free, surface)
+            members = _members(families.get_family(name, extent), area, objective, free, surface)
             found.append(_optimum(members, objective, extent, round_to))
-        except ProjectionError as error:
+        except projections.ProjectionError as error:
             if family != "auto":
                 raise
             failures.append(Failure(name, str(error)))
     if not found:
-        raise ProjectionError(f"Invalid region '{area.name}'. No family of projections serves it: {failures[0].error}")
+        raise projections.ProjectionError(
+            f"Invalid region '{area.name}'. No family of projections serves it: {failures[0].error}"
+        )
     # A map that leaves out a part of the region is no better for it.
     best, *others = sorted(
         found, key=lambda one: (one.coverage < _WHOLE, 0.0 if one.note else one.value, one.airy_kavrayskiy)
@@ -273,17 +261,23 @@ def optimize(
 
 
 def best_member(
-    family: str, region: Place, figure: Figure, ellipsoid: Ellipsoid
-) -> tuple[Projection, dict[str, float]]:
+    family: str, region: regions.Place, figure: Figure, ellipsoid: Ellipsoid
+) -> tuple[projections.Projection, dict[str, float]]:
     """The best member of a family and its free parameters, without measuring it; raises ProjectionError."""
-    members = _members(get_family(family, extent_of(region)), region, Objective(figure), None, ellipsoid)
+    members = _members(
+        families.get_family(family, families.extent_of(region)), region, Objective(figure), None, ellipsoid
+    )
     best, _, fine, _ = _search_with_exchange(members)
     chosen, scale = members.written(best, fine)
     return members.member(chosen, scale), members.shown(chosen, scale)
 
 
 def _members(
-    family: Family, region: Place, objective: Objective, free: Sequence[str] | None, ellipsoid: Ellipsoid | None
+    family: families.Family,
+    region: regions.Place,
+    objective: Objective,
+    free: Sequence[str] | None,
+    ellipsoid: Ellipsoid | None,
 ) -> Members:
     """The members of a family, by the Airy-Kavrayskiy error if the objective vanishes for all of them."""
     members = Members(family, region, objective, free, ellipsoid)
@@ -315,17 +309,17 @@ def _search_with_exchange(members: Members) -> tuple[dict[str, float], float, No
 def _ellipsoid_of(given: str | Ellipsoid | None) -> Ellipsoid | None:
     if given is None or isinstance(given, Ellipsoid):
         return given
-    if check_text("ellipsoid", given).lower() == "sphere":
+    if support.check_text("ellipsoid", given).lower() == "sphere":
         return SPHERE
     if given == "WGS84":
         return WGS84
     try:
-        return Projection.from_user_input(f"+proj=merc +ellps={given}").ellipsoid
-    except ProjectionError as error:
+        return projections.Projection.from_user_input(f"+proj=merc +ellps={given}").ellipsoid
+    except projections.ProjectionError as error:
         raise ValueError(f"Invalid ellipsoid '{given}'. It must be sphere or one of PROJ's, as GRS80.") from error
 
 
-def _optimum(members: Members, objective: Objective, extent: Extent, round_to: float | None) -> Optimum:
+def _optimum(members: Members, objective: Objective, extent: families.Extent, round_to: float | None) -> Optimum:
     """The best member with its figures; `objective` is the one asked for."""
     best, least, fine, evaluations = _search_with_exchange(members)
     roundings = members.roundings(best, least, fine)
@@ -335,12 +329,21 @@ def _optimum(members: Members, objective: Objective, extent: Extent, round_to: f
         scale = float(np.round(scale / _ROUND_SCALE) * _ROUND_SCALE)
     projection = members.member(chosen, scale)
     value, error, ak, coverage = _measured(projection, members.region, objective, least)
-    _check_finite(members, chosen, scale, objective, value)
+    finite = value
+    if np.isfinite(value) and objective.figure.is_maximum and not 1.0 / _USUAL <= scale <= _USUAL:
+        finite = _measured(members.member(chosen, 1.0), members.region, objective, 1.0)[0]
+    if not np.isfinite(finite):
+        where = f"{members.family.name} over {members.region.name}"
+        raise projections.ProjectionError(
+            f"Invalid criterion '{objective.figure.name}' for {where}. It is not finite there."
+        )
     name = f"{projection.name} for {members.region.name}"
     if members.family.scale or scale == 1.0:
-        wkt, reason = crs_wkt(projection, name)
+        wkt, reason = projections.crs_wkt(projection, name)
     else:
-        wkt, reason = wkt_of(with_parameters(members.base, members.parameters(chosen)), scale * np.eye(2), name)
+        wkt, reason = projections.wkt_of(
+            projections.with_parameters(members.base, members.parameters(chosen)), scale * np.eye(2), name
+        )
     return Optimum(
         family=members.family.name,
         region=members.region,
@@ -368,57 +371,43 @@ def _optimum(members: Members, objective: Objective, extent: Extent, round_to: f
     )
 
 
-def _check_finite(
-    members: Members, chosen: Mapping[str, float], scale: float, objective: Objective, value: float
-) -> None:
-    """Raise ProjectionError if the criterion is infinite, or would be at scale 1."""
-    if np.isfinite(value) and objective.figure.is_maximum and not 1.0 / _USUAL <= scale <= _USUAL:
-        value = _measured(members.member(chosen, 1.0), members.region, objective, 1.0)[0]
-    if not np.isfinite(value):
-        family, place = members.family.name, members.region.name
-        raise ProjectionError(
-            f"Invalid criterion '{objective.figure.name}' for {family} over {place}. It is not finite there."
-        )
-
-
 def _at_limit(members: Members, values: Mapping[str, float]) -> tuple[str, ...]:
     """Parameters at an end of their range other than 0 and 90 degrees."""
-    limits = members.family.limits
-    return tuple(
-        name
-        for name, value in values.items()
-        if min(abs(value - limits[name][0]), abs(value - limits[name][1])) < 1e-6 and abs(value) not in (0.0, 90.0)
-    )
+
+    def is_end(name: str, value: float) -> bool:
+        return min(abs(value - end) for end in members.family.limits[name]) < 1e-6 and abs(value) not in (0.0, 90.0)
+
+    return tuple(name for name, value in values.items() if is_end(name, value))
 
 
-def _baselines(members: Members, objective: Objective, extent: Extent) -> tuple[Baseline, ...]:
+def _baselines(members: Members, objective: Objective, extent: families.Extent) -> tuple[Baseline, ...]:
     """The rule of thumb of the family, and the UTM zone of the region's middle."""
     found = []
     if members.family.rule is not None:
         words = members.family.normalised(members.family.fixed | members.family.rule)
         words = {name: round(value, DECIMALS) for name, value in words.items()}
-        found.append((members.family.rule_name, defined_by(members.base.definition, words)))
+        found.append((members.family.rule_name, projections.defined_by(members.base.definition, words)))
     if extent.radius < _TOO_WIDE:
-        found.append(usual_crs(extent))
+        found.append(families.usual_crs(extent))
     baselines = []
     for name, definition in found:
-        with contextlib.suppress(ProjectionError):
+        with contextlib.suppress(projections.ProjectionError):
             baselines.append(_baseline(definition, members.region, objective, name))
     return tuple(one for one in baselines if np.isfinite(one.value))
 
 
-def _baseline(given: Any, region: Place, objective: Objective, name: str = "") -> Baseline:
+def _baseline(given: Any, region: regions.Place, objective: Objective, name: str = "") -> Baseline:
     """The criterion of a projection; raises ProjectionError if it does not show the whole region."""
-    projection = Projection.from_user_input(given)
+    projection = projections.Projection.from_user_input(given)
     value, error, ak, coverage = _measured(projection, region, objective, 0.1)
     if coverage < _WHOLE:
         shown = f"It shows {100 * coverage:.3g} % of {region.name}."
-        raise ProjectionError(f"Invalid projection '{projection.label}' to compare with. {shown}")
+        raise projections.ProjectionError(f"Invalid projection '{projection.label}' to compare with. {shown}")
     return Baseline(name or projection.name, projection.definition, value, ak, error)
 
 
 def _measured(
-    projection: Projection, region: Place, objective: Objective, about: float
+    projection: projections.Projection, region: regions.Place, objective: Objective, about: float
 ) -> tuple[float, float, float, float]:
     """The criterion by adaptive cubature, its error estimate, the Airy-Kavrayskiy error, and the coverage."""
     tolerance = float(np.clip(_RELATIVE * about, 1e-12, 1e-5))
@@ -427,7 +416,7 @@ def _measured(
     return found.value, found.error, field.airy_kavrayskiy.raw, field.coverage
 
 
-def _field(projection: Projection, region: Place, objective: Objective, tolerance: float) -> Field:
+def _field(projection: projections.Projection, region: regions.Place, objective: Objective, tolerance: float) -> Field:
     """The field of a projection, resolved for the objective's figure."""
     if objective.figure.is_airy_kavrayskiy:
         return sample(projection, region, tolerance=tolerance)

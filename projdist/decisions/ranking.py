@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from projdist.decisions.candidate_crs import LEVEL, Candidate, CandidatePool, Key, or_infinity
 from projdist.decisions.map_info import PROPERTIES, WeightedPoints
-from projdist.decisions.measurement import FullMeasurement, Rejected, measure, settle
+from projdist.decisions.measurement import FullMeasurement, Rejected, evaluate, measure
 from projdist.field import Figure
 from projdist.projections import AUTHORITIES, CrsRecord
 from projdist.support import Registry, listed, run_all
@@ -51,7 +51,7 @@ Size = Callable[[Candidate], float]
 def grouped(candidates: Sequence[Candidate], size: Size = lambda one: one.trial.value) -> list[list[Candidate]]:
     """Candidates grouped by the map that they draw, under any datum; `size` is the figure that agrees in a group.
 
-    It must be more than rounding: figures that vanish do not agree.
+    Figures that vanish are rounding, and do not agree.
     """
     by_conversion: dict[Any, list[Candidate]] = {}
     for one in candidates:
@@ -152,14 +152,14 @@ def weight_of(one: Candidate, least_share: float) -> float:
 
 
 def is_close(key: Key, least: Key, close: float) -> bool:
-    """True if a map is as good as one that is no worse: by its level only where both figures vanish."""
+    """True if a map is within `close` of the least key; levels count only where both figures vanish."""
     if least[0] > 0.0:
         return key[0] <= (1.0 + close) * least[0]
     return key[0] == 0.0 and key[1] <= (1.0 + close) * least[1]
 
 
 def tiers(maps: Sequence[Candidate], close: float) -> list[list[Candidate]]:
-    """Maps in groups that are close by their keys to the best of the group, best group first, each by preference."""
+    """Groups of maps whose keys are close to the best of the group: best group first, each in order of preference."""
     found: list[list[Candidate]] = []
     for one in sorted(maps, key=lambda each: each.key):
         if found and is_close(one.key, found[-1][0].key, close):
@@ -170,13 +170,13 @@ def tiers(maps: Sequence[Candidate], close: float) -> list[list[Candidate]]:
 
 
 def in_force(maps: Sequence[Candidate]) -> list[Candidate]:
-    """National maps for general use, on the latest datum of any of them, or one of unknown year."""
+    """National maps for general use, on the latest of their datums, or on one whose year is unknown."""
     latest = _latest(maps)
     return [one for one in maps if latest is not None and _is_general(one) and not _is_outdated(one, latest)]
 
 
 def preferred(maps: Sequence[Candidate]) -> list[Candidate]:
-    """Maps that are close in order of preference: national, for general use, on the datum in force, by their keys."""
+    """Maps that are close, in order of preference: national, for general use, on the datum in force, the least key."""
     latest = _latest(maps)
 
     def rank(one: Candidate) -> tuple[bool, bool, bool, Key]:
@@ -195,14 +195,14 @@ def _is_general(one: Candidate) -> bool:
 
 
 def _is_outdated(one: Candidate, latest: Candidate) -> bool:
-    """True if the datum is known to be older, and is no other realisation of the same."""
+    """True if the datum is known to be older, and is not another realisation of the latest."""
     return 0 < one.since < latest.since and datum_root(one.datum) != datum_root(latest.datum)
 
 
 # ---- shortlist -----------------------------------------------------------------------------------
 
 
-# A trial's mean is good to a few per cent (6 on the globe, whose poles it leaves out), its maximum never too large.
+# The mean of a trial is good to a few per cent (6 on the globe, without the poles), its maximum is never too large.
 _MEAN_MARGIN, _MAXIMUM_MARGIN = 0.7, 0.99
 _SAFETY = 0.9  # of the least ratio of a full measurement to its trial so far
 _WAVE = 16  # maps measured at a time: more than there are cores, fewer than there are maps
@@ -211,25 +211,20 @@ OnProgress = Callable[[int], None] | None
 """Called with the number of tasks done."""
 
 
+@dataclass(kw_only=True)
 class Shortlist:
     """The search for the best maps of a pool by a figure; those within `close` of each other are as good.
 
     Maps that cannot be measured in full are added to `rejected`.
     """
 
-    def __init__(
-        self,
-        pool: CandidatePool,
-        probe: WeightedPoints,
-        ranking: Figure,
-        *,
-        close: float,
-        uninterrupted: bool,
-        executor: Executor | None,
-    ) -> None:
-        self.pool, self.probe, self.ranking = pool, probe, ranking
-        self.close, self.uninterrupted, self.executor = close, uninterrupted, executor
-        self.rejected: list[Rejected] = []
+    pool: CandidatePool
+    probe: WeightedPoints
+    ranking: Figure
+    close: float
+    uninterrupted: bool
+    executor: Executor | None
+    rejected: list[Rejected] = field(default_factory=list)
 
     def best(self, maps: Sequence[Candidate], limit: int | None, on_progress: OnProgress) -> list[Candidate]:
         """The best maps in order: evaluated until no other can be among them, then measured."""
@@ -250,7 +245,7 @@ class Shortlist:
         return self._measured([one for tier in tiers(done, self.close) for one in tier][:wanted], on_progress)
 
     def winner(self, maps: Sequence[Candidate], measured: Sequence[Candidate]) -> Candidate | None:
-        """The best of a few maps by its figure alone, measured in full unless it is among those that are."""
+        """The best of a few maps by the figure alone, measured in full; it may be among those measured before."""
         least = min((one.trial_key for one in maps), default=(np.inf, np.inf))
         near = [one for one in maps if self._may_reach(least, one, (_MEAN_MARGIN, _MEAN_MARGIN))]
         best = min(self._evaluated(near), key=lambda one: one.key, default=None)
@@ -259,8 +254,8 @@ class Shortlist:
         return next((one for one in measured if one.code == best.code), None) or self._measured([best])[0]
 
     def figure_of(self, one: Candidate) -> float | None:
-        """The figure of a map in full, None where it cannot be measured."""
-        (figure,) = self._run(settle, [one])
+        """The fully measured figure of a map, None where it cannot be measured."""
+        (figure,) = self._run(evaluate, [one])
         return None if isinstance(figure, Rejected) else figure
 
     def trial_key(self, one: Candidate) -> Key:
@@ -286,15 +281,15 @@ class Shortlist:
         return key <= least or is_close(key, least, self.close)
 
     def _evaluated(self, maps: Sequence[Candidate]) -> list[Candidate]:
-        """Maps with keys by their figures in full; where the figure vanishes, by the level in full."""
+        """Maps with keys by their fully measured figures; where the figure vanishes, by the fully measured level."""
         found = []
-        for one, figure in zip(maps, self._run(settle, maps), strict=True):
+        for one, figure in zip(maps, self._run(evaluate, maps), strict=True):
             if isinstance(figure, Rejected):
                 self.rejected.append(figure)
             else:
                 found.append(replace(one, key=self._key(one.weight * or_infinity(figure), one.trial_key[1])))
         tied = [n for n, one in enumerate(found) if one.key[0] == 0.0]
-        levels = self._run(settle, [found[n] for n in tied], ranking=LEVEL)
+        levels = self._run(evaluate, [found[n] for n in tied], ranking=LEVEL)
         for n, level in zip(tied, levels, strict=True):
             found[n] = replace(found[n], key=(0.0, found[n].weight * or_infinity(level)))
         return found
@@ -302,7 +297,9 @@ class Shortlist:
     def _measured(self, maps: Sequence[Candidate], on_progress: OnProgress = None) -> list[Candidate]:
         """Maps with all their figures."""
         found = self._run(measure, maps, on_progress)
-        return [replace(one, value=v, distortion=d) for one, (v, d) in zip(maps, found, strict=True)]
+        return [
+            replace(one, value=v, ranked=one.weight * v, distortion=d) for one, (v, d) in zip(maps, found, strict=True)
+        ]
 
     def _run(
         self,
@@ -329,7 +326,7 @@ class Shortlist:
 
 
 def _margins(evaluated: Sequence[Candidate]) -> list[float]:
-    """Factors by which figures, and levels, in full may be below those of trials, from the maps evaluated."""
+    """Factors by which full figures, and levels, may be below those of trials, learnt from the maps evaluated."""
     pairs = [[(one.key[0], one.trial_key[0]) for one in evaluated if 0.0 < one.key[0] < np.inf]]
     pairs += [[(one.key[1], one.trial_key[1]) for one in evaluated if one.key[0] == 0.0 and one.key[1] < np.inf]]
     return [min((_SAFETY * full / trial for full, trial in kind if trial > 0.0), default=np.inf) for kind in pairs]

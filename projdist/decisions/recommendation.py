@@ -6,18 +6,12 @@ import functools
 import operator
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from projdist.decisions.candidate_crs import (
-    HOLDS,
-    LEVEL,
-    Candidate,
-    CandidatePool,
-    of_datum,
-    or_infinity,
-    try_crs,
-)
+from projdist import projections, regions, support
+from projdist.decisions import candidate_crs
+from projdist.decisions.candidate_crs import Candidate
 from projdist.decisions.families import extent_of, sensible_families
 from projdist.decisions.map_info import WeightedPoints, properties_of
 from projdist.decisions.measurement import Distortion, FullMeasurement, Rejected, measure, probe_of
@@ -26,27 +20,15 @@ from projdist.decisions.ranking import CLOSE, OnProgress, Shortlist, by_usage, g
 from projdist.decisions.zones import ZoneSystem, official_of, remark_on_own, zones_of
 from projdist.earth import WGS84
 from projdist.field import AnyFigure, Figure, get_figure, jacobian
-from projdist.projections import AUTHORITIES, ProjectionError, check_authorities, crs_records, reasons_against
-from projdist.regions import PointSet, Region, RegionLike, get_region, main_part
-from projdist.support import (
-    Answer,
-    check_whole_number,
-    is_picklable,
-    listed,
-    own_executor,
-    plain,
-    quoted,
-    run_all,
-)
 
 AREAS = ("preferred", "contains", "intersects")
-"""Rules for areas of use: the more of the region they hold the better, they must hold it, or they do not count."""
+"""How areas of use count: a larger share of the region is better, they must hold the region, or they do not count."""
 
-_HEAVY = 24  # trials that take as long as a custom projection, at least
+_HEAVY = 24  # a custom projection takes at least as long as so many trials
 
 
 @dataclass(frozen=True, kw_only=True)
-class Custom:
+class Custom(support.Record):
     """The best member of a family for a region: its PROJ string, parameters, and the figures of a candidate."""
 
     family: str
@@ -54,45 +36,20 @@ class Custom:
     proj: str
     parameters: dict[str, float]
     value: float
-    distortion: Distortion
+    distortion: Distortion = field(metadata=support.schema(spread=True))
     keeps: tuple[str, ...]
     over_limit: float | None = None
 
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON."""
-        return {
-            "family": self.family,
-            "name": self.name,
-            "proj": self.proj,
-            "parameters": self.parameters,
-            "value": plain(self.value),
-            **{name: plain(value) for name, value in asdict(self.distortion).items()},
-            "keeps": list(self.keeps),
-            "over_limit": plain(self.over_limit),
-        }
-
     def _row(self) -> dict[str, Any]:
-        return {
-            "code": "",
-            "name": self.name,
-            "method": self.family,
-            "datum": "WGS 84",
-            "value": self.value,
-            "ranked": self.value,
-            **asdict(self.distortion),
-            "keeps": " ".join(self.keeps),
-            "share_in_area_of_use": 1.0,
-            **dict.fromkeys(("national", "wide"), False),
-            "datum_since": None,
-            **dict.fromkeys(("area_of_use", "same"), ""),
-            **dict.fromkeys(("ratio_to_custom", "difference_to_custom")),
-            "over_limit": self.over_limit,
-            "proj": self.proj,
-        }
+        named = {"code": "", "name": self.name, "method": self.family, "datum": "WGS 84"}
+        figures = {"value": self.value, "ranked": self.value, **asdict(self.distortion), "keeps": " ".join(self.keeps)}
+        use: dict[str, Any] = {"share_in_area_of_use": 1.0, "national": False, "wide": False, "datum_since": None}
+        use |= {"area_of_use": "", "same": "", "ratio_to_custom": None, "difference_to_custom": None}
+        return named | figures | use | {"over_limit": self.over_limit, "proj": self.proj}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Recommendation(Answer):
+class Recommendation(support.Answer):
     """The best CRSs for a region, best first, and the rejected ones, with the reasons.
 
     `candidates` is the number of CRSs that were considered, `maps` that of different maps among them that serve the
@@ -105,21 +62,21 @@ class Recommendation(Answer):
     it is not known. A frame has a row for each result and each custom projection.
     """
 
-    region: Region
+    region: regions.Region = field(metadata=support.schema(of=("name", "area_km2")))
     purpose: str
     criterion: str
     area: str
-    results: tuple[Candidate, ...]
-    rejected: tuple[Rejected, ...]
+    country: str = ""
     candidates: int
     maps: int
-    custom: tuple[Custom, ...] = ()
-    not_custom: tuple[Rejected, ...] = ()
-    country: str = ""
+    limit: float | None = None
+    results: tuple[Candidate, ...]
     official: Candidate | None = None
     zones: tuple[ZoneSystem, ...] = ()
     notes: tuple[str, ...] = ()
-    limit: float | None = None
+    custom: tuple[Custom, ...] = ()
+    not_custom: tuple[Rejected, ...] = ()
+    rejected: tuple[Rejected, ...]
 
     def _line(self) -> str:
         best = f"{self.results[0].code}, {self.results[0].name}" if self.results else "no CRS"
@@ -127,23 +84,8 @@ class Recommendation(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """The question; lists of `"results"`, `"zones"`, `"custom"`, and what is not; and the `"official"` CRS."""
-        return {
-            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
-            "purpose": self.purpose,
-            "criterion": self.criterion,
-            "area": self.area,
-            "country": self.country,
-            "candidates": self.candidates,
-            "maps": self.maps,
-            "limit": self.limit,
-            "results": [result.to_dict() for result in self.results],
-            "official": None if self.official is None else self.official.to_dict(),
-            "zones": [system.to_dict() for system in self.zones],
-            "notes": list(self.notes),
-            "custom": [custom.to_dict() for custom in self.custom],
-            "not_custom": [{"family": one.name, "reason": one.reason} for one in self.not_custom],
-            "rejected": [asdict(rejected) for rejected in self.rejected],
-        }
+        not_custom = [{"family": one.name, "reason": one.reason} for one in self.not_custom]
+        return super().to_dict() | {"not_custom": not_custom}
 
     def rows(self) -> list[dict[str, Any]]:
         """The results as flat rows, names and numbers; then the custom projections, without a code, by PROJ string."""
@@ -157,11 +99,11 @@ class Recommendation(Answer):
 
 
 def recommend(
-    region: RegionLike,
+    region: regions.RegionLike,
     *,
     purpose: str = "any",
     criterion: AnyFigure = "airy_kavrayskiy",
-    authorities: Sequence[str] = AUTHORITIES[:2],
+    authorities: Sequence[str] = projections.AUTHORITIES[:2],
     datum: str | None = None,
     area: str = "preferred",
     deprecated: bool = False,
@@ -230,18 +172,18 @@ def recommend(
     >>> recommend("box:7.5,46.5,8.5,47.5", authorities=["EPSG"], limit=1).results[0].code
     'EPSG:2056'
     """
-    given = get_region(region, WGS84)
-    if isinstance(given, PointSet):
+    given = regions.get_region(region, WGS84)
+    if isinstance(given, regions.PointSet):
         raise ValueError(f"Invalid region '{given.name}'. It must be an area: a box, a cap, a country, polygons.")
-    place = main_part(given) if given.far else given
+    place = regions.main_part(given) if given.far else given
     ranking, purpose = get_figure(criterion), get_purpose(purpose)
     if not isinstance(area, str) or area not in AREAS:
-        raise ValueError(f"Invalid area {quoted(area)}. It must be {listed(AREAS, 'or')}.")
-    if limit is not None and check_whole_number("limit", limit) < 1:
+        raise ValueError(f"Invalid area {support.quoted(area)}. It must be {support.listed(AREAS, 'or')}.")
+    if limit is not None and support.check_whole_number("limit", limit) < 1:
         raise ValueError(f"Invalid limit '{limit}'. It must be at least 1.")
-    records = crs_records(check_authorities(authorities), deprecated=deprecated)
+    records = projections.crs_records(projections.check_authorities(authorities), deprecated=deprecated)
     search = _CrsSearch(
-        pool=CandidatePool(place, records, area),
+        pool=candidate_crs.CandidatePool(place, records, area),
         probe=probe_of(place),
         purpose=purpose,
         ranking=ranking,
@@ -254,9 +196,9 @@ def recommend(
     )
     if executor is not None:
         return search.run(executor, datum)
-    if not is_picklable(ranking):
+    if not support.is_picklable(ranking):
         return search.run(None, datum)
-    with own_executor(len(search.pool.records) + _HEAVY * len(search.families)) as own:
+    with support.own_executor(len(search.pool.records) + _HEAVY * len(search.families)) as own:
         return search.run(own, datum)
 
 
@@ -264,7 +206,7 @@ def recommend(
 class _CrsSearch:
     """A search for the best: candidates are tried, grouped by map, and the best maps measured in full."""
 
-    pool: CandidatePool
+    pool: candidate_crs.CandidatePool
     probe: WeightedPoints
     purpose: str
     ranking: Figure
@@ -278,23 +220,26 @@ class _CrsSearch:
     def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
         """Try all, measure the best."""
         records = self.pool.records
-        unfit = reasons_against(records)
-        rejected = [*self.pool.rejected, *(Rejected(code, records[code].name, text) for code, text in unfit.items())]
+        unfit = projections.reasons_against(records)
+        rejected = [
+            *self.pool.rejected,
+            *(Rejected(code, records[code].name, text) for code, text in unfit.items()),
+        ]
         fit = [record for code, record in records.items() if code not in unfit]
         total = len(fit) + len(self.families) + (self.limit or len(fit))
-        trials = [functools.partial(try_crs, record, self.probe, self.ranking) for record in fit]
-        tried = run_all(executor, operator.call, trials, self._report(0, total))
+        trials = [functools.partial(candidate_crs.try_crs, record, self.probe, self.ranking) for record in fit]
+        tried = support.run_all(executor, operator.call, trials, self._report(0, total))
         candidates = [one for one in tried if isinstance(one, Candidate)]
         rejected += [one for one in tried if isinstance(one, Rejected)]
         if datum is not None:
-            candidates = of_datum(candidates, datum)
+            candidates = candidate_crs.of_datum(candidates, datum)
         maps = [one for one in self._maps(candidates) if suits(one.keeps, self.purpose)]
         custom, not_custom = self._custom(executor, self._report(len(fit), total))
         shortlist = Shortlist(
-            self.pool,
-            self.probe,
-            self.ranking,
-            close=self._close,
+            pool=self.pool,
+            probe=self.probe,
+            ranking=self.ranking,
+            close=0.0 if self.area == "intersects" else CLOSE,  # there areas of use do not count
             uninterrupted=self.uninterrupted,
             executor=executor,
         )
@@ -327,11 +272,6 @@ class _CrsSearch:
         progress = self.progress
         return None if progress is None else lambda done: progress(min(before + done, total), total)
 
-    @property
-    def _close(self) -> float:
-        """The difference of maps that are as good; none where areas of use do not count."""
-        return 0.0 if self.area == "intersects" else CLOSE
-
     @functools.cached_property
     def _lower_bound(self) -> float | None:
         return lower_bound_of(self.ranking, self.pool.region, self.purpose)
@@ -343,7 +283,7 @@ class _CrsSearch:
         # By the figure of the trial, or the level where that is no more than rounding.
         for group in grouped(used, lambda one: self.ranking.without_rounding(one.trial.value) or one.trial.level):
             one = self.pool.as_one_map(by_usage(group, self.pool.records))
-            maps.append(one if self.area == "intersects" else replace(one, weight=weight_of(one, HOLDS)))
+            maps.append(one if self.area == "intersects" else replace(one, weight=weight_of(one, candidate_crs.HOLDS)))
         return maps
 
     def _custom(
@@ -353,10 +293,13 @@ class _CrsSearch:
         find = functools.partial(
             best_custom, region=self.pool.region, probe=self.probe, ranking=self.ranking, purpose=self.purpose
         )
-        found = run_all(executor, find, self.families, on_progress)
+        found = support.run_all(executor, find, self.families, on_progress)
         custom = [replace(one, over_limit=self._over_limit(one.value)) for one in found if isinstance(one, Custom)]
         custom.sort(
-            key=lambda one: (self.ranking.without_rounding(or_infinity(one.value)), one.distortion.airy_kavrayskiy)
+            key=lambda one: (
+                self.ranking.without_rounding(candidate_crs.or_infinity(one.value)),
+                one.distortion.airy_kavrayskiy,
+            )
         )
         return tuple(custom), tuple(one for one in found if isinstance(one, Rejected))
 
@@ -385,7 +328,7 @@ _FAMILIES = {
 }
 
 
-def families_for(region: Region, purpose: str) -> list[str]:
+def families_for(region: regions.Region, purpose: str) -> list[str]:
     """Families that may serve the purpose: those that suit the region's size and place, else all."""
     names = sensible_families(extent_of(region), WGS84)
     if purpose == "any":
@@ -394,15 +337,17 @@ def families_for(region: Region, purpose: str) -> list[str]:
     return [name for name in names if name in serving] or list(serving)
 
 
-def best_custom(family: str, region: Region, probe: WeightedPoints, ranking: Figure, purpose: str) -> Custom | Rejected:
+def best_custom(
+    family: str, region: regions.Region, probe: WeightedPoints, ranking: Figure, purpose: str
+) -> Custom | Rejected:
     """The best member of a family, measured in full as existing CRSs are; rejected if it does not serve the purpose.
 
-    It is on WGS 84 even if its formulas are for a sphere: PROJ has the existing CRSs of these methods so.
+    It is on WGS 84 even if its formulas are for a sphere, as are the existing CRSs of these methods.
     """
     try:
         projection, parameters = best_member(family, region, ranking, WGS84)
         J = jacobian(projection, probe.lon, probe.lat)
-    except ProjectionError as error:
+    except projections.ProjectionError as error:
         return Rejected("", family, str(error))
     keeps = properties_of(J, probe).keeps
     if not suits(keeps, purpose):
@@ -414,7 +359,7 @@ def best_custom(family: str, region: Region, probe: WeightedPoints, ranking: Fig
             region=region,
             probe=probe,
             keeps=keeps,
-            level=LEVEL(J, probe.weight),
+            level=candidate_crs.LEVEL(J, probe.weight),
             ranking=ranking,
         )
     )

@@ -7,20 +7,20 @@ import operator
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from projdist import regions
 from projdist._typing import BoolArray
 from projdist.decisions.candidate_crs import HOLDS_NEARLY, Candidate, CandidatePool, try_crs
 from projdist.decisions.map_info import WeightedPoints
-from projdist.decisions.measurement import Area, FullMeasurement, Lattice, Rejected, probe_of, settle
+from projdist.decisions.measurement import Area, FullMeasurement, Lattice, Rejected, evaluate, probe_of
 from projdist.decisions.ranking import Shortlist, datum_root, in_force, suits
 from projdist.field import FIGURES, Figure
 from projdist.projections import CrsRecord, Facts
-from projdist.regions import Box, Region
-from projdist.support import plain, run_all
+from projdist.support import Record, run_all, schema
 
 ENGINEERING_PPM = 100.0
 """Largest scale error of a conformal map that needs no zones: 1 : 10,000, the limit of the State Plane zones of the USA
@@ -39,7 +39,7 @@ _NUMBER = re.compile(r"\d+(?:[.'/-]\d+)*\s*[NSEW]?\b|\b[IVX]+\b|\d+")
 
 
 @dataclass(frozen=True)
-class Zone:
+class Zone(Record):
     """A CRS over the part of the region in its area of use, a `share` of it.
 
     `value` is the figure of the criterion there, `max_scale_error_ppm` the largest |scale - 1|.
@@ -47,13 +47,13 @@ class Zone:
 
     code: str
     name: str
-    share: float
+    share: float = field(metadata=schema("share_in_area_of_use"))
     value: float
     max_scale_error_ppm: float
 
 
 @dataclass(frozen=True, kw_only=True)
-class ZoneSystem:
+class ZoneSystem(Record):
     """Zones that together cover the region, from west to east; the figures are the worst of any zone.
 
     `name` is that of the first and the last; `national` is True for the country's own.
@@ -61,30 +61,10 @@ class ZoneSystem:
 
     name: str
     national: bool
-    share: float
+    share: float = field(metadata=schema("share_in_area_of_use"))
     value: float
     max_scale_error_ppm: float
     zones: tuple[Zone, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON."""
-        return {
-            "name": self.name,
-            "national": self.national,
-            "share_in_area_of_use": self.share,
-            "value": plain(self.value),
-            "max_scale_error_ppm": plain(self.max_scale_error_ppm),
-            "zones": [
-                {
-                    "code": zone.code,
-                    "name": zone.name,
-                    "share_in_area_of_use": zone.share,
-                    "value": plain(zone.value),
-                    "max_scale_error_ppm": plain(zone.max_scale_error_ppm),
-                }
-                for zone in self.zones
-            ],
-        }
 
 
 # ---- systems ---------------------------------------------------------------------------------
@@ -166,7 +146,7 @@ def _families(records: Sequence[CrsRecord], facts: Mapping[str, Facts]) -> list[
         if len({facts[record.code].draws for record in family}) > 1:
             families.append(family)
         else:
-            by_kind.setdefault(kind, []).append(_newest(family))
+            by_kind.setdefault(kind, []).append(max(family, key=_number))
     return families + [_without_twins(family, facts) for family in by_kind.values() if len(family) > 1]
 
 
@@ -184,16 +164,11 @@ def _drawn(facts: Facts) -> Any:
 
 
 def _without_twins(family: list[CrsRecord], facts: Mapping[str, Facts]) -> list[CrsRecord]:
-    """One CRS of each map."""
+    """One CRS of each map, with the highest code: KGD2002 / West Belt 2010, not West Belt."""
     by_map: dict[Any, list[CrsRecord]] = {}
     for record in family:
         by_map.setdefault(facts[record.code].draws, []).append(record)
-    return [_newest(twins) for twins in by_map.values()]
-
-
-def _newest(family: list[CrsRecord]) -> CrsRecord:
-    """The CRS of a map with the highest code: KGD2002 / West Belt 2010, not West Belt."""
-    return max(family, key=_number)
+    return [max(twins, key=_number) for twins in by_map.values()]
 
 
 def _number(record: CrsRecord) -> tuple[int, str]:
@@ -242,7 +217,12 @@ def _in_force(systems: list[_System], found: Mapping[str, Candidate | Rejected],
 
 
 def _measured(
-    region: Region, lattice: Lattice, system: _System, ranking: Figure, executor: Executor | None, national: bool
+    region: regions.Region,
+    lattice: Lattice,
+    system: _System,
+    ranking: Figure,
+    executor: Executor | None,
+    national: bool,
 ) -> ZoneSystem | None:
     """A system with the figures of its zones that meet the region, each over its part of it."""
     meeting = [
@@ -263,8 +243,8 @@ def _measured(
         for figure in dict.fromkeys((ranking, _PPM))
         for record, part, probe in meeting
     ]
-    settled = run_all(executor, settle, tasks)
-    figures = [one for one in settled if not isinstance(one, Rejected)]
+    evaluated = run_all(executor, evaluate, tasks)
+    figures = [one for one in evaluated if not isinstance(one, Rejected)]
     if len(figures) < len(tasks):
         return None
     values, worst = figures[: len(meeting)], figures[-len(meeting) :]
@@ -282,12 +262,10 @@ def _measured(
     )
 
 
-def _part(region: Region, area: Area) -> Region | None:
+def _part(region: regions.Region, area: Area) -> regions.Region | None:
     """The part of a region in a zone, None if empty."""
-    from projdist.regions import combine  # shapely is slow to load
-
     try:
-        return combine("&", region, Box(*area), region.name)
+        return regions.combine("&", region, regions.Box(*area), region.name)
     except ValueError:
         return None
 

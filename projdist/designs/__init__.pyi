@@ -1,9 +1,18 @@
-from .atlas_entries import AtlasEntry, AtlasMap, AtlasPurpose, AtlasZones, atlas, atlas_names
-from .atlas_measurement import AtlasArea, atlas_areas, measured_entry
+from .atlas_entries import (
+    AtlasArea,
+    AtlasEntry,
+    AtlasMap,
+    AtlasPurpose,
+    AtlasZones,
+    atlas,
+    atlas_areas,
+    atlas_names,
+    measured_entry,
+)
 from .averaging import MeanMap, Nearness, mean_map
 from .base_maps import CRITERIA_OF_DESIGNS, KINDS, SYMMETRIES
 from .making import Degree, Design, Rival, Surroundings, design
-from .plane_means import PlaneMean, mean_plane_map
+from .plane_maps import PlaneMean, mean_plane_map
 from .world_maps import AGAINST, WORLD_SYMMETRIES, Refinement, Standing, WorldMap, world_map
 
 __all__ = [

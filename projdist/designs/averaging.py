@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from projdist import regions
 from projdist._typing import FloatArray
 from projdist.decisions import extent_of
 from projdist.designs.base_maps import TORN, WIDEST, check_degree, check_extent, overlaps
-from projdist.designs.plane_maps import Average, BoxPolynomials, Corrected, Sides, box_gradients
-from projdist.designs.plane_means import Targets, check_counts, common_turn, polynomial_mean
+from projdist.designs.plane_maps import (
+    Average,
+    BoxPolynomials,
+    Corrected,
+    Sides,
+    Targets,
+    box_gradients,
+    check_counts,
+    common_turn,
+    polynomial_mean,
+)
 from projdist.field import FIGURES, Nodes, cut_length, nodes_of, sample
 from projdist.projections import (
     AreaOfUse,
@@ -27,8 +37,7 @@ from projdist.projections import (
     listed_projections,
     parameters_of,
 )
-from projdist.regions import GLOBE, Box, Place, RegionLike, region_for
-from projdist.support import Answer, check_text, plain
+from projdist.support import HIDDEN, Answer, check_text, schema
 
 
 @dataclass(frozen=True)
@@ -42,10 +51,10 @@ class Nearness:
 
     kind: str
     name: str
-    projection: Projection | None
+    projection: Projection | None = field(metadata=HIDDEN)
     total: float
-    airy_kavrayskiy: float
-    error: float | None
+    airy_kavrayskiy: float = field(metadata=schema("airy_kavrayskiy_scaled"))
+    error: float | None = field(metadata=schema("airy_kavrayskiy_error"))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -58,17 +67,19 @@ class MeanMap(Answer):
     the given maps; `error` is the change of their totals with fewer nodes.
     """
 
-    region: Place
+    region: regions.Place = field(metadata=schema(of=("name", "area_km2")))
     maps: tuple[Projection, ...]
     weights: tuple[float, ...]
     degree: int
-    projection: Projection
-    base: Projection | None
-    crs: DerivedCrs | None
-    average: Projection
+    base: Projection | None = field(metadata=schema(of="definition"))
+    average: Projection = field(metadata=HIDDEN)
     standings: tuple[Nearness, ...]
-    error: float
+    error: float = field(metadata=schema("error_estimate"))
     notes: tuple[str, ...] = ()
+    projection: Projection = field(metadata=schema("chebyshev", of="name"))
+    crs: DerivedCrs | None = field(
+        metadata=schema(of={"proj": "pipeline", "wkt": "wkt", "wkt_derived": "wkt_derived"}, spread=True)
+    )
 
     @property
     def bound(self) -> float:
@@ -102,29 +113,7 @@ class MeanMap(Answer):
         if isinstance(function, BoxPolynomials):  # x and y of T_i T_j
             x, y = function.coefficients
             chebyshev = {"box": list(function.box), "x": x.tolist(), "y": y.tolist()}
-        return {
-            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
-            "maps": [one.definition for one in self.maps],
-            "weights": list(self.weights),
-            "degree": self.degree,
-            "base": None if self.base is None else self.base.definition,
-            "standings": [
-                {
-                    "kind": one.kind,
-                    "name": one.name,
-                    "total": plain(one.total),
-                    "airy_kavrayskiy_scaled": plain(one.airy_kavrayskiy),
-                    "airy_kavrayskiy_error": plain(one.error),
-                }
-                for one in self.standings
-            ],
-            "error_estimate": plain(self.error),
-            "notes": list(self.notes),
-            "chebyshev": chebyshev,
-            "proj": None if self.crs is None else self.crs.pipeline,
-            "wkt": None if self.crs is None else self.crs.wkt,
-            "wkt_derived": None if self.crs is None else self.crs.wkt_derived,
-        }
+        return super().to_dict() | {"maps": [one.definition for one in self.maps], "chebyshev": chebyshev}
 
     def _table(self) -> list[dict[str, Any]]:
         """A row a map, and the bound."""
@@ -137,7 +126,7 @@ class MeanMap(Answer):
 
 _NODES, _FINE = 3000, 10_000
 _HIGHEST = 86.0  # degrees of latitude: beyond, poles that are lines pull the mean onto a fold
-_WORLD = Box(-180.0, -85.0, 180.0, 85.0)
+_WORLD = regions.Box(-180.0, -85.0, 180.0, 85.0)
 _DEGREE, _WORLD_DEGREE, _FINEST_OF_WORLD = 8, 9, 12
 _TOLERANCE = 1e-8
 _ROUNDING = 1e-10  # of totals, by finite differences
@@ -150,7 +139,7 @@ def mean_map(
     projections: ProjectionLike | Iterable[ProjectionLike],
     *,
     weights: ArrayLike | None = None,
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     degree: int | None = None,
     datum: str | None = None,
     name: str | None = None,
@@ -223,10 +212,12 @@ def mean_map(
         for given, one in zip(listed, maps, strict=True)
     ]
     counts = check_counts(weights, len(maps))
-    area = region_for(region, maps)
-    area = _WORLD if region is None and area == GLOBE else area
+    area = regions.region_for(region, maps)
+    area = _WORLD if region is None and area == regions.GLOBE else area
     box = _world_box(area)
-    order = _degree(degree, of_world=box is not None)
+    order = (_WORLD_DEGREE if box else _DEGREE) if degree is None else check_degree(degree)
+    if box and order > _FINEST_OF_WORLD:
+        raise ValueError(f"Invalid degree {order}. It must be at most {_FINEST_OF_WORLD} for a map of the world.")
     named = f"mean of {' and '.join(labels)}" if len(labels) <= 2 else f"mean of {len(labels)} maps"
     title = named if name is None else check_text("name", name)
     for one in maps[1:]:
@@ -274,12 +265,12 @@ def mean_map(
     return replace(found, notes=tuple(_notes(found, coarse)))
 
 
-def _world_box(region: Place) -> Box | None:
+def _world_box(region: regions.Place) -> regions.Box | None:
     """The region as the box of a map of the world, None if it needs no such map; raises ValueError."""
     if extent_of(region).radius <= WIDEST:
         check_extent(region)
         return None
-    if not isinstance(region, Box) or max(abs(region.south), abs(region.north)) > _HIGHEST:
+    if not isinstance(region, regions.Box) or max(abs(region.south), abs(region.north)) > _HIGHEST:
         raise ValueError(
             f"Invalid region '{region.name}'. What reaches farther than {WIDEST:.0f} degrees from its middle must be "
             f"a box within {_HIGHEST:.0f} degrees of latitude, as {_WORLD.name}."
@@ -287,20 +278,11 @@ def _world_box(region: Place) -> Box | None:
     return region
 
 
-def _degree(given: int | None, *, of_world: bool) -> int:
-    if given is None:
-        return _WORLD_DEGREE if of_world else _DEGREE
-    degree = check_degree(given)
-    if of_world and degree > _FINEST_OF_WORLD:
-        raise ValueError(f"Invalid degree {degree}. It must be at most {_FINEST_OF_WORLD} for a map of the world.")
-    return degree
-
-
-def _check_whole(projection: Projection, region: Place) -> None:
+def _check_whole(projection: Projection, region: regions.Place) -> None:
     """Raise ProjectionError for a map that is cut within a region; along the edge of a box it may be."""
     west, south, east, north = region.bounds
-    goes_round = isinstance(region, Box) and east - west >= 360.0
-    inner = Box.between((west + _EDGE, south, east - _EDGE, north)) if goes_round else region
+    goes_round = isinstance(region, regions.Box) and east - west >= 360.0
+    inner = regions.Box.between((west + _EDGE, south, east - _EDGE, north)) if goes_round else region
     if cut_length(projection, inner) > 0.0:
         raise ProjectionError(f"Invalid map '{projection.label}'. It is cut within {region.name}.")
 
@@ -312,7 +294,7 @@ class _Ground(Targets):
     nodes: Nodes
 
     @classmethod
-    def of(cls, region: Place, maps: tuple[Projection, ...], counts: FloatArray, count: int) -> _Ground:
+    def of(cls, region: regions.Place, maps: tuple[Projection, ...], counts: FloatArray, count: int) -> _Ground:
         """The ground with about `count` nodes; raises ProjectionError for a map that is torn or mirrored there.
 
         Areas are those of the maps' flattest ellipsoid.
@@ -401,7 +383,7 @@ def _placed(
 
 def _standings(
     maps: list[tuple[str, str, Projection]],
-    region: Place,
+    region: regions.Place,
     coarse: _Ground,
     fine: _Ground,
     progress: Callable[[int, int], object] | None,

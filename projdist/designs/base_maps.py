@@ -1,4 +1,4 @@
-"""What a map made to measure starts from: its objective, the base map to correct, and nodes in the base's plane."""
+"""The objective of a map made to measure, the base map that it corrects, and nodes in the plane of that map."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 import shapely
 
+from projdist import decisions, projections
 from projdist._typing import BoolArray, FloatArray
-from projdist.decisions import Extent, best_member, ellipsoid_text, extent_of, sensible_families
 from projdist.field import FIGURES, Figure, Nodes, cut_length, nodes_at
 from projdist.matrices import Energy, Measure, log_anisotropy, log_areal_scale
-from projdist.projections import Projection, ProjectionError, ProjectionLike, crs_wkt, parameters_of
 from projdist.regions import Place, polygons_of
 from projdist.support import Registry, check_choice, check_number, quoted
 
@@ -30,7 +29,7 @@ class Kind:
     degrees: range
     adjective: str
     free_scale: bool = True
-    idle: int = 3  # for two islands the fifth degree may be the first to gain, and a lot
+    idle: int = 3  # for two islands the fifth degree may be the first that gains, and it gains a lot
 
 
 KINDS = {
@@ -117,9 +116,9 @@ def check_degree(value: Any) -> int:
     return int(value)
 
 
-def check_extent(region: Place) -> Extent:
+def check_extent(region: Place) -> decisions.Extent:
     """The extent of a region; raises ValueError for a point or a region that is too wide."""
-    extent = extent_of(region)
+    extent = decisions.extent_of(region)
     if not extent.radius > _POINT:
         raise ValueError(f"Invalid region '{region.name}'. It is a point: all maps are right there.")
     if extent.radius > WIDEST:
@@ -151,7 +150,7 @@ class BaseNodes:
     nodes without either lie on the region's edge.
     """
 
-    base: Projection
+    base: projections.Projection
     lon: FloatArray
     lat: FloatArray
     weight: FloatArray
@@ -186,7 +185,7 @@ class BaseNodes:
         return (1.0 - share) * self.weight + share * self.around
 
 
-def base_nodes_of(base: Projection, nodes: Nodes, around: Nodes | None) -> BaseNodes:
+def base_nodes_of(base: projections.Projection, nodes: Nodes, around: Nodes | None) -> BaseNodes:
     """Nodes of a region and of its surroundings on a base; raises ProjectionError for one that tears the region."""
     if around is not None:
         both = nodes_at(
@@ -203,7 +202,7 @@ def base_nodes_of(base: Projection, nodes: Nodes, around: Nodes | None) -> BaseN
     smooth = smooth_at(J) & np.isfinite(x + y)
     lost = float(both.weight[~smooth].sum())
     if lost > TORN:
-        raise ProjectionError(
+        raise projections.ProjectionError(
             f"Invalid base '{base.label}'. It tears, turns over or does not show {100.0 * lost:.2g} % of the region."
         )
     beside = np.where(smooth, beside, 0.0)
@@ -218,7 +217,7 @@ def smooth_at(J: FloatArray) -> BoolArray:
     return np.asarray(np.isfinite(det) & (det > 0.0))
 
 
-def _places(base: Projection, lon: FloatArray, lat: FloatArray) -> FloatArray:
+def _places(base: projections.Projection, lon: FloatArray, lat: FloatArray) -> FloatArray:
     """Coordinates (2, n) in metres; for a point far from both neighbours the middle of these.
 
     PROJ's omerc misplaces a strip a metre wide, along the meridian where the tangent in its equations is infinite.
@@ -243,7 +242,7 @@ def mirrored(nodes: BaseNodes, symmetry: str) -> BaseNodes:
             other = np.array(nodes.base(middle + sign[0] * lon, sign[1] * lat))
             if not np.allclose(one, sign[:, None] * other + shift[:, None], rtol=0.0, atol=_SAME):
                 base = f"Invalid base '{nodes.base.label}' for a symmetric map"
-                raise ProjectionError(f"{base}. It is not symmetric about the {name}.")
+                raise projections.ProjectionError(f"{base}. It is not symmetric about the {name}.")
             nodes = replace(
                 nodes,
                 lon=np.tile(nodes.lon, 2),
@@ -257,7 +256,7 @@ def mirrored(nodes: BaseNodes, symmetry: str) -> BaseNodes:
     return nodes
 
 
-def central_meridian(base: Projection) -> float:
+def central_meridian(base: projections.Projection) -> float:
     """The longitude of a PROJ string's central meridian, or of its UTM zone's."""
     found = re.search(r"\+(lon_0|zone)=(\S+)", base.definition)
     if found is None:
@@ -268,68 +267,68 @@ def central_meridian(base: Projection) -> float:
 # ---- base maps -----------------------------------------------------------------------------------
 
 
-def best_base(region: Place, objective: DesignObjective, nodes: Nodes, symmetry: str) -> Projection:
+def best_base(region: Place, objective: DesignObjective, nodes: Nodes, symmetry: str) -> projections.Projection:
     """The best member of the kind's families that suit the region; raises ProjectionError.
 
     For maps that are symmetric about the equator it is an azimuthal map centred on the equator.
     """
-    kind, extent = objective.kind, extent_of(region)
+    kind, extent = objective.kind, decisions.extent_of(region)
     if symmetry in ("equator", "both"):
-        name, body = "stere" if kind.name == "conformal" else "laea", ellipsoid_text(nodes.ellipsoid)
-        return Projection.from_user_input(f"+proj={name} +lat_0=0 +lon_0={extent.lon:.7g} {body}")
+        name, body = "stere" if kind.name == "conformal" else "laea", decisions.ellipsoid_text(nodes.ellipsoid)
+        return projections.Projection.from_user_input(f"+proj={name} +lat_0=0 +lon_0={extent.lon:.7g} {body}")
     scale_matters = objective.figure.is_maximum or not kind.free_scale
     figure = objective.figure if scale_matters else FIGURES["airy_kavrayskiy_scaled"]
-    sensible = [name for name in sensible_families(extent, nodes.ellipsoid) if name in kind.families]
-    found: list[tuple[float, Projection]] = []
+    sensible = [name for name in decisions.sensible_families(extent, nodes.ellipsoid) if name in kind.families]
+    found: list[tuple[float, projections.Projection]] = []
     for name in sensible or kind.families:
         if name == "omerc" and symmetry == "meridian":
             continue
         try:
-            projection, _ = best_member(name, region, figure, nodes.ellipsoid)
-        except ProjectionError:
+            projection, _ = decisions.best_member(name, region, figure, nodes.ellipsoid)
+        except projections.ProjectionError:
             continue
         J, _ = nodes.jacobian(projection)
         smooth = smooth_at(J)
         J, weight = J[smooth], nodes.weight[smooth]
         if 1.0 - weight.sum() > TORN or not _keeps(kind, J, weight):
             continue
-        if cut_length(projection, region) == 0.0 and crs_wkt(projection, name)[0] is not None:
+        if cut_length(projection, region) == 0.0 and projections.crs_wkt(projection, name)[0] is not None:
             found.append((figure(J, weight), projection))
     if not found:
-        raise ProjectionError(f"Invalid region '{region.name}'. No {kind.name} map of PROJ's shows it whole.")
+        raise projections.ProjectionError(
+            f"Invalid region '{region.name}'. No {kind.name} map of PROJ's shows it whole."
+        )
     return min(found, key=lambda one: one[0])[1]
 
 
-def check_whole(base: Projection, region: Place) -> None:
-    """Raise ProjectionError for a base that is cut within the region, which no correction mends."""
-    if cut_length(base, region) > 0.0:
-        raise ProjectionError(f"Invalid base '{base.label}'. It is cut within {region.name}.")
-
-
-def given_base(given: ProjectionLike) -> Projection:
+def given_base(given: projections.ProjectionLike) -> projections.Projection:
     """A projection by the PROJ string of the same map; raises ProjectionError if there is none."""
-    projection = Projection.from_user_input(given)
-    text = parameters_of(projection, np.eye(2))
+    projection = projections.Projection.from_user_input(given)
+    text = projections.parameters_of(projection, np.eye(2))
     if text is None:
-        raise ProjectionError(
+        raise projections.ProjectionError(
             f"Invalid base '{projection.label}'. It must be a projection with a PROJ string, in metres to the east "
             "and north."
         )
-    return Projection.from_user_input(text)
+    return projections.Projection.from_user_input(text)
 
 
-def check_keeps(kind: Kind, nodes: BaseNodes) -> None:
-    """Raise ProjectionError for a base that is not of the kind, as the corrected map would not be either."""
+def check_base(kind: Kind, nodes: BaseNodes, region: Place) -> None:
+    """Raise ProjectionError for a base that is cut within the region or not of the kind: no correction mends that."""
     base = nodes.base
+    if cut_length(base, region) > 0.0:
+        raise projections.ProjectionError(f"Invalid base '{base.label}'. It is cut within {region.name}.")
     if not _keeps(kind, nodes.J, nodes.weight):
         own = "at scale 1" if kind.name == "equal-area" else "itself"
-        raise ProjectionError(f"Invalid base '{base.label}' for {kind.name} maps. It must be {kind.name} {own}.")
+        raise projections.ProjectionError(
+            f"Invalid base '{base.label}' for {kind.name} maps. It must be {kind.name} {own}."
+        )
 
 
 def _keeps(kind: Kind, J: FloatArray, weight: FloatArray) -> bool:
-    """True if Jacobians with weights that sum to 1 are of the kind, except for rounding of PROJ, as about a pole.
+    """True if Jacobians with weights that sum to 1 are of the kind, but for PROJ's rounding at a few places, as a pole.
 
-    Those of conics that are nearly cylindrical are not: they are rounded everywhere.
+    Conics that are nearly cylindrical are refused: PROJ rounds them everywhere.
     """
     lost = {"conformal": log_anisotropy, "equal-area": log_areal_scale}.get(kind.name)
     return lost is None or float(weight[np.abs(lost(J)) > _KEPT].sum()) <= _ROUGH
@@ -342,7 +341,7 @@ _EDGE = 0.25  # degrees: longer edges are divided, so that their images bend
 _AREA = 1e-6  # share of the image that overlaps, at least: the edges' images are chords
 
 
-def overlaps(projection: Projection, region: Place) -> bool | None:
+def overlaps(projection: projections.Projection, region: Place) -> bool | None:
     """True if the image of a region covers itself, for a map that mirrors nowhere; None for points."""
     if not region.area_km2:
         return None

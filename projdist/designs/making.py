@@ -4,32 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from projdist.decisions import LIMITED, Extent, least_error, recommend
+from projdist import decisions, projections, regions, support
 from projdist.designs import base_maps
 from projdist.designs.base_maps import SYMMETRIES, BaseNodes, DesignObjective
 from projdist.designs.fits import SHARES, Stage, best_of, stage_of, stages
 from projdist.designs.plane_maps import PlaneMap
 from projdist.earth import SPHERE, WGS84, Ellipsoid, unit_vectors
 from projdist.field import Extreme, Nodes, jacobian, nodes_at, nodes_of, sample
-from projdist.projections import (
-    AreaOfUse,
-    Body,
-    DerivedCrs,
-    Projection,
-    ProjectionLike,
-    derived_crs,
-    geodesic_lengths,
-    geodetic_ellipsoid,
-    geodetic_of,
-    listed_projections,
-)
-from projdist.regions import Cap, Place, RegionLike, check_on_body, get_region
-from projdist.support import Answer, check_choice, check_pair, check_text, plain, quoted
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +33,7 @@ class Rival:
 
     kind: str
     name: str
-    projection: Projection
+    projection: projections.Projection = field(metadata=support.schema(of="definition"))
     value: float
     error: float
     gain: float
@@ -64,7 +50,7 @@ class Surroundings:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Design(Answer):
+class Design(support.Answer):
     """A map made to measure.
 
     `value` is the figure of `criterion` over the region, measured on the finished map by adaptive cubature, with its
@@ -75,28 +61,30 @@ class Design(Answer):
     infinite where PROJ's inverse fails.
     """
 
-    region: Place
+    region: regions.Place = field(metadata=support.schema(of=("name", "area_km2")))
     kind: str
     criterion: str
     unit: str
     degree: int
     balance: float
     exponent: float
-    base: Projection
-    projection: Projection
-    crs: DerivedCrs
+    base: projections.Projection = field(metadata=support.schema(of="definition"))
+    projection: projections.Projection = field(metadata=support.HIDDEN)
     value: float
-    error: float
+    error: float = field(metadata=support.schema("error_estimate"))
     airy_kavrayskiy: float
     limit: float | None
-    smallest: Extreme
-    largest: Extreme
+    smallest: Extreme = field(metadata=support.schema("smallest_scale"))
+    largest: Extreme = field(metadata=support.schema("largest_scale"))
     overlaps: bool | None
     surroundings: Surroundings | None
     inverse_error: float
     degrees: tuple[Degree, ...]
     rivals: tuple[Rival, ...]
     notes: tuple[str, ...] = ()
+    crs: projections.DerivedCrs = field(
+        metadata=support.schema(of={"proj": "pipeline", "wkt": "wkt", "wkt_derived": "wkt_derived"}, spread=True)
+    )
 
     @property
     def proj(self) -> str:
@@ -112,44 +100,11 @@ class Design(Answer):
         figure = f"{self.criterion} {self.value:.4g} ± {self.error:.1g}"
         return f"{self.kind} map of degree {self.degree} for {self.region.name}: {figure}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON; NaN and infinity become None."""
-        return {
-            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
-            "kind": self.kind,
-            "criterion": self.criterion,
-            "unit": self.unit,
-            "degree": self.degree,
-            "balance": self.balance,
-            "exponent": self.exponent,
-            "base": self.base.definition,
-            "value": plain(self.value),
-            "error_estimate": plain(self.error),
-            "airy_kavrayskiy": plain(self.airy_kavrayskiy),
-            "limit": self.limit,
-            "smallest_scale": _fields(self.smallest._asdict()),
-            "largest_scale": _fields(self.largest._asdict()),
-            "overlaps": self.overlaps,
-            "surroundings": None if self.surroundings is None else _fields(vars(self.surroundings)),
-            "inverse_error": plain(self.inverse_error),
-            "degrees": [_fields(vars(one)) for one in self.degrees],
-            "rivals": [_fields(vars(one)) | {"projection": one.projection.definition} for one in self.rivals],
-            "notes": list(self.notes),
-            "proj": self.proj,
-            "wkt": self.wkt,
-            "wkt_derived": self.crs.wkt_derived,
-        }
-
     def _table(self) -> list[dict[str, Any]]:
         """A row a map: this one, and its rivals."""
         rows = [("made", self.projection.name, self.value, 0.0)]
         rows += [(one.kind, one.name, one.value, one.gain) for one in self.rivals]
         return [dict(zip(("map", "name", self.criterion, "gain"), row, strict=True)) for row in rows]
-
-
-def _fields(values: dict[str, Any]) -> dict[str, Any]:
-    """Fields for JSON; NaN and infinity become None."""
-    return {name: plain(value) for name, value in values.items()}
 
 
 # ---- the finished map, measured ------------------------------------------------------------------
@@ -171,7 +126,7 @@ class MapFigures:
 
 
 def measure_map(
-    projection: Projection, region: Place, objective: DesignObjective, *, scaled: bool = False
+    projection: projections.Projection, region: regions.Place, objective: DesignObjective, *, scaled: bool = False
 ) -> MapFigures:
     """The figures of a projection over a region; with `scaled` at its best scale."""
     field = sample(projection, region, measures=["a", "b"], tolerance=_TOLERANCE)
@@ -203,19 +158,19 @@ Progress = Callable[[str], None]
 
 
 def design(
-    region: RegionLike,
+    region: regions.RegionLike,
     *,
     kind: str = "any",
     criterion: str = "airy_kavrayskiy",
     degree: int | str = "auto",
-    base: ProjectionLike | None = None,
+    base: projections.ProjectionLike | None = None,
     balance: float = 0.5,
     norm: float | None = None,
     background: float | str = "auto",
     symmetric: str = "none",
     north: tuple[float, float] | None = None,
     datum: str | None = None,
-    against: ProjectionLike | Iterable[ProjectionLike] = "recommend",
+    against: projections.ProjectionLike | Iterable[projections.ProjectionLike] = "recommend",
     name: str | None = None,
     progress: Progress | None = None,
 ) -> Design:
@@ -285,31 +240,34 @@ def design(
     1.0
     """
     objective = base_maps.design_objective(kind, criterion, balance, norm)
-    title = "" if name is None else check_text("name", name).strip()
+    title = "" if name is None else support.check_text("name", name).strip()
     if not title.isprintable():
-        raise ValueError(f"Invalid name {quoted(name)}. It must be one line of text.")
-    share = None if _is_auto(background) else base_maps.check_within("background", background, 0.0, 0.5)
-    check_choice("symmetry", symmetric, SYMMETRIES)
-    up = None if north is None else check_pair("north", north)
+        raise ValueError(f"Invalid name {support.quoted(name)}. It must be one line of text.")
+    share = (
+        None
+        if isinstance(background, str) and background == "auto"
+        else base_maps.check_within("background", background, 0.0, 0.5)
+    )
+    support.check_choice("symmetry", symmetric, SYMMETRIES)
+    up = None if north is None else support.check_pair("north", north)
     given = None if base is None else base_maps.given_base(base)
     ellipsoid = given.ellipsoid if given else WGS84
     if datum is not None:
-        ellipsoid = geodetic_ellipsoid(check_text("datum", datum))
+        ellipsoid = projections.geodetic_ellipsoid(support.check_text("datum", datum))
         if given is not None and not given.ellipsoid.is_close(ellipsoid):
             raise ValueError(f"Invalid datum '{datum}' for base '{given.label}'. They have different ellipsoids.")
     elif base is not None:
-        datum = geodetic_of(Projection.from_user_input(base))
-    chosen = None if _is_auto(degree) else base_maps.check_degree(degree)
+        datum = projections.geodetic_of(projections.Projection.from_user_input(base))
+    chosen = None if isinstance(degree, str) and degree == "auto" else base_maps.check_degree(degree)
     on_progress = progress or (lambda _: None)
-    area = get_region(region, ellipsoid.ground)
+    area = regions.get_region(region, ellipsoid.ground)
     extent = base_maps.check_extent(area)
     on_progress("nodes")
     nodes = nodes_of(area, ellipsoid, _NODES, edges=True, all_ends=objective.figure.is_maximum)
     on_progress("base")
     start = given or base_maps.best_base(area, objective, nodes, symmetric)
     base_nodes = base_maps.mirrored(base_maps.base_nodes_of(start, nodes, _beside(extent, nodes)), symmetric)
-    base_maps.check_whole(start, area)
-    base_maps.check_keeps(objective.kind, base_nodes)
+    base_maps.check_base(objective.kind, base_nodes, area)
     on_progress("fit")
     try:
         if chosen is None:
@@ -321,10 +279,14 @@ def design(
     stage = best_of(tried)
     finished = _turned(stage.plane_map, start, up or _middle(extent, start, symmetric))
     title = title or f"{area.name}, {objective.kind.adjective} map"
-    crs = derived_crs(start, finished.steps, title, _area_of_use(area, extent, stage), geodetic=datum)
+    crs = projections.derived_crs(start, finished.steps, title, _area_of_use(area, extent, stage), geodetic=datum)
     on_progress("measure")
     made = measure_map(crs.projection, area, objective)
-    limit = least_error(area, kind, ellipsoid, _LIMIT_DEGREE) if objective.figure.name in LIMITED else None
+    limit = (
+        decisions.least_error(area, kind, ellipsoid, _LIMIT_DEGREE)
+        if objective.figure.name in decisions.LIMITED
+        else None
+    )
     rivals = tuple(_rivals(area, objective, start if base is None else None, against, made, on_progress))
     return Design(
         region=area,
@@ -355,23 +317,19 @@ def design(
 _CUT = 0.9999999  # coverage of a map that shows the region whole
 
 
-def _is_auto(value: Any) -> bool:
-    return isinstance(value, str) and value == "auto"
-
-
-def _beside(extent: Extent, nodes: Nodes) -> Nodes | None:
+def _beside(extent: decisions.Extent, nodes: Nodes) -> Nodes | None:
     """Nodes within the margin around the region; None if it is half of the world."""
     reach = (1.0 + _MARGIN) * extent.radius
     if reach > _WIDEST:
         return None
-    cap = Cap(extent.lon, extent.lat, float(np.radians(reach) * SPHERE.a / 1000.0), SPHERE)
+    cap = regions.Cap(extent.lon, extent.lat, float(np.radians(reach) * SPHERE.a / 1000.0), SPHERE)
     found = nodes_of(cap, nodes.ellipsoid, _AROUND)
     cosine = unit_vectors(found.lon, found.lat).T @ unit_vectors(nodes.lon, nodes.lat)
     near = cosine.max(axis=1) > np.cos(np.radians(_MARGIN * extent.radius))
     return nodes_at(found.lon[near], found.lat[near], found.weight[near], nodes.ellipsoid)
 
 
-def _around(extent: Extent, stage: Stage, ellipsoid: Ellipsoid) -> Surroundings | None:
+def _around(extent: decisions.Extent, stage: Stage, ellipsoid: Ellipsoid) -> Surroundings | None:
     """The surroundings of the map; None if there are no nodes in them."""
     smallest, largest, folded = stage.around
     if np.isnan(smallest):
@@ -380,7 +338,7 @@ def _around(extent: Extent, stage: Stage, ellipsoid: Ellipsoid) -> Surroundings 
     return Surroundings(within_km=reach, smallest_scale=smallest, largest_scale=largest, folded=folded)
 
 
-def _area_of_use(region: Place, extent: Extent, stage: Stage) -> AreaOfUse:
+def _area_of_use(region: regions.Place, extent: decisions.Extent, stage: Stage) -> projections.AreaOfUse:
     """The box about the region, with its surroundings if the map is whole there."""
     west, south, east, north = region.bounds
     margin = _MARGIN * extent.radius if stage.is_whole_around else 0.0
@@ -390,10 +348,10 @@ def _area_of_use(region: Place, extent: Extent, stage: Stage) -> AreaOfUse:
         widest = np.cos(np.radians(max(abs(south), abs(north))))
         aside = float(np.degrees(np.arcsin(min(np.sin(np.radians(margin)) / widest, 1.0))))
         west, east = west - aside, east + aside
-    return AreaOfUse(region.name, (west, max(south - margin, -90.0), east, min(north + margin, 90.0)))
+    return projections.AreaOfUse(region.name, (west, max(south - margin, -90.0), east, min(north + margin, 90.0)))
 
 
-def _middle(extent: Extent, base: Projection, symmetry: str) -> tuple[float, float]:
+def _middle(extent: decisions.Extent, base: projections.Projection, symmetry: str) -> tuple[float, float]:
     """The middle of a region on the axis of symmetry; the pole, on Greenwich's meridian, for a region about it."""
     if symmetry in ("meridian", "both"):
         return base_maps.central_meridian(base), extent.lat
@@ -403,7 +361,7 @@ def _middle(extent: Extent, base: Projection, symmetry: str) -> tuple[float, flo
     return extent.lon, extent.lat
 
 
-def _turned(plane_map: PlaneMap, base: Projection, north: tuple[float, float]) -> PlaneMap:
+def _turned(plane_map: PlaneMap, base: projections.Projection, north: tuple[float, float]) -> PlaneMap:
     """The map with its origin at a place and north up there."""
     lon, lat = np.array([north[0]]), np.array([north[1]])
     new_x, new_y, by = plane_map.at(*base(lon, lat))
@@ -415,24 +373,24 @@ def _turned(plane_map: PlaneMap, base: Projection, north: tuple[float, float]) -
     return plane_map.moved(turn, -turn * complex(new_x[0], new_y[0]))
 
 
-def _inverse_error(crs: DerivedCrs, nodes: BaseNodes) -> float:
+def _inverse_error(crs: projections.DerivedCrs, nodes: BaseNodes) -> float:
     """Largest round-trip error of the region's nodes, metres."""
     lon, lat = nodes.lon[nodes.in_region], nodes.lat[nodes.in_region]
-    missed = geodesic_lengths(nodes.base.ellipsoid, lon, lat, *crs.inverse(*crs.projection(lon, lat)))
+    missed = projections.geodesic_lengths(nodes.base.ellipsoid, lon, lat, *crs.inverse(*crs.projection(lon, lat)))
     return float(np.max(np.where(np.isfinite(missed), missed, np.inf)))
 
 
 def _rivals(
-    region: Place,
+    region: regions.Place,
     objective: DesignObjective,
-    member: Projection | None,
+    member: projections.Projection | None,
     against: Any,
     made: MapFigures,
     on_progress: Progress,
 ) -> Iterator[Rival]:
     """The best member of the families, and the maps to compare with."""
 
-    def measured(kind: str, name: str, projection: Projection, *, scaled: bool = False) -> Rival:
+    def measured(kind: str, name: str, projection: projections.Projection, *, scaled: bool = False) -> Rival:
         found = measure_map(projection, region, objective, scaled=scaled)
         gain = 1.0 - made.value / found.value if found.value > 0.0 else 0.0
         name = name or projection.name
@@ -440,18 +398,18 @@ def _rivals(
 
     if member is not None:
         yield measured("best of the families", "", member, scaled=objective.kind.free_scale)
-    for given in listed_projections(against):
+    for given in projections.listed_projections(against):
         kind, code = "given", given
         if given == "recommend":
             if not region.area_km2 or region.figure.is_of_another_body:
                 continue
             on_progress("recommend")
-            best = recommend(region, purpose=objective.kind.name, criterion=objective.figure, limit=1).results
+            best = decisions.recommend(region, purpose=objective.kind.name, criterion=objective.figure, limit=1).results
             if not best:
                 continue
             kind, code = "best existing", best[0].code
-        rival = Projection.from_user_input(code)
-        check_on_body([rival], Body(region.figure))
+        rival = projections.Projection.from_user_input(code)
+        regions.check_on_body([rival], projections.Body(region.figure))
         yield measured(kind, code if isinstance(code, str) else "", rival)
 
 

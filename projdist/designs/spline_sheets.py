@@ -15,6 +15,7 @@ import numpy as np
 
 from projdist._typing import FloatArray, IntArray
 from projdist.designs.newton import Elements
+from projdist.earth import wrapped
 from projdist.support import check_degrees, check_number
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ class ObliqueFrame:
         ahead = np.cos(phi) * np.cos(lam)
         x = np.sin(tilt) * ahead + np.cos(tilt) * np.sin(phi)
         y, z = np.cos(phi) * np.sin(lam), np.sin(tilt) * np.sin(phi) - np.cos(tilt) * ahead
-        return _turned(np.degrees(np.arctan2(y, x)) + self.lon_p), np.degrees(np.arctan2(z, np.hypot(x, y)))
+        return wrapped(np.degrees(np.arctan2(y, x)) + self.lon_p), np.degrees(np.arctan2(z, np.hypot(x, y)))
 
     def back(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitudes and latitudes of points in the frame."""
@@ -52,7 +53,7 @@ class ObliqueFrame:
         ahead = np.cos(phi) * np.cos(lam)
         x = np.sin(tilt) * ahead - np.cos(tilt) * np.sin(phi)
         y, z = np.cos(phi) * np.sin(lam), np.cos(tilt) * ahead + np.sin(tilt) * np.sin(phi)
-        return _turned(np.degrees(np.arctan2(y, x)) + self.lon_0), np.degrees(np.arctan2(z, np.hypot(x, y)))
+        return wrapped(np.degrees(np.arctan2(y, x)) + self.lon_0), np.degrees(np.arctan2(z, np.hypot(x, y)))
 
     @property
     def step(self) -> str:
@@ -95,12 +96,12 @@ class Cut:
         """Longitudes from the middle of the sheet, within -pi and pi, and latitudes of the frame, in radians."""
         if self.frame is not None:
             lon, lat = self.frame.of(lon, lat)
-        return np.radians(_turned(lon - (self.at(lat)[0] - _HALF))), np.radians(lat)
+        return np.radians(wrapped(lon - (self.at(lat)[0] - _HALF))), np.radians(lat)
 
     def rolled(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitudes and latitudes in degrees of points of the sheet."""
         lat = np.degrees(v)
-        lon = _turned(np.degrees(u) + self.at(lat)[0] - _HALF)
+        lon = wrapped(np.degrees(u) + self.at(lat)[0] - _HALF)
         return (lon, lat) if self.frame is None else self.frame.back(lon, lat)
 
 
@@ -131,13 +132,8 @@ def get_cut(given: CutLike) -> Cut:
     if not np.all(np.diff(np.r_[-90.0, own_lat, 90.0]) > _APART):
         raise ValueError(f"Invalid cut '{name}'. Each of its points must be farther from the first than those before.")
     frame = ObliqueFrame(frame.lon_0, frame.lat_p, float(_HALF - own_lon[0]))
-    own_lon = np.unwrap(np.r_[_HALF, _turned(own_lon[1:] + frame.lon_p)], period=_WHOLE)
+    own_lon = np.unwrap(np.r_[_HALF, wrapped(own_lon[1:] + frame.lon_p)], period=_WHOLE)
     return Cut(name, frame, tuple(zip(own_lon.tolist(), own_lat.tolist(), strict=True)))
-
-
-def _turned(lon: FloatArray) -> FloatArray:
-    """Longitudes within -180 and 180; 180 stays as it is."""
-    return np.where(np.abs(lon) <= _HALF, lon, np.mod(lon + _HALF, _WHOLE) - _HALF)
 
 
 # ---- spline sheets -------------------------------------------------------------------------------

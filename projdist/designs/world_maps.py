@@ -8,21 +8,20 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 
+from projdist import regions, support
 from projdist._typing import FloatArray, IntArray
 from projdist.answers import Summary, summarize
-from projdist.designs.base_maps import SYMMETRIES
+from projdist.designs.base_maps import SYMMETRIES, check_within
 from projdist.designs.newton import Elements, minimise_elements
 from projdist.designs.spline_sheets import Cut, CutLike, SplineMap, Splines, SplineSheet, get_cut
 from projdist.earth import SPHERE, WGS84
 from projdist.matrices import EXPONENT, Energy
 from projdist.projections import Projection, ProjectionLike, listed_projections
-from projdist.regions import Box, Place, PointSet, RegionLike, get_region
-from projdist.support import Answer, check_choice, check_number, check_path, check_whole_number, plain, replacing
 
 # ---- what is wanted ------------------------------------------------------------------------------
 
@@ -39,8 +38,8 @@ _LEAST_ELSEWHERE = 1e-4
 class WorldSpec:
     """The map that is wanted: `region` is None for the whole map, `area` is what is measured."""
 
-    region: Place | None
-    area: Place
+    region: regions.Place | None
+    area: regions.Place
     cut: Cut
     elsewhere: float
     until: float
@@ -67,18 +66,18 @@ class WorldSpec:
         u, v, area = sheet.nodes(_POINTS)
         if self.region is None:
             return area
-        if isinstance(self.region, PointSet):
+        if isinstance(self.region, regions.PointSet):
             return share * area / area.sum() + _counted(self.region, sheet)
         return area * np.where(self.region.contains(*self.cut.rolled(u, v)), 1.0, share)
 
 
 def get_world_spec(
-    region: RegionLike | None, cut: CutLike, elsewhere: float, until: float, symmetric: str, exponent: float
+    region: regions.RegionLike | None, cut: CutLike, elsewhere: float, until: float, symmetric: str, exponent: float
 ) -> WorldSpec:
     """The checked specification; raises ValueError."""
-    where, end = get_cut(cut), _within("end", until, 10.0, 90.0)
-    chosen = None if region is None else get_region(region, WGS84)
-    mirrors = check_choice("symmetry", symmetric, WORLD_SYMMETRIES)
+    where, end = get_cut(cut), check_within("end", until, 10.0, 90.0)
+    chosen = None if region is None else regions.get_region(region, WGS84)
+    mirrors = support.check_choice("symmetry", symmetric, WORLD_SYMMETRIES)
     if mirrors == "auto":
         mirrors = "both" if chosen is None and where.is_straight else "none"
     if mirrors != "none" and not where.is_straight:
@@ -87,27 +86,19 @@ def get_world_spec(
         raise ValueError(
             f"Invalid end '{until}' for the cut '{where.name}'. A map that ends needs a meridian or a region."
         )
-    everything = get_region("globe") if end == 90.0 else Box(-180.0, -end, 180.0, end)
+    everything = regions.get_region("globe") if end == 90.0 else regions.Box(-180.0, -end, 180.0, end)
     return WorldSpec(
         region=chosen,
         area=everything if chosen is None else chosen,
         cut=where,
-        elsewhere=_within("weight elsewhere", elsewhere, _LEAST_ELSEWHERE, 1.0),
+        elsewhere=check_within("weight elsewhere", elsewhere, _LEAST_ELSEWHERE, 1.0),
         until=end,
         symmetric=mirrors,
-        energy=Energy(exponent=_within("exponent", exponent, 0.0, 1.0)),
+        energy=Energy(exponent=check_within("exponent", exponent, 0.0, 1.0)),
     )
 
 
-def _within(thing: str, value: float, low: float, high: float) -> float:
-    """A number within limits; raises ValueError."""
-    number = check_number(thing, value)
-    if not low <= number <= high:
-        raise ValueError(f"Invalid {thing} '{value}'. It must be within {low:g} and {high:g}.")
-    return number
-
-
-def _counted(points: PointSet, sheet: SplineSheet) -> FloatArray:
+def _counted(points: regions.PointSet, sheet: SplineSheet) -> FloatArray:
     """The points' weights, which sum to 1, each at the nearest node in its cell of the sheet."""
     u, v = sheet.cut.unrolled(points.lon, points.lat)
     shown = np.abs(v) <= sheet.v.breaks[-1]
@@ -230,7 +221,7 @@ class Standing:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class WorldMap(Answer):
+class WorldMap(support.Answer):
     """A map of the world made to measure.
 
     `projection` is the map, a cubic spline in metres, twice continuously differentiable except at the ends of the cut,
@@ -239,9 +230,9 @@ class WorldMap(Answer):
     are the meshes, `standings` other maps by the same measure. `elsewhere` is the weight outside the region.
     """
 
-    projection: Projection
-    region: Place
-    cut: Cut
+    projection: Projection = field(metadata=support.schema("name", of="name"))
+    region: regions.Place = field(metadata=support.schema(of=("name", "area_km2")))
+    cut: Cut = field(metadata=support.schema(of="name"))
     elsewhere: float
     until: float
     symmetric: str
@@ -287,12 +278,12 @@ class WorldMap(Answer):
         FileExistsError
             For an existing file that is not to be overwritten.
         """
-        file, size = check_path("file", path), check_number("step", step)
+        file, size = support.check_path("file", path), support.check_number("step", step)
         if file.suffix.lower() != ".json":
             raise ValueError(f"Invalid file '{file}'. Its suffix must be .json.")
         if not 0.2 <= size <= 30.0:
             raise ValueError(f"Invalid step '{step}'. It must be within 0.2 and 30 degrees.")
-        with replacing(file, overwrite=overwrite) as new:
+        with support.replacing(file, overwrite=overwrite) as new:
             new.write_text(json.dumps(triangulation(self.sheet, self.projection.name, size)), encoding="utf-8")
         return self.pipeline(file)
 
@@ -309,32 +300,13 @@ class WorldMap(Answer):
     def _line(self) -> str:
         return f"{self.projection.name}: AK {self.airy_kavrayskiy:.4g} ± {self.error_estimate:.1g}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON."""
-        return {
-            "name": self.projection.name,
-            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
-            "cut": self.cut.name,
-            "elsewhere": self.elsewhere,
-            "until": self.until,
-            "symmetric": self.symmetric,
-            "exponent": self.exponent,
-            "airy_kavrayskiy": plain(self.airy_kavrayskiy),
-            "error_estimate": plain(self.error_estimate),
-            "over_globe": plain(self.over_globe),
-            "coverage": self.coverage,
-            "mirrored": self.mirrored,
-            "refinements": [asdict(one) for one in self.refinements],
-            "standings": [{name: plain(value) for name, value in asdict(one).items()} for one in self.standings],
-        }
-
     def _table(self) -> list[dict[str, Any]]:
         own = Standing("this", self.airy_kavrayskiy, self.error_estimate, self.over_globe, self.coverage)
         return [asdict(one) for one in (own, *self.standings)]
 
 
 def world_map(
-    region: RegionLike | None = None,
+    region: regions.RegionLike | None = None,
     *,
     cut: CutLike = 180.0,
     elsewhere: float = 0.02,
@@ -399,7 +371,7 @@ def world_map(
     """
     spec = get_world_spec(region, cut, elsewhere, until, symmetric, exponent)
     usual = _CELLS if spec.region is None else _CELLS_FOR_PARTS
-    finest = check_whole_number("number of cells", usual if cells is None else cells)
+    finest = support.check_whole_number("number of cells", usual if cells is None else cells)
     if finest % 2 or not _FEWEST <= finest <= _MOST:
         raise ValueError(f"Invalid number of cells '{cells}'. It must be even, within {_FEWEST} and {_MOST}.")
     others = listed_projections(against)

@@ -19,9 +19,8 @@ from shapely import (
 from tables import each
 
 import projdist
-from projdist.decisions.crs_for_data import CrsForData
+from projdist.decisions.data_checks import OUTSIDE, TORN, CrsForData
 from projdist.decisions.data_edges import MISSING, NO_DEGREES, NOT_FINITE, POINTS, REPAIRED
-from projdist.decisions.data_errors import OUTSIDE, TORN
 
 geopandas = pytest.importorskip("geopandas")
 
@@ -466,7 +465,7 @@ def recommended_for(monkeypatch, answer, shapes, **options):
         asked.update(words, region=region, lon=lon, lat=lat, crs=crs)
         return answer
 
-    monkeypatch.setattr(sys.modules["projdist.decisions.data_errors"], "crs_for_data", crs_for_data)
+    monkeypatch.setattr(sys.modules["projdist.decisions.data_checks"], "crs_for_data", crs_for_data)
     return projdist.check(shapes, "EPSG:3832", **options), asked
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from projdist import Notice
-from projdist.decisions.crs_for_data import estimate_crs
+from projdist.decisions.data_checks import estimate_crs
 
 gpd = pytest.importorskip("geopandas")
 

@@ -485,7 +485,7 @@ def test_the_best_family_shows_all_of_the_region(monkeypatch: pytest.MonkeyPatch
     found = optimize("merc", "box:0,0,3,9", ellipsoid="sphere")
     answers = {"laea": (0.5, 0.2), "aeqd": (1.0, 0.4), "stere": (1.0, 0.3)}
     by_family = {name: replace(found, family=name, coverage=c, value=v) for name, (c, v) in answers.items()}
-    monkeypatch.setattr(optimization, "sensible_families", lambda *_: list(answers))
+    monkeypatch.setattr(optimization.families, "sensible_families", lambda *_: list(answers))
     monkeypatch.setattr(optimization, "_optimum", lambda members, *_: by_family[members.family.name])
     best = optimize("auto", "box:0,0,3,9")
     assert [one.family for one in (best, *best.others)] == ["stere", "aeqd", "laea"]

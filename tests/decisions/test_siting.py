@@ -9,7 +9,7 @@ from shapely import box
 
 import projdist
 from projdist import Notice
-from projdist.decisions.crs_for_data import TURNED, _turned, crs_for_data, estimate_crs
+from projdist.decisions.data_checks import TURNED, _turned, crs_for_data, estimate_crs
 from projdist.projections import datum_transformation, keeps_datum
 from projdist.regions import Box
 
@@ -194,7 +194,7 @@ def test_a_change_of_datum_is_told():
 
 def candidate(code, area_name, value=1.0, **others):
     """What is asked of a candidate."""
-    usual = {"same": (), "share": 1.0, "wide": False, "national": True, "datum_since": 1989}
+    usual = {"same": (), "share": 1.0, "wide": False, "national": True, "since": 1989}
     figures = usual | others
     codes = (code, *(other for other, _ in figures["same"]))
     return SimpleNamespace(code=code, codes=codes, area_name=area_name, value=value, **figures)
@@ -212,7 +212,7 @@ def sited(monkeypatch, place, crs, answers, **options):
             raise answer
         return SimpleNamespace(results=tuple(answer))
 
-    monkeypatch.setattr("projdist.decisions.crs_for_data.recommend", recommend)
+    monkeypatch.setattr("projdist.decisions.data_checks.recommend", recommend)
     corners = np.array([lon - 0.1, lon + 0.1]), np.array([lat - 0.1, lat + 0.1])
     return crs_for_data(crs, Box(lon - 0.1, lat - 0.1, lon + 0.1, lat + 0.1), *corners, **options), asked
 

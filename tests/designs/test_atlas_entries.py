@@ -17,7 +17,7 @@ from tables import each
 
 from projdist.decisions import CLOSE, WIDE_FACTOR
 from projdist.designs import atlas, atlas_areas, atlas_names
-from projdist.designs.atlas_measurement import _scale_error
+from projdist.designs.atlas_entries import _scale_error
 from projdist.regions import get_region
 
 NAMES = atlas_names()

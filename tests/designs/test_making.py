@@ -503,7 +503,7 @@ def test_the_base_is_the_best_of_the_families(monkeypatch: pytest.MonkeyPatch) -
         "omerc": "+proj=omerc +lat_0=50 +lonc=10 +alpha=40",
     }
     projections = {name: Projection.from_user_input(f"{text} +ellps=WGS84") for name, text in members.items()}
-    monkeypatch.setattr(base_maps, "best_member", lambda name, *_: (projections[name], {}))
+    monkeypatch.setattr(base_maps.decisions, "best_member", lambda name, *_: (projections[name], {}))
     region = projdist.get_region("cap:10,50,800")
     objective = design_objective("conformal", "airy_kavrayskiy")
     found = base_maps.best_base(region, objective, nodes_of(region, WGS84, 300), "none")

@@ -12,8 +12,7 @@ from tables import each
 import projdist
 from projdist import Projection, ProjectionError, mdt, mean_map, mean_plane_map, summarize
 from projdist.designs import MeanMap
-from projdist.designs.plane_maps import BoxPolynomials, box_gradients
-from projdist.designs.plane_means import Targets
+from projdist.designs.plane_maps import BoxPolynomials, Targets, box_gradients
 from projdist.field import nodes_of
 
 R = 6371008.7714

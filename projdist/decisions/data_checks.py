@@ -1,33 +1,235 @@
-"""Errors of areas, lengths and bearings of geographic data in a CRS, against those on the ellipsoid.
-
-Edges are straight in the data's own coordinates: in longitude and latitude, as in GeoJSON, or on the plane of the
-data's CRS. In the CRS that is checked they are the same curves, so that errors are the map's alone, however far apart
-the vertices are.
-"""
+"""Errors of areas, lengths and bearings of geographic data in a CRS, and the best CRS for data."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from projdist import earth, projections, regions, support
 from projdist._typing import AnyArray, BoolArray, FloatArray
-from projdist.decisions.crs_for_data import crs_for_data
-from projdist.decisions.data_edges import measure_chains
+from projdist.decisions.candidate_crs import Candidate, named, outline_keys
+from projdist.decisions.data_edges import Outlines, measure_chains, outlines
 from projdist.decisions.ranking import get_purpose
-from projdist.earth import MEAN_EARTH_RADIUS
-from projdist.projections import (
-    DataCrs,
-    Projection,
-    ProjectionLike,
-    data_crs_of,
-    is_geographic,
-    tell_of_frame_in_degrees,
-)
-from projdist.regions import Box, bounding_box
-from projdist.support import Answer, listed, plain
+from projdist.decisions.recommendation import recommend
+from projdist.field import jacobian, nodes_of
+from projdist.matrices import meridian_convergence
+
+TURNED = 3.0
+"""Degrees between grid north and true north, more than within 3 degrees of a zone's meridian anywhere."""
+
+_UNSEEN = 2.0  # metres: the accuracy of WGS 84 if its realisation is not known
+_WORSE = 2.0  # largest ratio of the figure of a less turned map to that of the best
+_LOOKED_AT, _OF_ALL_DATUMS = 10, 80  # how many of the best CRSs are looked at, on one datum and on any
+_WHOLE = 0.99  # share of the region in the area of use, at least
+_POINTS = 200  # of the data, and of the region
+_LAND, _LEAST = 0.5, 0.1  # shares of the points that must be on land, and in a country
+_FEW = 2  # countries of an area of use that is not a shared zone
+_NEAR = 0.03  # degrees: a little more than the accuracy of outlines, 2 km
+
+
+@dataclass(frozen=True)
+class CrsForData:
+    """A CRS for data, with the datum shift that it needs, if any, and the RMS convergence in degrees.
+
+    `foreign` is a note that it is for another country, as none was found for the data's own; else "".
+    """
+
+    code: str
+    shift: projections.DatumTransformation | None
+    convergence: float
+    foreign: str = ""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks, a sentence each."""
+        turned = f"Its grid north is off true north by {self.convergence:.2g} degrees in the data (RMS)."
+        return tuple(filter(None, (self.foreign, str(self.shift or ""), turned)))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Notes on defects: another country, a datum metres away, a convergence larger than any zone's."""
+        shift = self.shift
+        moved = shift is not None and not shift.metres <= _UNSEEN
+        worth = (self.foreign, str(shift) if moved else "", self.notes[-1] if self.convergence > TURNED else "")
+        return tuple(f"{self.code}: {note}" for note in worth if note)
+
+
+def crs_for_data(
+    crs: Any, region: regions.Place, lon: FloatArray, lat: FloatArray, *, purpose: str = "any", **options: Any
+) -> CrsForData | None:
+    """The CRS for data in a CRS, with vertices (n,) in degrees, over a region; None if none serves the purpose.
+
+    It is the best by `recommend` (which takes `options`) on the data's datum, else on one that is the same to 2 m, and
+    not for other countries. If its convergence over the data is above `TURNED`, the next with less takes its place,
+    provided that its figure is at most twice as large.
+    """
+    step = max(1, len(lon) // _POINTS)
+    lon, lat = np.mod(lon[::step] + 180.0, 360.0) - 180.0, lat[::step]
+    found = _candidates(crs, region, purpose, options)
+    if not found:
+        return None
+    nodes = nodes_of(region, earth.WGS84, _POINTS)
+    everywhere = np.append(lon, np.mod(nodes.lon + 180.0, 360.0) - 180.0), np.append(lat, nodes.lat)
+    own = [one for one in found if not _is_foreign(one.area_name, *everywhere)]
+    own = _of_near_datum(crs, own, float(lon[0]), float(lat[0]))
+    best = (own or found)[0]
+    turned = {one.code: _turned(one.code, lon, lat) for one in own}
+    if own and turned[best.code] > TURNED:
+        less = [one for one in own if turned[one.code] <= TURNED and one.value <= _WORSE * best.value]
+        best = less[0] if less else best
+    code = best.code if projections.keeps_datum(crs, best.code) else _twin_on_datum(crs, best)
+    foreign = "" if own else f"None was found for the country of the data; this one is for {best.area_name}"
+    return CrsForData(
+        code,
+        projections.datum_transformation(crs, code, float(lon[0]), float(lat[0])),
+        _turned(code, lon, lat),
+        foreign,
+    )
+
+
+def _candidates(crs: Any, region: regions.Place, purpose: str, options: dict[str, Any]) -> tuple[Candidate, ...]:
+    """The best CRSs on the data's datum, else on one of its name, else on any."""
+    wanted = projections.kept_datum(crs)
+    if wanted and options.get("datum") is None:
+        try:
+            found = recommend(region, purpose=purpose, **(options | {"datum": wanted, "limit": _LOOKED_AT})).results
+        except ValueError as error:
+            if "Invalid datum" not in str(error):
+                raise
+            found = ()
+        exact = tuple(one for one in found if _twin_on_datum(crs, one, ""))
+        if found:
+            return exact or found
+    return recommend(region, purpose=purpose, **(options | {"limit": _OF_ALL_DATUMS})).results
+
+
+def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> list[Candidate]:
+    """National CRSs on the data's datum to 2 m, else national ones on the latest datum, else others near, else all."""
+    metres = {}
+    for one in found:
+        shift = projections.datum_transformation(crs, _twin_on_datum(crs, one), lon, lat)
+        metres[one.code] = 0.0 if shift is None else shift.metres
+    known = [one for one in found if np.isfinite(metres[one.code])]
+    near = [one for one in known if metres[one.code] <= _UNSEEN and one.share >= _WHOLE and not one.wide]
+    national = [one for one in known if one.national]
+    latest = max((one.since for one in national), default=0)
+    current = [one for one in national if one.since == latest]
+    choices = ([one for one in near if one.national], current, near, known, found)
+    return next(filter(None, choices), [])
+
+
+def _twin_on_datum(crs: Any, one: Candidate, default: str | None = None) -> str:
+    """The code of the map's CRS on the data's datum, else the default or the first."""
+    return next(
+        (code for code in one.codes if projections.keeps_datum(crs, code)), one.code if default is None else default
+    )
+
+
+def _turned(code: str, lon: FloatArray, lat: FloatArray) -> float:
+    """RMS convergence at points, in degrees."""
+    turns = meridian_convergence(jacobian(projections.Projection.from_user_input(code), lon, lat))
+    return float(np.sqrt(np.nanmean(turns**2))) if np.isfinite(turns).any() else np.nan
+
+
+# ---- countries ------------------------------------------------------------------------------
+
+
+def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
+    """True if an area of use names one or two countries, and hardly any of the points on land are in them.
+
+    If it names more, it is that of a shared zone, and its list may be incomplete.
+    """
+    names = named([area_name], at_sea=True)
+    if not 0 < len(names) <= _FEW:
+        return False
+    within = np.zeros(len(lon), dtype=bool)
+    for name in names:
+        outline = earth.natural_earth.country(outline_keys()[name])
+        if outline is not None:
+            within |= earth.natural_earth.near(outline, lon, lat, _NEAR)
+    if within.mean() >= _LEAST:
+        return False
+    return bool(earth.natural_earth.near(earth.natural_earth.land("50m"), lon, lat, _NEAR).mean() > _LAND)
+
+
+# ---- frames --------------------------------------------------------------------------------------
+
+
+_MOST = 50_000  # vertices of polygons, which take twice the time of a box; with more, a box finds the same CRS
+
+
+def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> projections.CRS:
+    """The best existing CRS for the data of a GeoDataFrame or GeoSeries, as pyproj's.
+
+    The region is the polygons themselves; for points, lines, and polygons with more than 50,000 vertices it is the
+    narrowest box in longitude and latitude about them, across the antimeridian if that is narrower. The CRS is on the
+    data's datum and for their country if there is one, as in `check`; a notice reports a datum shift of more than two
+    metres, and a convergence of more than three degrees.
+
+    Parameters
+    ----------
+    frame : GeoDataFrame or GeoSeries
+        Data that state their CRS.
+    purpose : str
+        What the map must keep, as for `recommend`.
+    **options
+        Other options of `recommend`.
+
+    Returns
+    -------
+    pyproj.CRS
+
+    Raises
+    ------
+    ValueError
+        For other data, data without a CRS or without a geometry that is not empty, for a purpose that no CRS serves
+        there, and where `recommend` does.
+
+    References
+    ----------
+    Its place in geopandas: GeoDataFrame.estimate_utm_crs, which knows zones of UTM only.
+
+    Examples
+    --------
+    Points in Bern, in the Swiss agency's own system:
+
+    >>> import geopandas
+    >>> bern = geopandas.GeoSeries.from_xy([2600000, 2601000], [1200000, 1201000], crs="EPSG:2056")
+    >>> estimate_crs(bern, authorities=["EPSG"]).to_epsg()
+    2056
+    """
+    if not projections.is_geographic(frame):
+        raise ValueError(f"Invalid data {support.quoted(frame)}. They must be a GeoDataFrame or GeoSeries.")
+    if frame.crs is None:
+        raise ValueError("Invalid data. It must have a CRS: set it with frame.set_crs(...).")
+    projections.tell_of_frame_in_degrees(frame, "the data")
+    shapes = frame.geometry.set_crs(projections.crs_of(frame.crs), allow_override=True).to_crs("OGC:CRS84")
+    shapes = shapes[~(shapes.isna() | shapes.is_empty)]
+    if not len(shapes):
+        raise ValueError("Invalid data. It must have a geometry that is not empty.")
+    region, vertices = _region_of(shapes), shapes.get_coordinates()
+    found = crs_for_data(frame.crs, region, vertices.x.to_numpy(), vertices.y.to_numpy(), purpose=purpose, **options)
+    if found is None:
+        raise ValueError(f"Invalid purpose '{purpose}' for {region.name}. No CRS serves it there.")
+    for note in found.warnings:
+        support.tell(note)
+    return projections.to_pyproj(found.code)
+
+
+def _region_of(shapes: Any) -> regions.Region:
+    """The region of a GeoSeries in longitude and latitude, none of it empty."""
+    polygons = shapes.geom_type.isin(("Polygon", "MultiPolygon")).all() and shapes.is_valid.all()
+    if polygons and len(shapes.get_coordinates()) <= _MOST:
+        return regions.polygons_from_geojson(shapes.__geo_interface__, "the polygons")
+    parts = shapes.explode(index_parts=False).bounds
+    return regions.bounding_box(*(parts[name].to_numpy() for name in ("minx", "miny", "maxx", "maxy")))
+
+
+# ---- data errors ---------------------------------------------------------------------------------
+
 
 FAIL_ON = ("worst", "overall")
 """Errors to compare with a limit: those of every feature, or those of the totals."""
@@ -40,7 +242,7 @@ _NAMES = ("name", "name_en", "title", "label", "id", "code", "geoid", "iso_a3", 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Totals:
+class Totals(support.Record):
     """Figures of all features that could be measured; errors are map / ground - 1, bearings in degrees.
 
     `undrawn` is the number of features beyond the edge of the CRS or torn by a cut of it. `worst` errors are the
@@ -66,7 +268,7 @@ class Totals:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Check(Answer):
+class Check(support.Answer):
     """The errors of data in a CRS: arrays (n,) with a value for each feature, by name, and totals.
 
     `features` has `index` (the frame's), `name`, `area_km2` and `length_km` (perimeters and lines) on the ground, the
@@ -76,13 +278,13 @@ class Check(Answer):
     they have no place.
     """
 
-    projection: Projection
+    projection: projections.Projection
     data_crs: str
     features: dict[str, AnyArray]
     overall: Totals
     recommended: Check | None = None
     notes: tuple[str, ...] = ()
-    region: Box | None = field(default=None, repr=False, compare=False)
+    region: regions.Box | None = field(default=None, repr=False, compare=False)
 
     def _line(self) -> str:
         return f"{len(self.features['index'])} features in {self.projection.name}"
@@ -99,8 +301,8 @@ class Check(Answer):
         }
 
     def _head(self) -> dict[str, Any]:
-        overall = {name: plain(value) for name, value in asdict(self.overall).items()}
-        return {"crs": self.projection.definition, "name": self.projection.name, "overall": overall}
+        crs = self.projection
+        return {"crs": crs.definition, "name": crs.name, "overall": self.overall.to_dict()}
 
     def _table(self) -> dict[str, AnyArray]:
         return self.features
@@ -108,7 +310,7 @@ class Check(Answer):
     def rows(self, numbers: Sequence[int] | range) -> list[dict[str, Any]]:
         """Features by their numbers, 0 for the first, as dictionaries; NaN and infinity become None."""
         columns = {name: values[list(numbers)].tolist() for name, values in self.features.items()}
-        return [dict(zip(columns, map(plain, row), strict=True)) for row in zip(*columns.values(), strict=True)]
+        return [dict(zip(columns, map(support.plain, row), strict=True)) for row in zip(*columns.values(), strict=True)]
 
     def worst(self, count: int) -> list[int]:
         """The numbers of the features with the largest error of area or length, the worst first."""
@@ -127,7 +329,7 @@ class Check(Answer):
         is above every limit.
         """
         if on not in FAIL_ON:
-            raise ValueError(f"Invalid choice '{on}' of what to fail on. It must be {listed(FAIL_ON, 'or')}.")
+            raise ValueError(f"Invalid choice '{on}' of what to fail on. It must be {support.listed(FAIL_ON, 'or')}.")
         total = self.overall
         if on == "worst":
             sizes, turn = [total.worst_area_error, total.worst_length_error], total.worst_bearing_error
@@ -142,7 +344,7 @@ class Check(Answer):
 
 def check(
     data: Any,
-    crs: ProjectionLike | None = None,
+    crs: projections.ProjectionLike | None = None,
     *,
     column: str | None = None,
     purpose: str | None = "any",
@@ -192,9 +394,7 @@ def check(
     >>> round(check(line, "EPSG:32632", purpose=None).overall.length_error, 9)
     -0.0004
     """
-    from projdist.decisions.data_edges import outlines  # shapely is slow to load
-
-    if not is_geographic(data):
+    if not projections.is_geographic(data):
         raise ValueError(f"Invalid data of type '{type(data).__name__}'. They must be a GeoDataFrame or GeoSeries.")
     if data.crs is None:
         raise ValueError("Invalid data. They state no CRS; they must state the one that they are in.")
@@ -203,11 +403,11 @@ def check(
             f"Invalid CRS '{data.crs.name}' of the data to check. It has longitudes and latitudes, and no map plane: "
             "name the projected CRS to check them in, crs= or --crs."
         )
-    tell_of_frame_in_degrees(data, "the data")
+    projections.tell_of_frame_in_degrees(data, "the data")
     if purpose is not None:
         get_purpose(purpose)
-    projection = Projection.from_user_input(data.crs if crs is None else crs)
-    source = data_crs_of(projection, data.crs, "the data")
+    projection = projections.Projection.from_user_input(data.crs if crs is None else crs)
+    source = projections.data_crs_of(projection, data.crs, "the data")
     drawn = outlines(data.geometry.to_numpy(), has_degrees=source.has_degrees)
     if not len(drawn.edges):
         kinds = ", ".join(sorted({note for note in drawn.notes if note})) or "no features"
@@ -223,7 +423,9 @@ def check(
     result = replace(result, notes=(*result.notes, *notes))
     if best is None:
         return result
-    return replace(result, recommended=_measured(best, data_crs_of(best, data.crs, "the data"), drawn, labels))
+    return replace(
+        result, recommended=_measured(best, projections.data_crs_of(best, data.crs, "the data"), drawn, labels)
+    )
 
 
 def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
@@ -233,7 +435,7 @@ def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
     """
     columns = [str(name) for name in getattr(data, "columns", ())]
     if column is not None and column not in columns:
-        raise ValueError(f"Invalid column '{column}'. It must be {listed(columns, 'or') or 'left out'}.")
+        raise ValueError(f"Invalid column '{column}'. It must be {support.listed(columns, 'or') or 'left out'}.")
     usual = sorted((_NAMES.index(name.lower()), name) for name in columns if name.lower() in _NAMES)
     chosen = column or (usual[0][1] if usual else None)
     note: tuple[str, ...] = ()
@@ -250,28 +452,28 @@ def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
 
 
 def _recommended(
-    projection: Projection,
-    source: DataCrs,
+    projection: projections.Projection,
+    source: projections.DataCrs,
     crs: Any,
     edges: FloatArray,
-    region: Box | None,
+    region: regions.Box | None,
     purpose: str,
     options: dict[str, Any],
-) -> tuple[Projection | None, tuple[str, ...]]:
+) -> tuple[projections.Projection | None, tuple[str, ...]]:
     """The best CRS for data of edges, with notes on it, or None with the reason."""
     if region is None:
         return None, ("No CRS is recommended: the data have no place on the Earth.",)
-    if abs(projection.ellipsoid.a / MEAN_EARTH_RADIUS - 1.0) > _EARTHLY:
+    if abs(projection.ellipsoid.a / earth.MEAN_EARTH_RADIUS - 1.0) > _EARTHLY:
         return None, ("No CRS is recommended: that is done for the Earth only.",)
     lon, lat = source.degrees(edges[:, 0], edges[:, 1])
     known = np.isfinite(lon) & (np.abs(lat) <= 90.0)
     found = crs_for_data(crs, region, lon[known], lat[known], purpose=purpose, **options)
     if found is None:
         return None, (f"No CRS is recommended: none serves '{purpose}' in {region.name}.",)
-    return Projection.from_user_input(found.code), tuple(f"{found.code}: {note}" for note in found.notes)
+    return projections.Projection.from_user_input(found.code), tuple(f"{found.code}: {note}" for note in found.notes)
 
 
-def _extent(source: DataCrs, edges: FloatArray) -> Box | None:
+def _extent(source: projections.DataCrs, edges: FloatArray) -> regions.Box | None:
     """The narrowest box about the ends of edges; None if they have no place."""
     (lon0, lat0), (lon1, lat1) = (source.degrees(edges[:, k], edges[:, k + 1]) for k in (0, 2))
     east = (lon1 - lon0 + 180.0) % 360.0 - 180.0
@@ -280,13 +482,15 @@ def _extent(source: DataCrs, edges: FloatArray) -> Box | None:
         return None
     west = np.where(east < 0.0, lon0 + east, lon0)
     south, north = np.minimum(lat0, lat1), np.maximum(lat0, lat1)
-    return bounding_box(west[known], south[known], (west + np.abs(east))[known], north[known])
+    return regions.bounding_box(west[known], south[known], (west + np.abs(east))[known], north[known])
 
 
 # ---- measurement ----------------------------------------------------------------------------
 
 
-def _measured(projection: Projection, source: DataCrs, drawn: Any, labels: dict[str, AnyArray]) -> Check:
+def _measured(
+    projection: projections.Projection, source: projections.DataCrs, drawn: Outlines, labels: dict[str, AnyArray]
+) -> Check:
     """The errors of outlines in a map."""
     found = measure_chains(projection, source.degrees_on_map, drawn.edges, drawn.chain)
     count = len(drawn.notes)
@@ -325,30 +529,24 @@ def _measured(projection: Projection, source: DataCrs, drawn: Any, labels: dict[
 
 
 def _totals(features: dict[str, AnyArray], undrawn: BoolArray) -> Totals:
-    # The sums of finite values, NaN if there are none.
-    area, map_area, length, map_length = (
-        float(np.nansum(features[name])) if np.isfinite(features[name]).any() else np.nan
-        for name in ("area_km2", "map_area_km2", "length_km", "map_length_km")
-    )
+    figures: dict[str, float] = {}
+    for what, unit in (("area", "km2"), ("length", "km")):
+        names = (f"{what}_{unit}", f"map_{what}_{unit}")
+        # The sums of finite values, NaN if there are none.
+        ground, drawn = (
+            float(np.nansum(features[name])) if np.isfinite(features[name]).any() else np.nan for name in names
+        )
+        figures |= dict(zip(names, (ground, drawn), strict=True)) | {f"{what}_error": float(_error(drawn, ground))}
+        worst, rms = _worst_and_rms(features[f"{what}_error"])
+        figures |= {f"worst_{what}_error": worst, f"rms_{what}_error": rms}
     square = float(np.nansum(features["bearing_error"] ** 2 * features["length_km"]))
-    worst_area, rms_area = _worst_and_rms(features["area_error"])
-    worst_length, rms_length = _worst_and_rms(features["length_error"])
     return Totals(
         measured=int(np.isfinite(features["length_km"]).sum()),
         undrawn=int(undrawn.sum()),
-        area_km2=area,
-        map_area_km2=map_area,
-        area_error=float(_error(map_area, area)),
-        worst_area_error=worst_area,
-        rms_area_error=rms_area,
-        length_km=length,
-        map_length_km=map_length,
-        length_error=float(_error(map_length, length)),
-        worst_length_error=worst_length,
-        rms_length_error=rms_length,
-        bearing_error=float(np.sqrt(_ratio(square, length))),
+        bearing_error=float(np.sqrt(_ratio(square, figures["length_km"]))),
         worst_bearing_error=_worst_and_rms(features["bearing_error"])[0],
         largest_bearing_error=_worst_and_rms(features["largest_bearing_error"])[0],
+        **figures,
     )
 
 
