@@ -44,10 +44,8 @@ def test_the_best_stereographic_map_of_a_cap():
 
 @pytest.mark.parametrize("country", some_slow(["MC", "MO", "VA"], {"MC", "MO"}))
 def test_means_of_the_smallest_countries(country):
-    """The mean of |k - 1| on a transverse Mercator map, k = k_0 (1 + (1 + e'^2 cos^2 phi) (lam cos phi)^2 / 2).
-
-    The next term is of the fourth order, 1e-15 in a country of ten kilometres; what PROJ rounds is 1e-10.
-    """
+    """The mean of |k - 1| on a transverse Mercator map, k = k_0 (1 + (1 + e'^2 cos^2 phi) (lam cos phi)^2 / 2)."""
+    # The next term is of the fourth order, 1e-15 in a country of ten kilometres; what PROJ rounds is 1e-10.
     found = best("tmerc", f"country:{country}")
     west, south, east, north = get_region(f"country:{country}").bounds
     grid = np.meshgrid(np.linspace(west, east, 400), np.linspace(south, north, 400))
@@ -75,41 +73,26 @@ def test_no_figure_of_a_small_country_is_missing(family):
 
 # Names of methods, in EPSG's and ESRI's words, and the family that they are of.
 METHODS = {
-    "lcc": ("Lambert Conic Conformal (1SP)", "Lambert Conic Conformal (2SP)"),
-    "aea": ("Albers Equal Area",),
-    "eqdc": ("Equidistant Conic",),
-    "tmerc": ("Transverse Mercator",),
-    "laea": ("Lambert Azimuthal Equal Area",),
-    "aeqd": ("Azimuthal Equidistant",),
-    "stere": ("Polar Stereographic (variant A)", "Polar Stereographic (variant B)"),
+    "lcc": ("Lambert Conic Conformal (1SP)", "Lambert Conic Conformal (2SP)"), "aea": ("Albers Equal Area",),
+    "eqdc": ("Equidistant Conic",), "tmerc": ("Transverse Mercator",), "laea": ("Lambert Azimuthal Equal Area",),
+    "aeqd": ("Azimuthal Equidistant",), "stere": ("Polar Stereographic (variant A)", "Polar Stereographic (variant B)"),
     "merc": ("Mercator (variant A)", "Mercator (variant B)"),
     "omerc": ("Hotine Oblique Mercator (variant A)", "Hotine Oblique Mercator (variant B)"),
-    "cea": ("Lambert Cylindrical Equal Area",),
-    "wintri": ("Winkel Tripel",),
-}
+    "cea": ("Lambert Cylindrical Equal Area",), "wintri": ("Winkel Tripel",),
+}  # fmt: skip
 FAMILY = {method: family for family, methods in METHODS.items() for method in methods}
 # Of a figure: the nodes of a search are fixed, an optimum is flat, and means are measured to 1e-4.
 SLACK = 2e-4
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("region", "criterion"),
-    [
-        (GERMANY, "airy_kavrayskiy"),
-        (GERMANY, "max_scale_error_ppm"),
-        (GERMANY, "max_omega"),
-        (GERMANY, "mean_omega"),
-        (GERMANY, "max_areal_error_ppm"),
-        ("box:-76,-56,-66,-17.5", "airy_kavrayskiy"),
-        ("box:-180,-90,180,-60", "airy_kavrayskiy"),
-        ("box:177,-20,-178,-15", "max_scale_error_ppm"),
-        ("cap:13.4,52.5,200", "max_scale_error_ppm"),
-        ("country:NO", "airy_kavrayskiy"),
-        ("country:CH", "mean_scale_error_ppm"),
-        ("globe", "airy_kavrayskiy"),
-    ],
-)
+@pytest.mark.parametrize(("region", "criterion"), [
+    (GERMANY, "airy_kavrayskiy"), (GERMANY, "max_scale_error_ppm"), (GERMANY, "max_omega"), (GERMANY, "mean_omega"),
+    (GERMANY, "max_areal_error_ppm"), ("box:-76,-56,-66,-17.5", "airy_kavrayskiy"),
+    ("box:-180,-90,180,-60", "airy_kavrayskiy"), ("box:177,-20,-178,-15", "max_scale_error_ppm"),
+    ("cap:13.4,52.5,200", "max_scale_error_ppm"), ("country:NO", "airy_kavrayskiy"),
+    ("country:CH", "mean_scale_error_ppm"), ("globe", "airy_kavrayskiy"),
+])  # fmt: skip
 def test_no_crs_is_better_than_the_best_of_its_family(region, criterion):
     """What holds by optimality, over every CRS of the same method; angles to 1e-6 degrees, areas to 0.1 ppm."""
     found = recommend(region, criterion=criterion, authorities=["EPSG"], area="intersects", limit=20, custom=True)

@@ -7,15 +7,7 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
-from shapely import (
-    GeometryCollection,
-    LineString,
-    MultiPoint,
-    MultiPolygon,
-    Point,
-    Polygon,
-    box,
-)
+from shapely import GeometryCollection, LineString, MultiPoint, MultiPolygon, Point, Polygon, box
 from tables import each
 
 import projdist
@@ -67,7 +59,7 @@ def box_perimeter(crs, west, south, east, north):
 # ---- boxes in longitude and latitude --------------------------------------------------------
 
 
-@pytest.mark.parametrize(("crs", "ratio"), [("EPSG:3857", 2.5534), ("EPSG:25832", 1.00029), ("ESRI:54009", 0.9986)])
+@each(("crs", "ratio"), [("EPSG:3857", 2.5534), ("EPSG:25832", 1.00029), ("ESRI:54009", 0.9986)])
 def test_germany(crs, ratio):
     """Its box of four corners has sides along parallels and meridians: the map's area is the mean areal scale."""
     found = checked(box(*GERMANY), to=crs)
@@ -96,7 +88,7 @@ def test_web_mercator_length():
     assert checked(box(*GERMANY), to="EPSG:3857").overall.map_length_km == pytest.approx(truth, rel=EXACT)
 
 
-@pytest.mark.parametrize(
+@each(
     ("west", "south", "east", "north"),
     [(-180, -90, 180, 90), (-180, -90, 180, -60), (-180, 60, 180, 90), (-180, 10, 180, 20), (0, -60, 90, 90)],
 )
@@ -172,7 +164,7 @@ def test_rings_and_lines_round_the_earth():
 # ---- data on a plane ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("crs", ["EPSG:25832", "EPSG:3035", "EPSG:3857", "EPSG:2056", "ESRI:54009"])
+@each("crs", ["EPSG:25832", "EPSG:3035", "EPSG:3857", "EPSG:2056", "ESRI:54009"])
 def test_straight_on_the_plane(crs):
     """Edges stored in a projected CRS are straight there: the truth is of many geodesics along them."""
     plane = box(*frame(box(*GERMANY)).to_crs(crs).total_bounds)
@@ -206,23 +198,20 @@ def test_another_crs_than_the_datas():
     there = frame(shapely.segmentize(square, 50), crs="EPSG:2154").to_crs("ESRI:54009").geometry.iloc[0]
     assert found.map_area_km2 == pytest.approx(there.area / 1e6, rel=CHORDS)
     assert found.map_length_km == pytest.approx(there.length / 1e3, rel=CHORDS)
-    assert found.area_km2 == pytest.approx(
-        checked(square, crs="EPSG:2154").overall.area_km2, rel=1e-7
-    )  # two ellipsoids
+    own = checked(square, crs="EPSG:2154").overall.area_km2
+    assert found.area_km2 == pytest.approx(own, rel=1e-7)  # two ellipsoids
 
 
 def test_feet():
     """Long Island's grid in US feet and in metres are the same map: figures are metric."""
     square = box(3e5, 5e4, 3.5e5, 9e4)
-    metres, feet = (
-        checked(square, crs="EPSG:32118"),
-        checked(shapely.transform(square, lambda xy: xy * 3937 / 1200), crs="EPSG:2263"),
-    )
+    in_feet = shapely.transform(square, lambda xy: xy * 3937 / 1200)
+    metres, feet = checked(square, crs="EPSG:32118"), checked(in_feet, crs="EPSG:2263")
     for name in ("area_km2", "map_area_km2", "length_km", "map_length_km", "bearing_error"):
         assert feet.features[name] == pytest.approx(metres.features[name], rel=1e-7)  # its origin is rounded to a foot
 
 
-@pytest.mark.parametrize("crs", ["EPSG:6931", "EPSG:6932", "EPSG:3035"])
+@each("crs", ["EPSG:6931", "EPSG:6932", "EPSG:3035"])
 def test_round_a_pole_and_from_it(crs):
     """Equal-area maps are right about squares that hold a pole, have it for a corner, or on a side."""
     centre = np.array([4321e3, 3210e3]) if crs == "EPSG:3035" else np.zeros(2)
@@ -295,11 +284,14 @@ def test_convergence():
 
 def test_bearings_along_a_parallel():
     """Lambert-93 turns by n (lon - 3), n = 0.725607765 (IGN): along 6 degrees of a parallel n 6 / sqrt 3 as RMS."""
-    lines = [LineString(ends) for ends in ([(3, 46), (9, 46)], [(9, 46), (3, 46)])]
-    found = checked(*lines, crs="EPSG:4171", to="EPSG:2154").features
-    n = 0.7256077650
-    assert found["bearing_error"] == pytest.approx(6 * n / np.sqrt(3), abs=BEARING)
-    assert found["largest_bearing_error"] == pytest.approx(6 * n, abs=BEARING)
+    # Of the totals, worst is that of the worst feature, as RMS along it; largest is anywhere.
+    lines = [LineString(ends) for ends in ([(3, 46), (9, 46)], [(9, 46), (3, 46)], [(3, 46), (5, 46)])]
+    found = checked(*lines, crs="EPSG:4171", to="EPSG:2154")
+    n, width = 0.7256077650, np.array([6, 6, 2])
+    assert found.features["bearing_error"] == pytest.approx(width * n / np.sqrt(3), abs=BEARING)
+    assert found.features["largest_bearing_error"] == pytest.approx(width * n, abs=BEARING)
+    assert found.overall.worst_bearing_error == pytest.approx(6 * n / np.sqrt(3), abs=BEARING)
+    assert found.overall.largest_bearing_error == pytest.approx(6 * n, abs=BEARING)
 
 
 # ---- all kinds of geometries ----------------------------------------------------------------
@@ -320,18 +312,16 @@ def test_parts():
 
 def test_totals():
     """Sums, the worst, RMS of features, and bearings as RMS along all edges."""
-    found = checked(
-        box(0, 0, 1, 1), box(0, 60, 2, 61), LineString([(5, 70), (6, 71)]), to="EPSG:25832", name=list("abc")
-    )
+    shapes = box(0, 0, 1, 1), box(0, 60, 2, 61), LineString([(5, 70), (6, 71)])
+    found = checked(*shapes, to="EPSG:25832", name=list("abc"))
     one, total = found.features, found.overall
     assert total.measured == 3
     assert total.area_error == pytest.approx(np.nansum(one["map_area_km2"]) / np.nansum(one["area_km2"]) - 1)
     assert total.length_error == pytest.approx(one["map_length_km"].sum() / one["length_km"].sum() - 1)
     assert total.worst_length_error == one["length_error"][np.argmax(np.abs(one["length_error"]))]
     assert total.rms_area_error == pytest.approx(np.sqrt(np.nanmean(one["area_error"] ** 2)))
-    assert total.bearing_error == pytest.approx(
-        np.sqrt(np.average(one["bearing_error"] ** 2, weights=one["length_km"]))
-    )
+    square = np.average(one["bearing_error"] ** 2, weights=one["length_km"])
+    assert total.bearing_error == pytest.approx(np.sqrt(square))
     assert found.worst(2) == list(np.argsort(-np.fmax(abs(one["area_error"]), abs(one["length_error"])))[:2])
     assert one["name"].tolist() == ["a", "b", "c"]
 
@@ -347,15 +337,6 @@ def test_lines_have_no_area():
     total = lines.to_dict()["overall"]
     names = ("area_km2", "map_area_km2", "area_error", "worst_area_error", "rms_area_error")
     assert [total[name] for name in names] == [None] * 5
-
-
-def test_one_word_for_one_thing_of_bearings():
-    """Worst is that of the worst feature, as RMS along it; largest is anywhere. By hand for parallels of Lambert-93."""
-    lines = [LineString(ends) for ends in ([(3, 46), (9, 46)], [(3, 46), (5, 46)])]
-    found = checked(*lines, crs="EPSG:4171", to="EPSG:2154").overall
-    n = 0.7256077650
-    assert found.worst_bearing_error == pytest.approx(6 * n / np.sqrt(3), abs=BEARING)
-    assert found.largest_bearing_error == pytest.approx(6 * n, abs=BEARING)
 
 
 def test_names():
@@ -389,21 +370,16 @@ def test_what_cannot_be_measured():
     assert (found.overall.measured, found.overall.undrawn) == (3, 1)
 
 
-def test_metres_that_are_said_to_be_degrees():
-    """They are refused, as nothing of them has a place."""
-    with pytest.raises(ValueError, match=r"^Invalid data\. .* but coordinates that are no longitudes and lat"):
-        projdist.check(frame(box(5e5, 5e6, 6e5, 5.1e6)), "EPSG:25832")
-
-
 def test_metres_of_no_place():
-    """Nothing is drawn, and nothing recommended."""
+    """Nothing is drawn, and nothing recommended; nor on other bodies, as the registry's areas are the Earth's."""
     found = projdist.check(frame(box(1e8, 1e8, 2e8, 2e8), crs="EPSG:25832"))
     assert found.features["note"].tolist() == [OUTSIDE]
     assert found.above(1e9)
-    assert found.worst(5) == []
-    assert found.recommended is None
+    assert (found.worst(5), found.recommended) == ([], None)
     assert found.notes == ("No CRS is recommended: the data have no place on the Earth.",)
     json.loads(found.to_json())
+    moon = projdist.check(frame(box(0, 0, 1, 1), crs="IAU_2015:30100"), "IAU_2015:30110")
+    assert (moon.recommended, moon.notes[-1]) == (None, "No CRS is recommended: that is done for the Earth only.")
 
 
 def test_limits():
@@ -488,13 +464,6 @@ def test_a_recommended_crs_is_measured(monkeypatch):
     )
 
 
-def test_no_crs_is_recommended_on_other_bodies():
-    """The registry's areas of use are the Earth's."""
-    found = projdist.check(frame(box(0, 0, 1, 1), crs="IAU_2015:30100"), "IAU_2015:30110")
-    assert found.recommended is None
-    assert found.notes[-1] == "No CRS is recommended: that is done for the Earth only."
-
-
 @each(
     ("data", "options", "message"),
     [
@@ -507,6 +476,7 @@ def test_no_crs_is_recommended_on_other_bodies():
         (frame(box(0, 0, 1, 1)), {"crs": "moll", "purpose": "best"}, r"^Invalid purpose 'best'"),
         ([box(0, 0, 1, 1)], {"crs": "moll"}, r"^Invalid data of type 'list'"),
         (frame(box(0, 0, 1, 1)), {"crs": "IAU_2015:30120"}, r"^Invalid CRS 'WGS 84' of the data. PROJ has no way"),
+        (frame(box(5e5, 5e6, 6e5, 5.1e6)), {"crs": "EPSG:25832"}, r"^Invalid data\. .* but coordinates that are no l"),
         (frame(box(0, 0, 1, 1), crs="EPSG:4978"), {}, r"^Invalid projection 'WGS 84'. It is a Geocentric CRS"),
     ],
 )  # fmt: skip

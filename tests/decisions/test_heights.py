@@ -6,23 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from tables import each
 
 from projdist import read_heights
 
 POINTS = np.array([[10.0, 50.0, 100.5], [11.0, 51.0, -3.0]])
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "lon,lat,h\n10,50,100.5\n11,51,-3\n",
-        "10,50,100.5\n11,51,-3\n",
-        "10 50 100.5\n\n# a remark\n11 51 -3\n",
-        "name;latitude;longitude;height\na;50;10;100.5\nb;51;11;-3\n",
-        "\ufeffx\ty\tz\n10\t50\t100.5\n11\t51\t-3\n",
-    ],
-    ids=["header", "bare", "blanks", "semicolons", "tabs"],
-)
+@pytest.mark.parametrize("text", [
+    "lon,lat,h\n10,50,100.5\n11,51,-3\n", "10,50,100.5\n11,51,-3\n", "10 50 100.5\n\n# a remark\n11 51 -3\n",
+    "name;latitude;longitude;height\na;50;10;100.5\nb;51;11;-3\n", "\ufeffx\ty\tz\n10\t50\t100.5\n11\t51\t-3\n",
+], ids=["header", "bare", "blanks", "semicolons", "tabs"])  # fmt: skip
 def test_tables(tmp_path: Path, text: str) -> None:
     """Columns by any usual name, or in the usual order."""
     path = tmp_path / "points.csv"
@@ -30,17 +24,12 @@ def test_tables(tmp_path: Path, text: str) -> None:
     assert_allclose(read_heights(path), POINTS)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "It is empty"),
-        ("lon,lat,name\n1,2,a\n", "Its header must name columns lon, lat and h"),
-        ("lon,lat,h\n1,2,a\n", "Line 2 must have a longitude, a latitude and a height"),
-        ("lon,lat,h\n1,2\n", "Line 2 must have"),
-        ("lon,lat,h\n", "There must be points"),
-        ("lon,lat,h\n1,95,3\n", "There must be points, with longitudes and latitudes in degrees"),
-    ],
-)
+@each(("text", "message"), [
+    ("", "It is empty"), ("lon,lat,name\n1,2,a\n", "Its header must name columns lon, lat and h"),
+    ("lon,lat,h\n1,2,a\n", "Line 2 must have a longitude, a latitude and a height"),
+    ("lon,lat,h\n1,2\n", "Line 2 must have"), ("lon,lat,h\n", "There must be points"),
+    ("lon,lat,h\n1,95,3\n", "There must be points, with longitudes and latitudes in degrees"),
+])  # fmt: skip
 def test_refused_tables(tmp_path: Path, text: str, message: str) -> None:
     """One line says what is wrong, and where."""
     path = tmp_path / "points.csv"
@@ -49,16 +38,18 @@ def test_refused_tables(tmp_path: Path, text: str, message: str) -> None:
         read_heights(path)
 
 
-def test_missing_files(tmp_path: Path) -> None:
-    """A file that is not there, or is no text."""
-    with pytest.raises(ValueError, match="It cannot be read as text: No such file"):
-        read_heights(tmp_path / "none.csv")
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    """A file that is not there, or is no text, and a raster that is none, in one line."""
+    pytest.importorskip("rasterio")
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ValueError, match="cannot be read as text"):
-        read_heights(tmp_path / "binary.csv")
+    (tmp_path / "bad.tif").write_text("no raster")
+    messages = {"none.csv": "It cannot be read as text: No such file", "binary.csv": "cannot be read as text"}
+    for name, message in (messages | {"bad.tif": "The raster cannot be read"}).items():
+        with pytest.raises(ValueError, match=message):
+            read_heights(tmp_path / name)
 
 
-@pytest.mark.parametrize("crs", ["EPSG:4326", "EPSG:32632"])
+@each("crs", ["EPSG:4326", "EPSG:32632"])
 def test_rasters(tmp_path: Path, crs: str) -> None:
     """Cells that have heights, at their centres, in degrees whatever the raster's CRS."""
     rasterio = pytest.importorskip("rasterio")
@@ -78,12 +69,10 @@ def test_rasters(tmp_path: Path, crs: str) -> None:
         assert_allclose(found[0, :2], [9.007, 50.0], atol=0.02)
 
 
-@pytest.mark.parametrize("axis", ["east", "north"])
+@each("axis", ["east", "north"])
 def test_large_rasters_are_thinned(tmp_path: Path, axis: str) -> None:
-    """Two hundred cells a side are taken, evenly up to the last ones, each with the height of its own place.
-
-    On a slope a height is a place: that of the middle of a cell within half a step.
-    """
+    """Two hundred cells a side are taken, evenly up to the last ones, each with the height of its own place."""
+    # On a slope a height is a place: that of the middle of a cell within half a step.
     rasterio = pytest.importorskip("rasterio")
     rows, columns, cell = 430, 1000, 0.001
     x, y = cell * (np.arange(columns) + 0.5), cell * (np.arange(rows) + 0.5)
@@ -100,15 +89,7 @@ def test_large_rasters_are_thinned(tmp_path: Path, axis: str) -> None:
     assert_allclose([lat.min(), lat.max()], [50.0 - cell * rows + 0.5 * down, 50.0 - 0.5 * down])
 
 
-def test_broken_rasters(tmp_path: Path) -> None:
-    """A raster that is none is one line."""
-    pytest.importorskip("rasterio")
-    (tmp_path / "bad.tif").write_text("no raster")
-    with pytest.raises(ValueError, match="The raster cannot be read"):
-        read_heights(tmp_path / "bad.tif")
-
-
-@pytest.mark.parametrize("kind", ["complex64", "complex_int16", "float32"])
+@each("kind", ["complex64", "complex_int16", "float32"])
 def test_rasters_of_no_heights(tmp_path: Path, kind: str) -> None:
     """Complex numbers are no heights, and pixels without a transform have no place, whatever GDAL takes for it."""
     rasterio = pytest.importorskip("rasterio")

@@ -33,21 +33,13 @@ CRITERIA = ("share", "max_scale_error_ppm", "rms_scale_error_ppm")
 # ---- the combined factor ---------------------------------------------------------------------
 
 
-def test_published_elevation_factor() -> None:
+def test_elevation_factors() -> None:
     """Station CBL 0 at Limon, Colorado (39.2 N, NGS data sheet KJ0588): 1610.152 m above GRS 80, 0.99974744."""
+    # R_G is the geometric mean of both radii, here written out for 45 degrees; the scale factor is that of `factors`.
     assert float(elevation_factor(39.2, 1610.152, GRS80)) == pytest.approx(0.99974744, abs=5e-9)
-
-
-def test_radius_of_curvature() -> None:
-    """R_G is the geometric mean of both radii, here written out for 45 degrees."""
     e2 = GRS80.eccentricity_squared
-    w2 = 1 - e2 / 2
-    radius = GRS80.a * math.sqrt(1 - e2) / w2
+    radius = GRS80.a * math.sqrt(1 - e2) / (1 - e2 / 2)
     assert float(elevation_factor(45.0, 1000.0, GRS80)) == pytest.approx(radius / (radius + 1000.0), rel=1e-14)
-
-
-def test_combined_factor() -> None:
-    """Scale factor times elevation factor; the scale is that of `factors`."""
     k = factors("EPSG:32610", -121.0, 44.0).k
     expected = 1e6 * (float(k) * float(elevation_factor(44.0, 1200.0, GRS80)) - 1)
     assert float(distortion_ppm("EPSG:32610", -121.0, 44.0, 1200.0)) == pytest.approx(expected, abs=1e-3)
@@ -69,14 +61,10 @@ def unevenness(J: np.ndarray) -> np.ndarray:
 FIGURES = (*CRITERIA, "mean_scale_error_ppm", "airy_kavrayskiy", "canters_ar", unevenness)
 
 
-@pytest.mark.parametrize(
-    ("criterion", "round_k"),
-    [
-        ("share", 5e-5),
-        ("share", 7e-6),
-        *(pytest.param(one, step, marks=pytest.mark.slow) for one in FIGURES for step in (1e-6, 7e-6, 5e-5)),
-    ],
-)
+@each(("criterion", "round_k"), [
+    ("share", 5e-5), ("share", 7e-6),
+    *(pytest.param(one, step, marks=pytest.mark.slow) for one in FIGURES for step in (1e-6, 7e-6, 5e-5)),
+])  # fmt: skip
 def test_best_rounded_scale(criterion: AnyFigure, round_k: float) -> None:
     """No other multiple is better; some steps are wider than the range of k_0 that holds a point."""
     rng = np.random.default_rng(5)
@@ -88,7 +76,7 @@ def test_best_rounded_scale(criterion: AnyFigure, round_k: float) -> None:
         assert goal.rounded_scale(q, weight)[1] == pytest.approx(least, rel=1e-9)
 
 
-@pytest.mark.parametrize(("third", "k_0"), [(250.0, 0.99991), (-250.0, 1.00001)])
+@each(("third", "k_0"), [(250.0, 0.99991), (-250.0, 1.00001)])
 def test_the_rms_decides_between_scales_that_hold_as_much(third: float, k_0: float) -> None:
     """Of two places 100 ppm apart, the one that is nearer to the mean of all with a third; 1 less that mean."""
     q, weight = 1.0 + 1e-6 * np.array([0.0, 100.0, third]), np.array([0.4, 0.4, 0.2])
@@ -117,7 +105,7 @@ def test_functions_and_names_have_one_optimum() -> None:
     assert found.proj == known.proj
 
 
-@pytest.mark.parametrize("top", [-2871.0, 9.0, 3000.0])
+@each("top", [-2871.0, 9.0, 3000.0])
 def test_a_scan_finds_a_narrow_top(top: float) -> None:
     """Of six thousand places of an axis, one by one where they are few, the ones next to the least come first."""
     axis = LdpAxis("tmerc", extent_of(get_region(AREA)), WGS84, 1 / 600)
@@ -126,7 +114,7 @@ def test_a_scan_finds_a_narrow_top(top: float) -> None:
     assert found == sorted(range(-3000, 3001), key=lambda step: abs(step - top))[: len(found)]
 
 
-@pytest.mark.parametrize(("lat", "wide"), [(0.0, 1.0), (60.0, 2.0), (-60.0, 2.0)])
+@each(("lat", "wide"), [(0.0, 1.0), (60.0, 2.0), (-60.0, 2.0)])
 def test_an_axis_is_sought_as_far_to_the_east_as_to_the_north(lat: float, wide: float) -> None:
     """In kilometres: a degree of longitude has the cosine of the latitude of one of latitude."""
     extent = extent_of(get_region(f"cap:10,{lat},20"))
@@ -134,7 +122,7 @@ def test_an_axis_is_sought_as_far_to_the_east_as_to_the_north(lat: float, wide: 
     assert (east.high - east.low) / (north.high - north.low) == pytest.approx(wide, rel=1e-3)
 
 
-@pytest.mark.parametrize("region", ["box:9.4,47.3,9.8,47.7", "box:-71,-33.3,-70.6,-33.1"])
+@each("region", ["box:9.4,47.3,9.8,47.7", "box:-71,-33.3,-70.6,-33.1"])
 def test_origins(region: str) -> None:
     """The latitude of origin lies south of the region, by less than a step; all coordinates are positive."""
     area = get_region(region)
@@ -208,10 +196,8 @@ def fjord(seed: int) -> np.ndarray:
 
 
 def best_count(family: str, points: np.ndarray) -> int:
-    """The most points within 20 ppm: every minute of the axis, every 1e-6 of k_0.
-
-    The scale factors are pyproj's.
-    """
+    """The most points within 20 ppm: every minute of the axis, every 1e-6 of k_0."""
+    # The scale factors are pyproj's.
     lon, lat, height = points.T
     name, first, last = {"tmerc": ("lon_0", 5 * 60, 8 * 60), "lcc": ("lat_1", 60 * 60 - 30, 62 * 60 + 30)}[family]
     k_0 = 1.0 + 1e-6 * np.arange(-200, 200)
@@ -358,17 +344,13 @@ def check_against(code: int, criterion: str, rise: float) -> None:
 OREGON, WISCONSIN = systems("Oregon"), systems("WISCRS")
 
 
-def test_the_published_systems_are_there() -> None:
-    """39 zones of Oregon, 59 of Wisconsin."""
-    assert (len(OREGON), len(WISCONSIN)) == (39, 59)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("code", "criterion"), [(6842, "rms_scale_error_ppm"), (6806, "share"), (7528, "max_scale_error_ppm")]
 )
 def test_published_systems(code: int, criterion: str) -> None:
-    """An oblique, a conic and a transverse one are not better than ours, by our criterion, on their own ground."""
+    """An oblique, a conic and a transverse one of 98 are not better than ours by our criterion, on their own ground."""
+    assert (len(OREGON), len(WISCONSIN)) == (39, 59)
     check_against(code, criterion, 0.0)
 
 
@@ -386,38 +368,27 @@ def test_every_third_published_system(code: int, criterion: str, rise: float) ->
 # ---- what is refused -------------------------------------------------------------------------
 
 
-@each(
-    ("options", "message"),
-    [
-        ({}, "Invalid heights. There must be either"),
-        ({"height": 100.0, "heights": SLOPE}, "Invalid heights. There must be either"),
-        ({"height": 9999.0}, "Invalid height '9999.0'"),
-        ({"heights": SLOPE[:, :2]}, "They must be rows of longitude, latitude and height"),
-        ({"heights": SLOPE + np.array([30.0, 0.0, 0.0])}, "No point lies in the region"),
-        ({"height": 1.0, "families": ["merc"]}, "Invalid families 'merc'"),
-        ({"height": 1.0, "criterion": "best"}, "Invalid criterion 'best'"),
-        (
-            {"height": 1.0, "criterion": "max_omega"},
-            "Invalid criterion 'max_omega'. It must be share, or a figure that",
-        ),
-        ({"height": 1.0, "target_ppm": 0.0}, "Invalid target '0.0'"),
-        ({"height": 1.0, "round_k": 1.0}, "Invalid rounding of k_0 '1.0'"),
-        ({"height": 1.0, "round_axis": 10.0}, "Invalid rounding of the axis '10.0'"),
-        ({"height": 1.0, "geodetic": "EPSG:32633"}, "Invalid geographic CRS 'EPSG:32633'"),
-        ({"height": 1.0, "geodetic": "EPSG:1"}, "Invalid geographic CRS 'EPSG:1'"),
-        ({"height": 1.0, "geodetic": "epsg6318"}, r"Invalid geographic CRS 'epsg6318'. Did you mean EPSG:6318\?"),
-    ],
-)
+@each(("options", "message"), [
+    ({}, "Invalid heights. There must be either"),
+    ({"height": 100.0, "heights": SLOPE}, "Invalid heights. There must be either"),
+    ({"height": 9999.0}, "Invalid height '9999.0'"),
+    ({"heights": SLOPE[:, :2]}, "They must be rows of longitude, latitude and height"),
+    ({"heights": SLOPE + np.array([30.0, 0.0, 0.0])}, "No point lies in the region"),
+    ({"height": 0.0, "region": "globe"}, "It must reach no farther than 60 degrees"),
+    ({"height": 1.0, "families": ["merc"]}, "Invalid families 'merc'"),
+    ({"height": 1.0, "criterion": "best"}, "Invalid criterion 'best'"),
+    ({"height": 1.0, "criterion": "max_omega"}, "Invalid criterion 'max_omega'. It must be share, or a figure that"),
+    ({"height": 1.0, "target_ppm": 0.0}, "Invalid target '0.0'"),
+    ({"height": 1.0, "round_k": 1.0}, "Invalid rounding of k_0 '1.0'"),
+    ({"height": 1.0, "round_axis": 10.0}, "Invalid rounding of the axis '10.0'"),
+    ({"height": 1.0, "geodetic": "EPSG:32633"}, "Invalid geographic CRS 'EPSG:32633'"),
+    ({"height": 1.0, "geodetic": "EPSG:1"}, "Invalid geographic CRS 'EPSG:1'"),
+    ({"height": 1.0, "geodetic": "epsg6318"}, r"Invalid geographic CRS 'epsg6318'. Did you mean EPSG:6318\?"),
+])  # fmt: skip
 def test_refused(options: dict[str, object], message: str) -> None:
-    """One line says what it must be."""
+    """One line says what it must be; no map of half the Earth is of low distortion."""
     with pytest.raises(ValueError, match=message):
-        ldp(AREA, **options)  # type: ignore[arg-type]
-
-
-def test_regions_too_large() -> None:
-    """No map of half the Earth is of low distortion."""
-    with pytest.raises(ValueError, match="It must reach no farther than 60 degrees"):
-        ldp("globe", height=0.0)
+        ldp(**{"region": AREA} | options)  # type: ignore[arg-type]
 
 
 # ---- simpler maps ----------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""A CRS for people's data: on their datum, for their country, with little turned meridians, and what is told of it."""
+"""A CRS for data and for frames: on their datum, for their country, with little convergence, and with messages."""
 
 from types import SimpleNamespace
 
@@ -6,6 +6,7 @@ import numpy as np
 import pyproj
 import pytest
 from shapely import box
+from tables import each
 
 import projdist
 from projdist import Notice
@@ -17,16 +18,10 @@ geopandas = pytest.importorskip("geopandas")
 
 # What is there, by any atlas: the country of each place.
 PLACES = {
-    "Freiburg": (7.80, 47.97),
-    "Colmar": (7.35, 48.08),
-    "Basel": (7.59, 47.55),
-    "Oslo": (10.7, 59.9),
-    "Utrecht": (5.1, 52.1),
-    "Madrid": (-3.7, 40.4),
-    "Nairobi": (36.8, -1.3),
-    "Christchurch": (172.6, -43.5),
+    "Freiburg": (7.80, 47.97), "Colmar": (7.35, 48.08), "Basel": (7.59, 47.55), "Oslo": (10.7, 59.9),
+    "Utrecht": (5.1, 52.1), "Madrid": (-3.7, 40.4), "Nairobi": (36.8, -1.3), "Christchurch": (172.6, -43.5),
     "Denver": (-105.0, 39.7),
-}
+}  # fmt: skip
 
 
 def parcels(place, crs):
@@ -59,18 +54,13 @@ def to_older(lon, lat, shift, ellipsoid):
     return np.hypot(meridian * (there - up), normal * np.cos(there) * (np.arctan2(y, x) - turn))
 
 
-@pytest.mark.parametrize(
-    ("source", "target", "place", "metres", "accuracy"),
-    [
-        # CH1903+ to WGS 84 is a shift of 674.374, 15.056, 405.346 m (swisstopo).
-        ("EPSG:4326", "EPSG:2056", "Basel", None, 1.0),
-        ("EPSG:4326", "EPSG:25832", "Freiburg", 0.0, 0.1),
-        ("EPSG:4326", "EPSG:2193", "Christchurch", 0.0, 1.0),
-        ("EPSG:4230", "EPSG:4258", "Freiburg", 130.0, 10.0),
-        ("EPSG:4258", "EPSG:31467", "Freiburg", 121.0, 3.0),
-        pytest.param("EPSG:4267", "EPSG:4269", "Denver", 50.0, 15.0, marks=pytest.mark.slow),
-    ],
-)
+@each(("source", "target", "place", "metres", "accuracy"), [
+    # CH1903+ to WGS 84 is a shift of 674.374, 15.056, 405.346 m (swisstopo).
+    ("EPSG:4326", "EPSG:2056", "Basel", None, 1.0), ("EPSG:4326", "EPSG:25832", "Freiburg", 0.0, 0.1),
+    ("EPSG:4326", "EPSG:2193", "Christchurch", 0.0, 1.0), ("EPSG:4230", "EPSG:4258", "Freiburg", 130.0, 10.0),
+    ("EPSG:4258", "EPSG:31467", "Freiburg", 121.0, 3.0),
+    pytest.param("EPSG:4267", "EPSG:4269", "Denver", 50.0, 15.0, marks=pytest.mark.slow),
+])  # fmt: skip
 def test_shifts(source, target, place, metres, accuracy):
     """A change of datum in metres: of geocentric shifts in closed form, else about what is published."""
     lon, lat = PLACES[place]
@@ -113,23 +103,12 @@ def test_no_shift_is_no_ballpark():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("place", "crs", "datum"),
-    [
-        ("Freiburg", "EPSG:4258", "ETRS89"),
-        ("Freiburg", "EPSG:25832", "ETRS89"),
-        ("Freiburg", "EPSG:4230", "ED50"),
-        ("Colmar", "EPSG:4258", "ETRS89"),
-        ("Basel", "EPSG:4258", "ETRS89"),
-        ("Oslo", "EPSG:4258", "ETRS89"),
-        ("Utrecht", "EPSG:4258", "ETRS89"),
-        ("Madrid", "EPSG:4258", "ETRS89"),
-        ("Nairobi", "EPSG:4210", "Arc 1960"),
-        ("Christchurch", "EPSG:4167", "NZGD2000"),
-        ("Denver", "EPSG:4269", "NAD83"),
-        ("Denver", "EPSG:4267", "NAD27"),
-    ],
-)
+@pytest.mark.parametrize(("place", "crs", "datum"), [
+    ("Freiburg", "EPSG:4258", "ETRS89"), ("Freiburg", "EPSG:25832", "ETRS89"), ("Freiburg", "EPSG:4230", "ED50"),
+    ("Colmar", "EPSG:4258", "ETRS89"), ("Basel", "EPSG:4258", "ETRS89"), ("Oslo", "EPSG:4258", "ETRS89"),
+    ("Utrecht", "EPSG:4258", "ETRS89"), ("Madrid", "EPSG:4258", "ETRS89"), ("Nairobi", "EPSG:4210", "Arc 1960"),
+    ("Christchurch", "EPSG:4167", "NZGD2000"), ("Denver", "EPSG:4269", "NAD83"), ("Denver", "EPSG:4267", "NAD27"),
+])  # fmt: skip
 def test_data_keep_their_datum(place, crs, datum):
     """Data that state a datum get a CRS on it, without a word about any change; the box of its use holds the data."""
     found = estimate_crs(parcels(place, crs), authorities=["EPSG"])
@@ -255,3 +234,46 @@ def test_less_turned_maps_are_better(monkeypatch):
     # Eleven degrees from the meridian of zone 30.
     assert found.convergence == pytest.approx(np.sin(np.radians(47.97)) * 10.8, rel=0.02)
     assert "EPSG:25830: Its grid north" in found.warnings[0]
+
+
+gpd = pytest.importorskip("geopandas")
+
+
+@pytest.mark.slow
+def test_fiji():
+    """Islands on both sides of the antimeridian get Fiji's grid, and not a zone at Greenwich."""
+    frame = gpd.GeoSeries.from_wkt(
+        ["MULTIPOLYGON(((177.2 -18.3,178.7 -18.3,178.7 -17.3,177.2 -17.3,177.2 -18.3)),((-180 -17,-179.8 -17,"
+         "-179.8 -16.2,-180 -16.2,-180 -17)))"],
+        crs="EPSG:4326",
+    )  # fmt: skip
+    with pytest.warns(Notice, match=r"^EPSG:3460: The datum changes from WGS 84 to Fiji 1986: .* differ by 16.8 m"):
+        assert estimate_crs(frame, authorities=["EPSG"]).to_epsg() == 3460
+
+
+@pytest.mark.slow
+def test_polygons_count_themselves():
+    """Croatia, two arms: its official transverse Mercator map is the best; over their box, its conic would be."""
+    croatia = gpd.GeoSeries.from_wkt(
+        ["POLYGON((13.5 45.5,16.3 46.5,19.4 45.3,19 44.9,16 45.1,15.9 44.3,18.5 42.4,17.5 42.8,14.5 44.5,13.5 45.5))"],
+        crs="EPSG:4326",
+    )
+    assert estimate_crs(croatia, authorities=["EPSG"]).to_epsg() == 3765
+    assert estimate_crs(croatia.envelope, authorities=["EPSG"]).to_epsg() == 3766
+    assert estimate_crs(croatia.boundary, authorities=["EPSG"]).to_epsg() == 3766
+
+
+@pytest.mark.slow
+def test_purpose():
+    """Data in any CRS, and a purpose: the European Union's grid for its statistics."""
+    frame = gpd.GeoDataFrame(geometry=gpd.points_from_xy([6.0, 15.0], [47.5, 55.0]), crs="EPSG:4326").to_crs(25832)
+    with pytest.warns(Notice, match=r"^EPSG:3035: Its grid north is off true north by 3\.\d degrees in the data"):
+        assert estimate_crs(frame, purpose="equal-area", authorities=["EPSG"]).to_epsg() == 3035
+
+
+def test_refused():
+    """Data without a CRS, or without geometry."""
+    with pytest.raises(ValueError, match=r"^Invalid data. It must have a CRS"):
+        estimate_crs(gpd.GeoSeries.from_wkt(["POINT(1 2)"]))
+    with pytest.raises(ValueError, match=r"^Invalid data. It must have a geometry"):
+        estimate_crs(gpd.GeoSeries.from_wkt(["POINT EMPTY"], crs="EPSG:4326"))

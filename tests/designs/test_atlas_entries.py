@@ -1,8 +1,9 @@
-"""The atlas as it is shipped: whole, found by its names, and right by pyproj's own factors."""
+"""The atlas as it is shipped, whole and right by pyproj; its regions, and an entry against what is known of caps."""
 
 import gzip
 import importlib.resources
 import json
+import math
 import zlib
 from collections.abc import Iterator
 from types import SimpleNamespace
@@ -16,7 +17,7 @@ from pyproj.enums import PJType
 from tables import each
 
 from projdist.decisions import CLOSE, WIDE_FACTOR
-from projdist.designs import atlas, atlas_areas, atlas_names
+from projdist.designs import atlas, atlas_areas, atlas_names, measured_entry
 from projdist.designs.atlas_entries import _scale_error
 from projdist.regions import get_region
 
@@ -42,45 +43,30 @@ def test_every_place_once() -> None:
     assert len(set(NAMES)) == len(NAMES)
 
 
-@each(
-    ("asked", "title", "kind"),
-    [
-        ("NZ", "New Zealand", "country"),
-        ("new zealand", "New Zealand", "country"),
-        ("country:NZL", "New Zealand", "country"),
-        ("CA", "Canada", "country"),
-        ("state:CA", "California, USA", "state"),
-        ("Texas", "Texas, USA", "state"),
-        ("Georgia", "Georgia", "country"),
-        ("Antarctica", "Antarctica", "country"),
-        ("continent:Antarctica", "Antarctica", "continent"),
-        ("Cote d'Ivoire", "Côte d'Ivoire", "country"),
-        ("north atlantic", "North Atlantic", "ocean"),
-        ("utm zone 33n", "UTM zone 33N", "zone"),
-        ("france cayenne", "France, Cayenne", "part"),
-    ],
-)
+@each(("asked", "title", "kind"), [
+    ("NZ", "New Zealand", "country"), ("new zealand", "New Zealand", "country"),
+    ("country:NZL", "New Zealand", "country"), ("CA", "Canada", "country"), ("state:CA", "California, USA", "state"),
+    ("Texas", "Texas, USA", "state"), ("Georgia", "Georgia", "country"), ("Antarctica", "Antarctica", "country"),
+    ("continent:Antarctica", "Antarctica", "continent"), ("Cote d'Ivoire", "Côte d'Ivoire", "country"),
+    ("north atlantic", "North Atlantic", "ocean"), ("utm zone 33n", "UTM zone 33N", "zone"),
+    ("france cayenne", "France, Cayenne", "part"),
+])  # fmt: skip
 def test_names(asked: str, title: str, kind: str) -> None:
     """Names and codes in any case, without accents; countries before states."""
     entry = atlas(asked)
     assert (entry.title, entry.kind) == (title, kind)
 
 
-@pytest.mark.parametrize(
-    ("asked", "advice"),
-    [
-        ("Brazl", "Did you mean country:Brazil?"),
-        ("UTM zone 17N", "ask for these"),
-        ("", "atlas_names"),
-        ("box:1,2,3,4", "atlas_names"),
-    ],
-)
+@each(("asked", "advice"), [
+    ("Brazl", "Did you mean country:Brazil?"), ("UTM zone 17N", "ask for these"), ("", "atlas_names"),
+    ("box:1,2,3,4", "atlas_names"),
+])  # fmt: skip
 def test_what_is_not_there(asked: str, advice: str) -> None:
     with pytest.raises(ValueError, match=f"Invalid place '{asked}'. .*{advice}"):
         atlas(asked)
 
 
-@pytest.mark.parametrize("asked", [None, 3, b"NZ"])
+@each("asked", [None, 3, b"NZ"])
 def test_what_is_no_text(asked: object) -> None:
     with pytest.raises(TypeError, match="It must be text"):
         atlas(asked)  # type: ignore[arg-type]
@@ -208,7 +194,7 @@ def test_no_figure_is_missing() -> None:
     assert np.isfinite(numbers).all()
 
 
-@pytest.mark.parametrize("name", ["continent:Antarctica", "country:Antarctica", "Southern Ocean", "Arctic Ocean"])
+@each("name", ["continent:Antarctica", "country:Antarctica", "Southern Ocean", "Arctic Ocean"])
 def test_custom_maps_around_poles_are_whole(name: str) -> None:
     """And none has much less of an error than the limit of all whole maps, which is good to some per cent."""
     for purpose in atlas(name).purposes.values():
@@ -244,11 +230,10 @@ def share_within(info: object, lon: np.ndarray, lat: np.ndarray, weight: np.ndar
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SPOT_CHECKED)
 def test_no_crs_is_better(name: str) -> None:
-    """By pyproj's factors at a lattice none of all CRSs of EPSG and Esri counts less than the best that is told.
-
-    A CRS counts its error over the share of the place in its area of use, and those a tenth above the best are as good.
-    What is for the world or a continent counts double: here none does, so that the best may be above those by as much.
-    """
+    """By pyproj's factors at a lattice none of all CRSs of EPSG and Esri counts less than the best that is told."""
+    # A CRS counts its error over the share of the place in its area of use, and those a tenth above the best are as
+    # good. What is for the world or a continent counts double: here none does, so that the best may be above those by
+    # as much.
     points, entry = lattice(name, 1500), atlas(name)
     counts: dict[str, dict[str, float]] = {purpose: {} for purpose in ("any", "conformal", "equal-area")}
     for authority in ("EPSG", "ESRI"):
@@ -282,3 +267,44 @@ def is_wide(code: str) -> bool:
     width = (area.east - area.west) % 360.0 or 360.0
     height = np.sin(np.radians(area.north)) - np.sin(np.radians(area.south))
     return width / 360.0 * height / 2.0 > 5.0 / 510.0
+
+
+CAP_KM = 300.0
+MEAN_RADIUS_KM = 6371.0
+OF_LIMIT = 0.02  # the Earth is no sphere, and a made map stops where degrees gain less than 1 %
+
+
+@pytest.mark.slow
+def test_every_region_once() -> None:
+    areas = atlas_areas()
+    assert len({(area.kind, area.title) for area in areas}) == len({area.text for area in areas}) == len(areas)
+    kinds = [area.kind for area in areas]
+    assert (kinds.count("country"), kinds.count("continent"), kinds.count("state")) == (240, 7, 56)
+
+
+@pytest.mark.slow
+def test_parts_make_the_whole() -> None:
+    """A country's main part and those far away have its area; those of boxes lose or win nothing."""
+    areas = atlas_areas()
+    for main in (area for area in areas if area.text.endswith("@main") and area.kind == "country"):
+        parts = [area for area in areas if area.kind == "part" and area.title.startswith(f"{main.title}, ")]
+        together = sum(get_region(area.text).area_km2 for area in (main, *parts))
+        assert together == pytest.approx(get_region(f"country:{main.title}@all").area_km2, rel=1e-9), main.title
+
+
+@pytest.mark.slow
+def test_an_entry() -> None:
+    """Over a cap of radius r no map has less than r^2 / sqrt(192), no conformal one than sqrt(2) times that."""
+    least = (CAP_KM / MEAN_RADIUS_KM) ** 2 / math.sqrt(192.0)
+    entry = measured_entry(get_region(f"cap:10,50,{CAP_KM}"))
+    for purpose, times in (("any", 1.0), ("conformal", math.sqrt(2.0))):
+        found = entry["purposes"][purpose]
+        assert found["limit"] == pytest.approx(times * least, rel=OF_LIMIT)
+        assert found["made"]["airy_kavrayskiy"] == pytest.approx(times * least, rel=OF_LIMIT)
+        assert found["custom"]["airy_kavrayskiy"] > (1.0 - OF_LIMIT) * times * least
+        assert found["existing"]["airy_kavrayskiy"] >= found["custom"]["airy_kavrayskiy"]
+    assert "conformal" in entry["purposes"]["conformal"]["existing"]["keeps"]
+    assert "equal-area" in entry["purposes"]["equal-area"]["existing"]["keeps"]
+    scale = entry["purposes"]["least scale error"]["existing"]["max_scale_error_ppm"]
+    assert all(scale <= WIDE_FACTOR * one["existing"]["max_scale_error_ppm"] for one in entry["purposes"].values())
+    assert json.loads(json.dumps(entry)) == entry

@@ -57,7 +57,7 @@ def test_aitoff_and_plate_carree(winkel: MeanMap) -> None:
     np.testing.assert_allclose(winkel.average(lon, lat), tripel, rtol=0, atol=1e-3)
 
 
-@pytest.mark.parametrize("maps", [pytest.param(maps, marks=pytest.mark.slow) for maps in list(PROTOTYPES)[1:]])
+@each("maps", [pytest.param(maps, marks=pytest.mark.slow) for maps in list(PROTOTYPES)[1:]])
 def test_other_means_of_the_world(maps: tuple[str, str]) -> None:
     """To the digits of the prototypes."""
     check_prototype(mean_map(maps), maps)
@@ -104,10 +104,9 @@ def test_what_travels(winkel: MeanMap) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("weights", "cone"), [(None, 0.5), ([2, 1], 1 / 3)])
 def test_the_mean_of_a_cylinder_and_a_plane_is_a_cone(weights: list[float] | None, cone: float) -> None:
-    """Conformal maps have a conformal mean, whose scale is the geometric mean of theirs: no gap.
-
-    Mercator's map and the polar stereographic one have Lambert's cone in between, of the constant that the weights say.
-    """
+    """Conformal maps have a conformal mean, whose scale is the geometric mean of theirs: no gap."""
+    # Mercator's map and the polar stereographic one have Lambert's cone in between, of the constant that the weights
+    # say.
     found = mean_map(["mercator", POLE], region=BOX, weights=weights)
     assert found.total == pytest.approx(found.bound, rel=1e-9)
     omega = summarize(found.projection, BOX, measures=["omega"]).measures["omega"]
@@ -120,10 +119,8 @@ def test_the_mean_of_a_cylinder_and_a_plane_is_a_cone(weights: list[float] | Non
 
 
 def test_two_maps_from_each_other() -> None:
-    """The mean parts the distance d by their weights v and w: v w d^2 / (v + w) is left, and w d^2 at the first map.
-
-    The map that is corrected is the nearest one, and areas are those of the ellipsoid where there is one.
-    """
+    """The mean parts the distance d by their weights v and w: v w d^2 / (v + w) is left, and w d^2 at the first map."""
+    # The map that is corrected is the nearest one, and areas are those of the ellipsoid where there is one.
     weights = np.array([1.0, 3.0])
     zone = UTM.replace(SPHERE, "+ellps=WGS84")
     found = mean_map([EUROPE, zone], weights=weights, region=BOX, degree=4)
@@ -274,11 +271,9 @@ def test_nothing_near_is_nearer() -> None:
 
 
 def test_the_variance_inequality() -> None:
-    """What a map's total has more than the bound is its squared distance from the mean metric at least.
-
-    So it is wherever curvature is not positive (K.-T. Sturm 2003, Contemporary Mathematics 338, proposition 4.4). Two
-    maps and their mean are on one geodesic, where both are the same but for the rounding of sums of 400 numbers.
-    """
+    """What a map's total has more than the bound is its squared distance from the mean metric at least."""
+    # So it is wherever curvature is not positive (K.-T. Sturm 2003, Contemporary Mathematics 338, proposition 4.4). Two
+    # maps and their mean are on one geodesic, where both are the same but for the rounding of sums of 400 numbers.
     J, w = np.stack([homography(H, X, Y) for H in HOMOGRAPHIES]), np.full(X.size, 1.0 / X.size)
     counts = np.array([2.0, 1.0])
     targets = Targets(J, counts, w)
@@ -305,23 +300,19 @@ def test_the_start_does_not_matter(winkel: MeanMap) -> None:
     np.testing.assert_allclose(found, found[0], rtol=1e-12)
 
 
-@each(
-    ("call", "words"),
-    [
-        (lambda: mean_map([]), "one map or more"),
-        (lambda: mean_map(["robin", "moll"], weights=[1]), "as many as maps"),
-        (lambda: mean_map(["robin", "moll"], weights=[1, -1]), "finite and positive"),
-        (lambda: mean_map(["robin", "moll"], region="globe"), "must be a box within 86 degrees"),
-        (lambda: mean_map(["robin", "moll"], region="box:-180,-60,180,89"), "must be a box within 86 degrees"),
-        (lambda: mean_map(["robin", "moll"], degree=13), "at most 12"),
-        (lambda: mean_map(["robin", "moll"], region=BOX, degree=21), "from 1 to 20"),
-        (lambda: mean_map(["robin", "moll"], degree=2, datum="EPSG:4258"), "for maps of regions"),
-        (lambda: mean_map([EUROPE], region=BOX, degree=2, datum="EPSG:4258"), "with the base's ellipsoid"),
-        (lambda: mean_plane_map(X, Y[1:], np.ones((1, 400, 2, 2))), "They must be"),
-        (lambda: mean_plane_map(X, Y, np.tile(np.diag([1.0, -1.0]), (1, 400, 1, 1))), "determinants positive"),
-        (lambda: mean_plane_map(X[:3], Y[:3], np.tile(np.eye(2), (1, 3, 1, 1)), degree=4), "do not tell"),
-    ],
-)
+@each(("call", "words"), [
+    (lambda: mean_map([]), "one map or more"), (lambda: mean_map(["robin", "moll"], weights=[1]), "as many as maps"),
+    (lambda: mean_map(["robin", "moll"], weights=[1, -1]), "finite and positive"),
+    (lambda: mean_map(["robin", "moll"], region="globe"), "must be a box within 86 degrees"),
+    (lambda: mean_map(["robin", "moll"], region="box:-180,-60,180,89"), "must be a box within 86 degrees"),
+    (lambda: mean_map(["robin", "moll"], degree=13), "at most 12"),
+    (lambda: mean_map(["robin", "moll"], region=BOX, degree=21), "from 1 to 20"),
+    (lambda: mean_map(["robin", "moll"], degree=2, datum="EPSG:4258"), "for maps of regions"),
+    (lambda: mean_map([EUROPE], region=BOX, degree=2, datum="EPSG:4258"), "with the base's ellipsoid"),
+    (lambda: mean_plane_map(X, Y[1:], np.ones((1, 400, 2, 2))), "They must be"),
+    (lambda: mean_plane_map(X, Y, np.tile(np.diag([1.0, -1.0]), (1, 400, 1, 1))), "determinants positive"),
+    (lambda: mean_plane_map(X[:3], Y[:3], np.tile(np.eye(2), (1, 3, 1, 1)), degree=4), "do not tell"),
+])  # fmt: skip
 def test_what_is_refused(call, words: str) -> None:
     """In one line, with what is allowed."""
     with pytest.raises(ValueError, match=words) as caught:
@@ -329,15 +320,11 @@ def test_what_is_refused(call, words: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("maps", "words"),
-    [
-        (["robin", f"+proj=robin +lon_0=10 {SPHERE}"], "is cut within"),
-        (["robin", f"+proj=ortho {SPHERE}"], "does not show"),
-        (["robin", "+proj=robin +R=1737400"], "must be of one body"),
-        (["robin", "+proj=robin +R=1"], "another size"),
-    ],
-)
+@each(("maps", "words"), [
+    (["robin", f"+proj=robin +lon_0=10 {SPHERE}"], "is cut within"),
+    (["robin", f"+proj=ortho {SPHERE}"], "does not show"), (["robin", "+proj=robin +R=1737400"], "must be of one body"),
+    (["robin", "+proj=robin +R=1"], "another size"),
+])  # fmt: skip
 def test_maps_that_have_no_mean(maps: list[str], words: str) -> None:
     """Cut ones, those that do not show the region, and those of another body or scale."""
     with pytest.raises(ProjectionError, match=words):

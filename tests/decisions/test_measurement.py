@@ -1,15 +1,16 @@
-"""Single candidates measured in full, against closed forms."""
+"""Nodes of regions, and single candidates measured in full, against closed forms."""
 
 import math
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist import FIGURES, Projection, sample
 from projdist.answers.summaries import summarize
-from projdist.decisions.measurement import FullMeasurement, measure, probe_of
+from projdist.decisions.measurement import FullMeasurement, lattice_of, measure, probe_of
 from projdist.earth.ellipsoid import WGS84
-from projdist.regions import get_region
+from projdist.regions import GLOBE, Box, Cap, get_region
 
 
 def measured(code, region, keeps=()):
@@ -90,10 +91,8 @@ def test_mean_beside_noise(mean_scale_error):
 
 
 def test_areal_scale_has_a_mean_where_the_image_is_bounded():
-    """Adams' map of the world is a square: the mean areal scale is its area by that of the sphere, though s grows.
-
-    At its corners angles of 360 degrees become right ones, so that s grows as r^-1.5.
-    """
+    """Adams' map of the world is a square: the mean areal scale is its area by that of the sphere, though s grows."""
+    # At its corners angles of 360 degrees become right ones, so that s grows as r^-1.5.
     projection = Projection.from_user_input("+proj=adams_ws2 +R=1")
     north = projection(0.0, 90.0)[1]
     assert sample(projection, "globe").mean("s").value == pytest.approx(2 * north**2 / (4 * math.pi), rel=1e-3)
@@ -108,3 +107,32 @@ def test_areal_scale_has_no_mean_where_it_grows_faster():
 def test_noise_beside_a_rim_is_no_singular_point():
     """PROJ's map of Guyou snaps to the rim of a hemisphere; the least areal scale is that of the middle, about 1."""
     assert measured("+proj=guyou +R=6371007", "globe", ("conformal",)).min_areal_scale == pytest.approx(1.0, abs=0.02)
+
+
+REGIONS = [GLOBE, Box(5.9, 47.3, 15.0, 55.1), Box(177, -20, -178, -15), Cap(10, 50, 20), Cap(0, -90, 2000)]
+
+
+@pytest.mark.parametrize("region", REGIONS, ids=lambda region: region.name)
+def test_weights(region):
+    """Weights add up to 1, stand for area, and all nodes lie in the region."""
+    probe = probe_of(region)
+    assert probe.weight.sum() == pytest.approx(1.0, abs=1e-12)
+    assert region.contains(probe.lon, probe.lat).all()
+    assert 60 <= len(probe.lon) <= 400
+
+
+def test_mean_latitude():
+    """The mean of sin(latitude) over a band is the mean of its ends, by Archimedes, but for the flattening."""
+    probe = probe_of(Box(0, 20, 40, 60))
+    mean = probe.weight @ np.sin(np.radians(probe.lat))
+    assert mean == pytest.approx(0.5 * (np.sin(np.radians(20)) + np.sin(np.radians(60))), abs=2e-3)
+
+
+@each(("area", "share"), [
+    ((177, -20, -178, -15), 1.0), ((177, -20, 180, -15), 0.6), ((-180, -20, -178, -15), 0.4),
+    ((-180, -90, 180, 90), 1.0), ((0, -20, 10, -15), 0.0),
+])  # fmt: skip
+def test_share_across_the_antimeridian(area, share):
+    """Shares of a box that crosses the antimeridian, within areas that do and do not; to half a row of its lattice."""
+    lattice = lattice_of(Box(177, -20, -178, -15))
+    assert lattice.within([area])[0] @ lattice.weight == pytest.approx(share, abs=0.02)
