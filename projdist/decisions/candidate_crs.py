@@ -168,11 +168,9 @@ _WORLD = "World"
 
 
 def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
-    """The countries that areas of use name: USA in "USA - New Mexico", China and Hong Kong in "China - Hong Kong".
-
-    `extents` are names and descriptions as in EPSG's registry. Those of the whole world, or of a continent "including"
-    a country, name none. `at_sea` also counts countries of which only the waters are named.
-    """
+    """The countries that areas of use name: USA in "USA - New Mexico", China and Hong Kong in "China - Hong Kong"."""
+    # `extents` are names and descriptions as in EPSG's registry. Those of the whole world, or of a continent
+    # "including" a country, name none. `at_sea` also counts countries of which only the waters are named.
     if not extents or extents[0].startswith(_WORLD) or any(map(_CONTINENT.match, extents)):
         return frozenset()
     found: set[str] = set()
@@ -190,10 +188,8 @@ def is_at_sea(name: str) -> bool:
 
 
 def home_of(points: WeightedPoints) -> str:
-    """The country that has more than half of the region's points in any country, or "".
-
-    Outlines are read in the order of the weight in their boxes, largest first, until no other country can win.
-    """
+    """The country that has more than half of the region's points in any country, or ""."""
+    # Outlines are read in the order of the weight in their boxes, largest first, until no other country can win.
     east = np.mod(points.lon + 180.0, 360.0) - 180.0
     about = earth.natural_earth.countries_about(east, points.lat)
     boxes = {name: about[key] for name, key in outline_keys().items() if key in about and name != _NOBODYS}
@@ -283,9 +279,14 @@ def part_of(home: str, region: regions.Region, points: WeightedPoints) -> Countr
     """The part of the `home` country that a region is, by its points with weights whose sum is 1."""
     if not home:
         return CountryPart()
-    state = _state(region.area_km2, points) if home == USA else ""
-    if state:
-        return CountryPart(state=state)
+    for row in earth.state_keys() if home == USA else ():
+        outline = earth.state_outline(row["fips"])
+        if points.weight @ _is_within(outline.bounds, points.lon, points.lat) < _IS_IN:
+            continue
+        state = regions.Polygons(outline, row["name"])
+        share = float(points.weight @ state.contains(points.lon, points.lat))
+        if share >= _IS_IN and share * region.area_km2 >= _IS_MOST * state.area_km2:
+            return CountryPart(state=row["name"])
     country = outline_of(home)
     main = regions.main_part(country)
     if main is country:
@@ -295,19 +296,6 @@ def part_of(home: str, region: regions.Region, points: WeightedPoints) -> Countr
         return CountryPart()
     west, south, east, north = main.bounds
     return CountryPart(middle=(0.5 * (west + east), 0.5 * (south + north)))
-
-
-def _state(area_km2: float, points: WeightedPoints) -> str:
-    """The state that a region of some area is, or "" if none."""
-    for row in earth.state_keys():
-        outline = earth.state_outline(row["fips"])
-        if points.weight @ _is_within(outline.bounds, points.lon, points.lat) < _IS_IN:
-            continue
-        state = regions.Polygons(outline, row["name"])
-        share = float(points.weight @ state.contains(points.lon, points.lat))
-        if share >= _IS_IN and share * area_km2 >= _IS_MOST * state.area_km2:
-            return row["name"]
-    return ""
 
 
 def _is_within(bounds: Area, lon: Any, lat: Any) -> Any:

@@ -60,12 +60,10 @@ class CrsForData:
 def crs_for_data(
     crs: Any, region: regions.Place, lon: FloatArray, lat: FloatArray, *, purpose: str = "any", **options: Any
 ) -> CrsForData | None:
-    """The CRS for data in a CRS, with vertices (n,) in degrees, over a region; None if none serves the purpose.
-
-    It is the best by `recommend` (which takes `options`) on the data's datum, else on one that is the same to 2 m, and
-    not for other countries. If its convergence over the data is above `TURNED`, the next with less takes its place,
-    provided that its figure is at most twice as large.
-    """
+    """The CRS for data in a CRS, with vertices (n,) in degrees, over a region; None if none serves the purpose."""
+    # It is the best by `recommend` (which takes `options`) on the data's datum, else on one that is the same to 2 m,
+    # and not for other countries. If its convergence over the data is above `TURNED`, the next with less takes its
+    # place, provided that its figure is at most twice as large.
     step = max(1, len(lon) // _POINTS)
     lon, lat = np.mod(lon[::step] + 180.0, 360.0) - 180.0, lat[::step]
     found = _candidates(crs, region, purpose, options)
@@ -138,10 +136,8 @@ def _turned(code: str, lon: FloatArray, lat: FloatArray) -> float:
 
 
 def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
-    """True if an area of use names one or two countries, and hardly any of the points on land are in them.
-
-    If it names more, it is that of a shared zone, and its list may be incomplete.
-    """
+    """True if an area of use names one or two countries, and hardly any of the points on land are in them."""
+    # If it names more, it is that of a shared zone, and its list may be incomplete.
     names = named([area_name], at_sea=True)
     if not 0 < len(names) <= _FEW:
         return False
@@ -210,22 +206,19 @@ def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> project
     shapes = shapes[~(shapes.isna() | shapes.is_empty)]
     if not len(shapes):
         raise ValueError("Invalid data. It must have a geometry that is not empty.")
-    region, vertices = _region_of(shapes), shapes.get_coordinates()
+    vertices = shapes.get_coordinates()
+    polygons = shapes.geom_type.isin(("Polygon", "MultiPolygon")).all() and shapes.is_valid.all()
+    if polygons and len(vertices) <= _MOST:
+        region: regions.Region = regions.polygons_from_geojson(shapes.__geo_interface__, "the polygons")
+    else:
+        parts = shapes.explode(index_parts=False).bounds
+        region = regions.bounding_box(*(parts[name].to_numpy() for name in ("minx", "miny", "maxx", "maxy")))
     found = crs_for_data(frame.crs, region, vertices.x.to_numpy(), vertices.y.to_numpy(), purpose=purpose, **options)
     if found is None:
         raise ValueError(f"Invalid purpose '{purpose}' for {region.name}. No CRS serves it there.")
     for note in found.warnings:
         support.tell(note)
     return projections.to_pyproj(found.code)
-
-
-def _region_of(shapes: Any) -> regions.Region:
-    """The region of a GeoSeries in longitude and latitude, none of it empty."""
-    polygons = shapes.geom_type.isin(("Polygon", "MultiPolygon")).all() and shapes.is_valid.all()
-    if polygons and len(shapes.get_coordinates()) <= _MOST:
-        return regions.polygons_from_geojson(shapes.__geo_interface__, "the polygons")
-    parts = shapes.explode(index_parts=False).bounds
-    return regions.bounding_box(*(parts[name].to_numpy() for name in ("minx", "miny", "maxx", "maxy")))
 
 
 # ---- data errors ---------------------------------------------------------------------------------
@@ -429,10 +422,8 @@ def check(
 
 
 def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
-    """The values of a column as text, "" where missing, and a note on the choice.
-
-    By default it is the first column with a usual name, else the only one of texts for all features, if all differ.
-    """
+    """The values of a column as text, "" where missing, and a note on the choice."""
+    # By default it is the first column with a usual name, else the only one of texts for all features, if all differ.
     columns = [str(name) for name in getattr(data, "columns", ())]
     if column is not None and column not in columns:
         raise ValueError(f"Invalid column '{column}'. It must be {support.listed(columns, 'or') or 'left out'}.")

@@ -42,11 +42,9 @@ class Outlines:
 
 
 def outlines(geometries: Iterable[Any], *, has_degrees: bool) -> Outlines:
-    """The edges of geometries; polygons that intersect themselves are repaired first.
-
-    With `has_degrees` coordinates are longitudes and latitudes: edges wider than 180 degrees run the shorter way,
-    across the antimeridian, and longitudes may be up to 720 degrees.
-    """
+    """The edges of geometries; polygons that intersect themselves are repaired first."""
+    # With `has_degrees` coordinates are longitudes and latitudes: edges wider than 180 degrees run the shorter way,
+    # across the antimeridian, and longitudes may be up to 720 degrees.
     shapes = np.array([*geometries, None], dtype=object)[:-1]
     notes = [""] * len(shapes)
     missing = shapely.is_missing(shapes) | shapely.is_empty(shapes)
@@ -60,7 +58,9 @@ def outlines(geometries: Iterable[Any], *, has_degrees: bool) -> Outlines:
     shapes[missing | infinite | nowhere] = None
     if has_degrees:
         for index in np.unique(owner[np.abs(xy[:, 0]) > _TURN]):
-            shapes[index] = _turned_back(shapes[index])
+            if shapes[index] is not None:  # PROJ has no longitudes beyond 573 degrees: begin within -180 and 180
+                turns = [_TURN * np.round(shapely.get_coordinates(shapes[index])[0, 0] / _TURN), 0.0]
+                shapes[index] = shapely.transform(shapes[index], lambda xy, turns=turns: xy - turns)
         for index in np.flatnonzero(_wide(shapes)):
             shapes[index] = shapely.GeometryCollection(_shorter_way(shapes[index]))
     invalid = np.isin(shapely.get_type_id(shapes), _POLYGONAL) & ~shapely.is_valid(shapes)
@@ -97,14 +97,6 @@ def _simple(shapes: AnyArray) -> tuple[AnyArray, IntArray]:
 
 
 # ---- longitudes ---------------------------------------------------------------------------
-
-
-def _turned_back(shape: Any) -> Any:
-    """A shape moved by whole turns so that it begins within -180 and 180: PROJ has no longitudes beyond 573 degrees."""
-    if shape is None:
-        return None
-    turns = _TURN * np.round(shapely.get_coordinates(shape)[0, 0] / _TURN)
-    return shapely.transform(shape, lambda xy: xy - [turns, 0.0])
 
 
 def _wide(shapes: AnyArray) -> BoolArray:

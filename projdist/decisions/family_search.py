@@ -326,10 +326,8 @@ class Members:
     # ---- the search
 
     def vanishes(self) -> bool:
-        """True if the objective vanishes for a few members at three quarters of the nodes, and so for the family.
-
-        At the other nodes, next to poles and edges of maps, rounding is larger.
-        """
+        """True if the objective vanishes for a few members at three quarters of the nodes, and so for the family."""
+        # At the other nodes, next to poles and edges of maps, rounding is larger.
         if not self.objective.exact:
             return False
         nodes = nodes_of(self.region, self.base.ellipsoid, _COARSE)

@@ -202,7 +202,14 @@ def read_heights(path: str | os.PathLike[str]) -> FloatArray:
 
 def _read_table(path: Path) -> FloatArray:
     rows = support.numbered_rows(path, f"Invalid heights '{path}'.")
-    columns = _columns(path, rows[0][1])
+    header = rows[0][1]
+    names = [name.strip().lower() for name in header]
+    found = [next((names.index(name) for name in allowed if name in names), None) for allowed in _NAMES]
+    columns = [column for column in found if column is not None]
+    if len(header) >= 3 and all(map(support.is_number, header[:3])):
+        columns = [0, 1, 2]
+    elif len(columns) < 3:
+        raise ValueError(f"Invalid heights '{path}'. Its header must name columns lon, lat and h.")
     if not support.is_number(rows[0][1][columns[0]]):
         rows = rows[1:]
     points = []
@@ -218,18 +225,6 @@ def _read_table(path: Path) -> FloatArray:
             )
         points.append(point)
     return np.array(points).reshape(-1, 3)
-
-
-def _columns(path: Path, header: list[str]) -> list[int]:
-    """Columns of longitude, latitude and height."""
-    names = [name.strip().lower() for name in header]
-    if len(header) >= 3 and all(map(support.is_number, header[:3])):
-        return [0, 1, 2]
-    found = [next((names.index(name) for name in allowed if name in names), None) for allowed in _NAMES]
-    columns = [column for column in found if column is not None]
-    if len(columns) < 3:
-        raise ValueError(f"Invalid heights '{path}'. Its header must name columns lon, lat and h.")
-    return columns
 
 
 def _read_raster(path: Path) -> FloatArray:

@@ -104,11 +104,9 @@ def _similar(factor: FloatArray) -> FloatArray:
 
 
 def _crowded(q: Factors, w: FloatArray, target: float, unit: float) -> float:
-    """The multiple of `unit` with most points, by weight, within the target; of equal ones that of the least RMS.
-
-    A point is within the target for k_0 from (1 - t) / q to (1 + t) / q. One walk along the ends of these ranges finds
-    the multiple that lies in most of them.
-    """
+    """The multiple of `unit` with most points, by weight, within the target; of equal ones that of the least RMS."""
+    # A point is within the target for k_0 from (1 - t) / q to (1 + t) / q. One walk along the ends of these ranges
+    # finds the multiple that lies in most of them.
     usual = rms_scale(q, w) / unit
     first, beyond = np.ceil((1.0 - 1e-6 * target) / q / unit), np.floor((1.0 + 1e-6 * target) / q / unit) + 1.0
     held = first < beyond
@@ -209,11 +207,9 @@ def best_place(axis: LdpAxis, goal: LdpGoal, few: Ground, ground: Ground) -> Flo
 
 
 def _scanned(axis: LdpAxis, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
-    """The best multiples of the unit in the range of one parameter, best first.
-
-    A share has many maxima a few units wide: all multiples are tried if they are few, else ever finer ones near the
-    best.
-    """
+    """The best multiples of the unit in the range of one parameter, best first."""
+    # A share has many maxima a few units wide: all multiples are tried if they are few, else ever finer ones near the
+    # best.
     low, high = np.ceil(axis.low[0] / axis.unit), np.floor(axis.high[0] / axis.unit)
     stride = 1.0
     while (high - low) / stride >= _SCANNED:
@@ -353,22 +349,17 @@ class LDP(support.Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
+        others = [{"family": o.family, "proj": o.proj, "statistics": o.statistics.to_dict()} for o in self.others]
         return {
             "region": {"name": self.region.name, "area_km2": self.region.area_km2},
-            "family": self.family,
-            "criterion": self.criterion,
-            "target_ppm": self.target_ppm,
-            "parameters": self.parameters,
+            **{name: getattr(self, name) for name in ("family", "criterion", "target_ppm", "parameters")},
             "points": self.lon.size,
             "height": {"min": float(self.height.min()), "max": float(self.height.max()), "kind": "ellipsoidal"},
             "statistics": self.statistics.to_dict(),
             "baselines": [{"name": name} | statistics.to_dict() for name, statistics in self.baselines],
-            "others": [{"family": o.family, "proj": o.proj, "statistics": o.statistics.to_dict()} for o in self.others],
+            "others": others,
             "simpler": self.simpler.family if self.simpler else None,
-            "notes": list(self.notes),
-            "proj": self.proj,
-            "wkt": self.wkt,
-            "esri_wkt": self.esri,
+            **{"notes": list(self.notes), "proj": self.proj, "wkt": self.wkt, "esri_wkt": self.esri},
         }
 
     def _table(self) -> dict[str, FloatArray]:
@@ -453,7 +444,16 @@ def ldp(
     regions.check_on_body(rivals, projections.Body(surface))
     if name is not None:
         support.check_text("name", name)
-    _check(families, target_ppm, round_k, round_axis)
+    if not families or any(support.check_text("family", family) not in LDP_FAMILIES for family in families):
+        raise ValueError(f"Invalid families '{','.join(families)}'. They must be of {', '.join(LDP_FAMILIES)}.")
+    for thing, value in (("target", target_ppm), ("rounding of k_0", round_k), ("rounding of the axis", round_axis)):
+        support.check_number(thing, value)
+    if not 0 < target_ppm <= 1e5:
+        raise ValueError(f"Invalid target '{target_ppm}'. It must be above 0 and at most 1e5, in ppm.")
+    if not 1e-10 <= round_k <= 1e-3:
+        raise ValueError(f"Invalid rounding of k_0 '{round_k}'. It must lie within 1e-10 and 1e-3.")
+    if not 1e-7 <= round_axis <= 1.0:
+        raise ValueError(f"Invalid rounding of the axis '{round_axis}'. It must lie within 1e-7 and 1 degree.")
     goal = goal_of(criterion, target_ppm, round_k)
     ground = ground_of(area, surface, heights, height)
     extent = extent_of(area)
@@ -478,19 +478,6 @@ def ldp(
         baselines=tuple((one.label, design.statistics(ground.ppm(one))) for one in baselines),
         others=tuple(one for one in found if one is not best),
     )
-
-
-def _check(families: Sequence[str], target: float, round_k: float, round_axis: float) -> None:
-    if not families or any(support.check_text("family", family) not in LDP_FAMILIES for family in families):
-        raise ValueError(f"Invalid families '{','.join(families)}'. They must be of {', '.join(LDP_FAMILIES)}.")
-    for thing, value in (("target", target), ("rounding of k_0", round_k), ("rounding of the axis", round_axis)):
-        support.check_number(thing, value)
-    if not 0 < target <= 1e5:
-        raise ValueError(f"Invalid target '{target}'. It must be above 0 and at most 1e5, in ppm.")
-    if not 1e-10 <= round_k <= 1e-3:
-        raise ValueError(f"Invalid rounding of k_0 '{round_k}'. It must lie within 1e-10 and 1e-3.")
-    if not 1e-7 <= round_axis <= 1.0:
-        raise ValueError(f"Invalid rounding of the axis '{round_axis}'. It must lie within 1e-7 and 1 degree.")
 
 
 @dataclass(frozen=True, kw_only=True)

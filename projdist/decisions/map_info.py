@@ -193,26 +193,15 @@ class MapInfo(Answer):
     def row(self) -> dict[str, Any]:
         """The same as a flat row, as in a frame; NaN and infinity become None, lists become texts."""
         stated = self.to_dict()
-        ellipsoid, unit, area = stated["ellipsoid"], stated["unit"], stated["area_of_use"]
-        west, south, east, north = area["bounds"] or (None,) * 4
+        area = stated["area_of_use"]
         one = {key: stated[key] for key in ("projection", "code", "name", "kind", "deprecated", "method")}
-        one |= {
-            "replaced_by": ";".join(stated["replaced_by"]),
-            "keeps": ";".join(self.keeps),
-            "area_of_use": area["name"],
-            "west": west,
-            "south": south,
-            "east": east,
-            "north": north,
-            "datum": stated["datum"],
-            "geographic_crs": stated["geographic_crs"],
-            "ellipsoid": ellipsoid["name"],
-            "a": ellipsoid["a"],
-            "inverse_flattening": ellipsoid["inverse_flattening"],
-            "unit": unit["name"],
-            "axes": ";".join(axis["direction"] for axis in stated["axes"]),
-            "region": self.region.name,
-        }
+        one |= {"replaced_by": ";".join(stated["replaced_by"]), "keeps": ";".join(self.keeps)}
+        one["area_of_use"] = area["name"]
+        one |= dict(zip(("west", "south", "east", "north"), area["bounds"] or (None,) * 4, strict=True))
+        one |= {key: stated[key] for key in ("datum", "geographic_crs")} | {"ellipsoid": stated["ellipsoid"]["name"]}
+        one |= {key: stated["ellipsoid"][key] for key in ("a", "inverse_flattening")}
+        one |= {"unit": stated["unit"]["name"], "axes": ";".join(axis["direction"] for axis in stated["axes"])}
+        one["region"] = self.region.name
         measures = {
             f"{name}_{key}": value for name, found in self.measures.items() for key, value in found.to_dict().items()
         }

@@ -242,10 +242,8 @@ def _resolving(task: FullMeasurement, projection: Projection, terms: Sequence[Me
 
 
 def _figures(task: FullMeasurement, field: Field, figures: Sequence[Figure]) -> dict[str, Estimate]:
-    """Figures by name, means from a finer field.
-
-    A figure that vanishes because of the map's property is taken at the probe: a search would only find noise.
-    """
+    """Figures by name, means from a finer field."""
+    # A figure that vanishes because of the map's property is taken at the probe: a search would only find noise.
     assert field.projection is not None  # it is no field of given Jacobians
     vanishing = [one for one in figures if _VANISHES.get(one.aspect) in task.keeps]
     means = [one for one in figures if not (one in vanishing or one.is_maximum or one.is_airy_kavrayskiy)]
@@ -269,10 +267,8 @@ def _figures(task: FullMeasurement, field: Field, figures: Sequence[Figure]) -> 
 
 
 def _mean(term: Measure, fine: Field, coarse: Field) -> Estimate:
-    """The mean over the area; NaN where it diverges.
-
-    A measure with a bound has a mean. If that is not resolved it is mere rounding, of which larger panels have less.
-    """
+    """The mean over the area; NaN where it diverges."""
+    # A measure with a bound has a mean. If that is not resolved it is mere rounding, of which larger panels have less.
     found, first = (each.mean(term, slope=np.zeros_like(each.weight)) for each in (fine, coarse))
     if found.error <= _RESOLVED * found.value:
         return found

@@ -285,11 +285,9 @@ def _members(
 
 
 def _search_with_exchange(members: Members) -> tuple[dict[str, float], float, Nodes, int]:
-    """`Members.search`; for maxima, nodes are added where the best map exceeds its maximum at the nodes.
-
-    The place of the true maximum becomes a node, and the search goes on from there (E. Remez, 1934): the corners of
-    polygons that matter are few, and not known before.
-    """
+    """`Members.search`; for maxima, nodes are added where the best map exceeds its maximum at the nodes."""
+    # The place of the true maximum becomes a node, and the search goes on from there (E. Remez, 1934): the corners of
+    # polygons that matter are few, and not known before.
     best, least, fine, evaluations = members.search()
     for _ in range(_EXCHANGES if members.objective.figure.is_maximum else 0):
         chosen, scale = members.written(best, fine)

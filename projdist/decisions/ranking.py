@@ -49,10 +49,8 @@ Size = Callable[[Candidate], float]
 
 
 def grouped(candidates: Sequence[Candidate], size: Size = lambda one: one.trial.value) -> list[list[Candidate]]:
-    """Candidates grouped by the map that they draw, under any datum; `size` is the figure that agrees in a group.
-
-    Figures that vanish are rounding, and do not agree.
-    """
+    """Candidates grouped by the map that they draw, under any datum; `size` is the figure that agrees in a group."""
+    # Figures that vanish are rounding, and do not agree.
     by_conversion: dict[Any, list[Candidate]] = {}
     for one in candidates:
         by_conversion.setdefault((one.trial.conversion, one.keeps), []).append(one)
@@ -61,12 +59,11 @@ def grouped(candidates: Sequence[Candidate], size: Size = lambda one: one.trial.
 
 
 def by_usage(group: Sequence[Candidate], records: Mapping[str, CrsRecord]) -> list[Candidate]:
-    """CRSs of one map in the order in which a surveyor of the region's country would name them.
-
-    The criteria, one after the other: national; an area of use that holds nearly all of the region; a modern datum;
-    general use; the latest datum, whose realisations count as one; the first authority; axes east and north; no variant
-    by its name; no realisation of another datum in the group; positive coordinates; the smallest area; the lowest code.
-    """
+    """CRSs of one map in the order in which a surveyor of the region's country would name them."""
+    # The criteria, one after the other: national; an area of use that holds nearly all of the region; a modern datum;
+    # general use; the latest datum, whose realisations count as one; the first authority; axes east and north; no
+    # variant by its name; no realisation of another datum in the group; positive coordinates; the smallest area; the
+    # lowest code.
     datums = {one.datum for one in group}
     since: dict[str, int] = {}
     for one in group:

@@ -340,10 +340,8 @@ def families_for(region: regions.Region, purpose: str) -> list[str]:
 def best_custom(
     family: str, region: regions.Region, probe: WeightedPoints, ranking: Figure, purpose: str
 ) -> Custom | Rejected:
-    """The best member of a family, measured in full as existing CRSs are; rejected if it does not serve the purpose.
-
-    It is on WGS 84 even if its formulas are for a sphere, as are the existing CRSs of these methods.
-    """
+    """The best member of a family, measured in full as existing CRSs are; rejected if it does not serve the purpose."""
+    # It is on WGS 84 even if its formulas are for a sphere, as are the existing CRSs of these methods.
     try:
         projection, parameters = best_member(family, region, ranking, WGS84)
         J = jacobian(projection, probe.lon, probe.lat)

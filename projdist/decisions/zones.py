@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import operator
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 
 from projdist import regions
 from projdist._typing import BoolArray
-from projdist.decisions.candidate_crs import HOLDS_NEARLY, Candidate, CandidatePool, try_crs
+from projdist.decisions.candidate_crs import HOLDS_NEARLY, Candidate, try_crs
 from projdist.decisions.map_info import WeightedPoints
 from projdist.decisions.measurement import Area, FullMeasurement, Lattice, Rejected, evaluate, probe_of
 from projdist.decisions.ranking import Shortlist, datum_root, in_force, suits
@@ -29,7 +29,7 @@ ENGINEERING_PPM = 100.0
 _WHOLE = 0.95  # of the region: areas of use are rounded, and outlines have disputed land
 _MOST = 80  # zones of a system: Russia has 29 of six degrees, and 55 of three
 _SHOWN = 3  # systems
-_SLIVER = 0.005  # of the region: zones with less do not tell systems apart
+_SLIVER = 0.005  # of the region: systems that differ only by smaller zones are the same
 _CYLINDRICAL, _SCALE_FACTOR = (9807, 9808), 8805  # EPSG's codes of Transverse Mercator, north and south, and its scale
 _PPM = FIGURES["max_scale_error_ppm"]
 _LEVEL = 1e-4  # the Airy-Kavrayskiy error of a zone, about
@@ -84,12 +84,10 @@ class _System:
 def find_zones(
     shortlist: Shortlist, records: Sequence[CrsRecord], above_ppm: float, *, national: bool
 ) -> tuple[ZoneSystem, ...]:
-    """Systems of conformal zones that cover the region with scale errors below `above_ppm`.
-
-    A system has no CRS for the whole region. Systems on an older datum than others are left out; so are those on a
-    datum from before satellites, unless there are no others; in a state of the USA even then. Those for general use
-    come first, of these those with the fewest zones.
-    """
+    """Systems of conformal zones that cover the region with scale errors below `above_ppm`."""
+    # A system has no CRS for the whole region. Systems on an older datum than others are left out; so are those on a
+    # datum from before satellites, unless there are no others; in a state of the USA even then. Those for general use
+    # come first, of these those with the fewest zones.
     pool, executor = shortlist.pool, shortlist.executor
     lattice, modern = pool.lattice, bool(pool.part.state)
     systems = _systems(records, pool.facts, lattice)
@@ -131,10 +129,8 @@ def _systems(records: Sequence[CrsRecord], facts: Mapping[str, Facts], lattice: 
 
 
 def _families(records: Sequence[CrsRecord], facts: Mapping[str, Facts]) -> list[list[CrsRecord]]:
-    """Groups of CRSs whose names differ by numbers only, and groups of the single CRSs that are left.
-
-    CRSs of a group have frame, method and prime meridian in common, cylinders also their scale factor.
-    """
+    """Groups of CRSs whose names differ by numbers only, and groups of the single CRSs that are left."""
+    # CRSs of a group have frame, method and prime meridian in common, cylinders also their scale factor.
     by_name: dict[Any, list[CrsRecord]] = {}
     for record in records:
         if facts[record.code].draws is not None:
@@ -298,30 +294,23 @@ def remark_on_own(maps: Sequence[Candidate], best: Sequence[Candidate], shortlis
 
 
 def zones_of(maps: Sequence[Candidate], shortlist: Shortlist, purpose: str) -> tuple[ZoneSystem, ...]:
-    """Systems of zones, national or else UTM's, where no conformal map serves for engineering.
-
-    Those of a state or a part far away come before those of all of the country.
-    """
+    """Systems of zones, national or else UTM's, where no conformal map serves for engineering."""
+    # Those of a state or a part far away come before those of all of the country.
     least = min(
         (_PPM(one.trial.jacobian, shortlist.probe.weight) for one in maps if "conformal" in one.keeps and not one.wide),
         default=np.inf if suits(("conformal",), purpose) else 0.0,
     )
     if least <= ENGINEERING_PPM:
         return ()
-    for records, national in _zone_records(shortlist.pool):
-        if found := find_zones(shortlist, records, least, national=national):
-            return found
-    return ()
-
-
-def _zone_records(pool: CandidatePool) -> Iterator[tuple[list[CrsRecord], bool]]:
-    """CRSs that may be zones, and whether they are national, in the order in which they are looked at."""
+    pool = shortlist.pool
     known = [record for record in pool.meeting if record.code in pool.facts]
     own = [record for record in known if pool.is_national(record) and not pool.is_elsewhere(record)]
     for_part = [record for record in own if pool.is_for_part(record)]
-    if len(for_part) < len(own):
-        yield for_part, True
-    yield own, True
     frames = {pool.facts[record.code].frame for record in own}
-    yield [record for record in known if pool.facts[record.code].frame in frames], True  # disputed outlines
-    yield [record for record in known if record.name.startswith(_UTM)], False
+    choices = [for_part] if len(for_part) < len(own) else []
+    choices += [own, [record for record in known if pool.facts[record.code].frame in frames]]  # of disputed outlines
+    for records in choices:
+        if found := find_zones(shortlist, records, least, national=True):
+            return found
+    utm = [record for record in known if record.name.startswith(_UTM)]
+    return find_zones(shortlist, utm, least, national=False)

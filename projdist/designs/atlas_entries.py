@@ -201,7 +201,12 @@ def atlas(place: str) -> AtlasEntry:
     known = _index()
     key = regions.folded(regions.full_name(place) or place)
     if key not in known:
-        raise ValueError(f"Invalid place '{support.shown(place)}'. {_advice(key)}")
+        close = dict.fromkeys(atlas_names()[known[one]] for one in support.close_words(key, known)[:_MOST])
+        hint = support.did_you_mean(list(close))
+        advice = f"{hint}It must be one of those that 'projdist atlas' (atlas_names) lists."
+        if _ZONE.fullmatch(key):
+            advice = "All UTM zones are as UTM zone 33N and UTM zone 33S, turned about the Earth's axis: ask for these."
+        raise ValueError(f"Invalid place '{support.shown(place)}'. {advice}")
     return _entries()[known[key]]
 
 
@@ -233,7 +238,16 @@ def atlas_names() -> list[str]:
 def _entries() -> tuple[AtlasEntry, ...]:
     file = importlib.resources.files("projdist") / "data" / "atlas.jsonl.gz"
     versions, *entries = map(json.loads, gzip.decompress(file.read_bytes()).splitlines())
-    return tuple(_entry(entry, versions) for entry in entries)
+    return tuple(
+        AtlasEntry(
+            **{name: read[name] for name in ("title", "kind", "region", "area_km2", "country")},
+            official=None if read["official"] is None else _existing(read["official"]),
+            purposes={name: _purpose(name, one) for name, one in read["purposes"].items()},
+            zones=tuple(AtlasZones(**system) for system in read["zones"]),
+            versions=versions,
+        )
+        for read in entries
+    )
 
 
 @functools.cache
@@ -247,26 +261,6 @@ def _index() -> dict[str, int]:
 def _name(entry: AtlasEntry) -> str:
     """The name of an entry: `country:New Zealand`, or its title."""
     return regions.full_name(entry.region.removesuffix("@main")) or entry.title
-
-
-def _advice(key: str) -> str:
-    """A hint at close names, and where the allowed ones are listed."""
-    if _ZONE.fullmatch(key):
-        return "All UTM zones are as UTM zone 33N and UTM zone 33S, turned about the Earth's axis: ask for these."
-    close = dict.fromkeys(atlas_names()[_index()[one]] for one in support.close_words(key, _index())[:_MOST])
-    hint = support.did_you_mean(list(close))
-    return f"{hint}It must be one of those that 'projdist atlas' (atlas_names) lists."
-
-
-def _entry(read: dict[str, Any], versions: dict[str, str]) -> AtlasEntry:
-    official = read["official"]
-    return AtlasEntry(
-        **{name: read[name] for name in ("title", "kind", "region", "area_km2", "country")},
-        official=None if official is None else _existing(official),
-        purposes={name: _purpose(name, one) for name, one in read["purposes"].items()},
-        zones=tuple(AtlasZones(**system) for system in read["zones"]),
-        versions=versions,
-    )
 
 
 def _purpose(name: str, read: dict[str, Any]) -> AtlasPurpose:

@@ -225,17 +225,27 @@ def mean_map(
             raise ProjectionError(f"Invalid map '{one.label}'. It is of another size than '{maps[0].label}'.")
     datum_ellipsoid = None if datum is None else geodetic_ellipsoid(check_text("datum", datum))
     coarse = _Ground.of(area, maps, counts, _NODES)
+    west, south, east, north = area.bounds
+    goes_round = isinstance(area, regions.Box) and east - west >= 360.0  # along its edge a map may be cut
+    inner = regions.Box.between((west + _EDGE, south, east - _EDGE, north)) if goes_round else area
     for one in maps:
-        _check_whole(one, area)
+        if cut_length(one, inner) > 0.0:
+            raise ProjectionError(f"Invalid map '{one.label}'. It is cut within {area.name}.")
     # The average of coordinates, each map turned like the first one.
     turns = tuple(common_turn(J @ coarse.inverses[0], coarse.weight).conjugate() for J in coarse.J)
     function = Average(maps, counts / counts.sum(), turns)
     average = Projection.from_function(function, name="average of coordinates", ellipsoid=coarse.nodes.ellipsoid)
     base = None if box else _nearest_base(coarse, maps)
     try:
-        mean: BoxPolynomials | Corrected = (
-            _of_region(coarse, base, order) if base else _of_world(coarse, area.bounds, order)
-        )
+        mean: BoxPolynomials | Corrected
+        if base is None:
+            mean = _of_world(coarse, area.bounds, order)
+        else:  # the nearest polynomials in the plane of the base
+            x, y = base(coarse.nodes.lon, coarse.nodes.lat)
+            counted = coarse.weight > 0.0
+            J = (coarse.J @ np.linalg.inv(coarse.jacobian(base)))[:, counted]
+            within = Targets(J, coarse.counts, coarse.weight[counted])
+            mean = Corrected(base, polynomial_mean(x[counted], y[counted], within, order))
     except ProjectionError:
         raise
     except ValueError as error:
@@ -278,15 +288,6 @@ def _world_box(region: regions.Place) -> regions.Box | None:
     return region
 
 
-def _check_whole(projection: Projection, region: regions.Place) -> None:
-    """Raise ProjectionError for a map that is cut within a region; along the edge of a box it may be."""
-    west, south, east, north = region.bounds
-    goes_round = isinstance(region, regions.Box) and east - west >= 360.0
-    inner = regions.Box.between((west + _EDGE, south, east - _EDGE, north)) if goes_round else region
-    if cut_length(projection, inner) > 0.0:
-        raise ProjectionError(f"Invalid map '{projection.label}'. It is cut within {region.name}.")
-
-
 @dataclass(frozen=True, eq=False)
 class _Ground(Targets):
     """The given maps at the nodes of a region."""
@@ -295,10 +296,8 @@ class _Ground(Targets):
 
     @classmethod
     def of(cls, region: regions.Place, maps: tuple[Projection, ...], counts: FloatArray, count: int) -> _Ground:
-        """The ground with about `count` nodes; raises ProjectionError for a map that is torn or mirrored there.
-
-        Areas are those of the maps' flattest ellipsoid.
-        """
+        """The ground with about `count` nodes; raises ProjectionError for a map that is torn or mirrored there."""
+        # Areas are those of the maps' flattest ellipsoid.
         ellipsoid = max((one.ellipsoid for one in maps), key=lambda ellipsoid: (ellipsoid.f, ellipsoid.a))
         nodes = nodes_of(region, ellipsoid, count)
         J = np.stack([nodes.jacobian(one)[0] for one in maps])
@@ -349,15 +348,6 @@ def _nearest_base(ground: _Ground, maps: tuple[Projection, ...]) -> Projection:
     chosen = min(maps, key=order)
     text = parameters_of(chosen, np.eye(2))
     return chosen if text is None else Projection.from_user_input(text)
-
-
-def _of_region(ground: _Ground, base: Projection, degree: int) -> Corrected:
-    """The nearest polynomials in the plane of a base."""
-    x, y = base(ground.nodes.lon, ground.nodes.lat)
-    counted = ground.weight > 0.0
-    J = (ground.J @ np.linalg.inv(ground.jacobian(base)))[:, counted]
-    within = Targets(J, ground.counts, ground.weight[counted])
-    return Corrected(base, polynomial_mean(x[counted], y[counted], within, degree))
 
 
 def _placed(

@@ -218,10 +218,8 @@ def smooth_at(J: FloatArray) -> BoolArray:
 
 
 def _places(base: projections.Projection, lon: FloatArray, lat: FloatArray) -> FloatArray:
-    """Coordinates (2, n) in metres; for a point far from both neighbours the middle of these.
-
-    PROJ's omerc misplaces a strip a metre wide, along the meridian where the tangent in its equations is infinite.
-    """
+    """Coordinates (2, n) in metres; for a point far from both neighbours the middle of these."""
+    # PROJ's omerc misplaces a strip a metre wide, along the meridian where the tangent in its equations is infinite.
     own = np.array(base(lon, lat))
     west, east = np.array(base(lon - _ASIDE, lat)), np.array(base(lon + _ASIDE, lat))
     middle = 0.5 * (west + east)
@@ -268,10 +266,8 @@ def central_meridian(base: projections.Projection) -> float:
 
 
 def best_base(region: Place, objective: DesignObjective, nodes: Nodes, symmetry: str) -> projections.Projection:
-    """The best member of the kind's families that suit the region; raises ProjectionError.
-
-    For maps that are symmetric about the equator it is an azimuthal map centred on the equator.
-    """
+    """The best member of the kind's families that suit the region; raises ProjectionError."""
+    # For maps that are symmetric about the equator it is an azimuthal map centred on the equator.
     kind, extent = objective.kind, decisions.extent_of(region)
     if symmetry in ("equator", "both"):
         name, body = "stere" if kind.name == "conformal" else "laea", decisions.ellipsoid_text(nodes.ellipsoid)

@@ -23,10 +23,8 @@ _CLOSE = 1e-9  # relative error of scales in such a fit
 
 
 def conformal_map(nodes: BaseNodes, degree: int, norm: float, share: float) -> ComplexPolynomial:
-    """The best conformal map whose ln k is a polynomial of a degree, by a norm of ln k: 2, more, or infinite.
-
-    Raises ValueError for a degree that the nodes do not resolve, or with scales beside the region that overflow.
-    """
+    """The best conformal map whose ln k is a polynomial of a degree, by a norm of ln k: 2, more, or infinite."""
+    # Raises ValueError for a degree that the nodes do not resolve, or with scales beside the region that overflow.
     weights = nodes.weights(share)
     counts = nodes.in_region if np.isinf(norm) else weights > 0.0
     u, v = nodes.plane
@@ -53,11 +51,9 @@ def _series(powers: Any) -> Any:
 
 
 def _fitted(powers: Any, z: Any, weights: FloatArray) -> Any:
-    """The polynomial nearest to exp(p) at points, of the lowest degree that is close enough, else the closest.
-
-    Between the region and the disc about it exp(p) may be so large that its series converges late. Raises ValueError if
-    it overflows.
-    """
+    """The polynomial nearest to exp(p) at points, of the lowest degree that is close enough, else the closest."""
+    # Between the region and the disc about it exp(p) may be so large that its series converges late. Raises ValueError
+    # if it overflows.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         wanted = np.exp(np.polynomial.polynomial.polyval(z, powers))
         root = np.sqrt(weights) / np.abs(wanted)
@@ -121,11 +117,9 @@ def _independent(degree: int) -> BoolArray:
 
 
 def _sheared(z: Any, columns: Any, angles: FloatArray, coefficients: FloatArray, free: BoolArray) -> tuple[Any, Any]:
-    """ln(a/b) / sqrt(2) as complex numbers (n,), their angle twice that of the larger scale, and derivatives (n, p).
-
-    Columns (n, 2) are those of the base's Jacobian, coefficients (k, degree) those of the shears' y, y^2, ...;
-    derivatives are by the p coefficients that are `free`.
-    """
+    """ln(a/b) / sqrt(2) as complex numbers (n,), their angle twice that of the larger scale, and derivatives (n, p)."""
+    # Columns (n, 2) are those of the base's Jacobian, coefficients (k, degree) those of the shears' y, y^2, ...;
+    # derivatives are by the p coefficients that are `free`.
     powers = np.arange(1, coefficients.shape[1] + 1)
     c, steps = columns.T, []
     for angle, own in zip(angles, coefficients, strict=True):

@@ -14,7 +14,7 @@ from projdist.designs import base_maps
 from projdist.designs.base_maps import SYMMETRIES, BaseNodes, DesignObjective
 from projdist.designs.fits import SHARES, Stage, best_of, stage_of, stages
 from projdist.designs.plane_maps import PlaneMap
-from projdist.earth import SPHERE, WGS84, Ellipsoid, unit_vectors
+from projdist.earth import SPHERE, WGS84, unit_vectors
 from projdist.field import Extreme, Nodes, jacobian, nodes_at, nodes_of, sample
 
 
@@ -287,6 +287,9 @@ def design(
         if objective.figure.name in decisions.LIMITED
         else None
     )
+    smallest, largest, folded = stage.around
+    reach = float(np.radians(_MARGIN * extent.radius) * ellipsoid.ground.mean_radius / 1000.0)
+    around = Surroundings(within_km=reach, smallest_scale=smallest, largest_scale=largest, folded=folded)
     rivals = tuple(_rivals(area, objective, start if base is None else None, against, made, on_progress))
     return Design(
         region=area,
@@ -306,7 +309,7 @@ def design(
         smallest=made.smallest,
         largest=made.largest,
         overlaps=base_maps.overlaps(crs.projection, area),
-        surroundings=_around(extent, stage, ellipsoid),
+        surroundings=None if np.isnan(smallest) else around,
         inverse_error=_inverse_error(crs, base_nodes),
         degrees=tuple(Degree(degree=one.degree, value=one.value, share=one.share) for one in tried),
         rivals=rivals,
@@ -327,15 +330,6 @@ def _beside(extent: decisions.Extent, nodes: Nodes) -> Nodes | None:
     cosine = unit_vectors(found.lon, found.lat).T @ unit_vectors(nodes.lon, nodes.lat)
     near = cosine.max(axis=1) > np.cos(np.radians(_MARGIN * extent.radius))
     return nodes_at(found.lon[near], found.lat[near], found.weight[near], nodes.ellipsoid)
-
-
-def _around(extent: decisions.Extent, stage: Stage, ellipsoid: Ellipsoid) -> Surroundings | None:
-    """The surroundings of the map; None if there are no nodes in them."""
-    smallest, largest, folded = stage.around
-    if np.isnan(smallest):
-        return None
-    reach = float(np.radians(_MARGIN * extent.radius) * ellipsoid.ground.mean_radius / 1000.0)
-    return Surroundings(within_km=reach, smallest_scale=smallest, largest_scale=largest, folded=folded)
 
 
 def _area_of_use(region: regions.Place, extent: decisions.Extent, stage: Stage) -> projections.AreaOfUse:

@@ -29,10 +29,8 @@ class EnergyMinimum(NamedTuple):
 
 
 def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, start: FloatArray) -> EnergyMinimum:
-    """The coefficients C (2, m) that minimise the mean energy of J = C g, with g (n, m, 2) at the points.
-
-    Far from the minimum, negative curvatures are left out of the Hessian.
-    """
+    """The coefficients C (2, m) that minimise the mean energy of J = C g, with g (n, m, 2) at the points."""
+    # Far from the minimum, negative curvatures are left out of the Hessian.
     w = weights / weights.sum()
 
     def jacobians(C: FloatArray) -> FloatArray:
@@ -156,10 +154,8 @@ class Elements:
 
 
 def minimise_elements(energy: Energy, elements: Elements, start: FloatArray) -> EnergyMinimum:
-    """The unknowns that minimise the mean energy; raises ValueError for a start that folds.
-
-    If the Hessian is not positive definite, negative curvatures are left out, node by node.
-    """
+    """The unknowns that minimise the mean energy; raises ValueError for a start that folds."""
+    # If the Hessian is not positive definite, negative curvatures are left out, node by node.
     from scipy.linalg import solveh_banded  # scipy is slow to load, and few need it
 
     unknowns, value = start, elements.mean(energy, start)

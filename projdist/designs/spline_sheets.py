@@ -106,10 +106,8 @@ class Cut:
 
 
 def get_cut(given: CutLike) -> Cut:
-    """The cut along a meridian, or from the first of two or more points through the others to its antipode.
-
-    Raises ValueError.
-    """
+    """The cut along a meridian, or from the first of two or more points through the others to its antipode."""
+    # Raises ValueError.
     if isinstance(given, Cut):
         return given
     if isinstance(given, str) or not isinstance(given, Iterable):

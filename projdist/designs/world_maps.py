@@ -126,11 +126,9 @@ _BEYOND = 1e-13  # of a latitude, beyond the poles: PROJ may miss triangles with
 
 
 def triangulation(given: SplineMap, name: str, step: float) -> dict[str, Any]:
-    """The file's contents: triangles between lines of a graticule that are at most `step` degrees apart.
-
-    They lead from longitudes and latitudes in the frame of the map's cut, in degrees, to x and y, and cover longitudes
-    from -180 to 180. They are exact at the corners, and linear between them.
-    """
+    """The file's contents: triangles between lines of a graticule that are at most `step` degrees apart."""
+    # They lead from longitudes and latitudes in the frame of the map's cut, in degrees, to x and y, and cover
+    # longitudes from -180 to 180. They are exact at the corners, and linear between them.
     u, v = (_divided(splines.breaks, step) for splines in (given.u, given.v))
     if given.cut.is_straight:  # no triangle passes the longitude 180
         u = np.union1d(u, np.radians(np.mod(180.0 - given.cut.points[0][0], 360.0) - 180.0))
@@ -161,10 +159,8 @@ def triangulation(given: SplineMap, name: str, step: float) -> dict[str, Any]:
 
 
 def _divided(breaks: FloatArray, step: float) -> FloatArray:
-    """The breaks with as many values between any two, so that they are at most `step` degrees apart.
-
-    Near the ends of the cut, where the map is steep, breaks are closer together.
-    """
+    """The breaks with as many values between any two, so that they are at most `step` degrees apart."""
+    # Near the ends of the cut, where the map is steep, breaks are closer together.
     pieces = int(np.ceil(np.degrees(np.diff(breaks).max()) / step - _ROUNDING))
     parts = np.linspace(breaks[:-1], breaks[1:], pieces, endpoint=False, axis=1)
     return np.append(parts.ravel(), breaks[-1])
