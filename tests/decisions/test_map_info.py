@@ -148,6 +148,7 @@ def test_limits(width: float, error: float, kept: bool) -> None:
 
 def test_poles_do_not_count() -> None:
     """Half a per cent of the area may be anything, and what is undefined or on the edges has no part."""
+    # Where no matrix is defined nothing is kept, and nobody knows how far off it is.
     J = FIELDS["conformal"][0].copy()
     J[:2, 0, 0] *= 2.0
     assert properties_of(J, GLOBE).keeps == ("conformal",)
@@ -155,6 +156,9 @@ def test_poles_do_not_count() -> None:
     assert properties_of(J, GLOBE).keeps == ()
     edges = Points(GLOBE.lon, GLOBE.lat, np.where(np.arange(400) < 2, 0.0, GLOBE.weight))
     assert properties_of(J, edges).keeps == ("conformal",)
+    none = properties_of(np.full((400, 2, 2), np.nan), GLOBE)
+    assert none.keeps == ()
+    assert np.isnan(list(none.departures.values())).all()
 
 
 def test_the_size_of_a_strip_is_its_width() -> None:
@@ -163,13 +167,6 @@ def test_the_size_of_a_strip_is_its_width() -> None:
     lon = 30.0 + np.linspace(-1.0, 1.0, 4000) / np.cos(np.radians(lat))
     found = _square_across(lon, lat, np.full(4000, 1.0 / 4000.0))
     assert found == pytest.approx(np.radians(1.0) ** 2 / 3.0, rel=1e-2)
-
-
-def test_nothing_measured() -> None:
-    """Where no matrix is defined nothing is kept, and nobody knows how far off it is."""
-    found = properties_of(np.full((400, 2, 2), np.nan), GLOBE)
-    assert found.keeps == ()
-    assert np.isnan(list(found.departures.values())).all()
 
 
 # By method: EPSG Guidance Note 7-2. Formulas of the sphere on the ellipsoid keep neither angles nor areas.

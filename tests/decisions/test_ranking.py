@@ -19,14 +19,11 @@ OTHER = replace(OWN, national=False)
 
 def test_weight():
     """A figure counts over the share that its area of use has of the region, and more for a map of the world."""
+    # A country's map is before that, unless that of the world is better by the factor.
     assert ranking.weight_of(OWN, 0.99) == 1.0
     assert ranking.weight_of(replace(OWN, share=0.5), 0.99) == 2.0
     assert ranking.weight_of(replace(OTHER, wide=True), 0.99) == ranking.WIDE_FACTOR
     assert ranking.weight_of(replace(OTHER, wide=True, share=0.25), 0.99) == 4.0 * ranking.WIDE_FACTOR
-
-
-def test_a_country_is_before_the_world():
-    """Unless the map of the world is better by the factor."""
     world = replace(OTHER, wide=True)
     for better, first in ((0.99 * ranking.WIDE_FACTOR, False), (1.01 * ranking.WIDE_FACTOR, True)):
         assert (ranking.weight_of(world, 0.99) < better * ranking.weight_of(OWN, 0.99)) == first
@@ -111,10 +108,6 @@ def test_purposes():
         assert not ranking.suits((name,), "compromise")
     assert ranking.suits((), "compromise")
     assert ranking.suits((), "any")
-
-
-def test_unknown_names():
-    """One line, with what it may have been meant for."""
     with pytest.raises(ValueError, match=r"^Invalid purpose 'conformel'. Did you mean conformal\? It must be any"):
         ranking.get_purpose("conformel")
 
@@ -181,11 +174,14 @@ def test_the_datum_in_force_comes_first(region, known, others):
     assert ranking.by_usage(group, RECORDS)[0].code == known
 
 
-def test_a_national_crs_comes_before_others():
-    """Kenya's own UTM zone before that of the world, which is on a newer datum."""
+def test_national_crss_and_those_for_the_whole_region_come_first():
+    """Kenya's own UTM zone before that of the world, which is on a newer datum; the only one for the whole region."""
     usage = {"EPSG:21037": {"national": True, "datum_since": 1960}, "EPSG:32737": {"datum_since": 1984}}
     group = tried(["EPSG:32737", "EPSG:21037"], "box:36,-4,41,4", **usage)
     assert [one.code for one in ranking.by_usage(group, RECORDS)] == ["EPSG:21037", "EPSG:32737"]
+    codes = ["EPSG:3003", "EPSG:3064", "EPSG:25832"]
+    group = tried(codes, "box:6.1,40,11.9,50", **{"EPSG:3003": {"holds": True}})
+    assert ranking.by_usage(group, RECORDS)[0].code == "EPSG:3003"
 
 
 @each(("datum", "root"), [
@@ -195,13 +191,6 @@ def test_a_national_crs_comes_before_others():
 def test_realisations(datum, root):
     """What follows the name of a datum tells its realisations; a year in the name tells another datum."""
     assert ranking.datum_root(datum) == root
-
-
-def test_the_area_of_use_comes_before_all():
-    """Where only one CRS of a map is for the whole region, it is named."""
-    codes = ["EPSG:3003", "EPSG:3064", "EPSG:25832"]
-    group = tried(codes, "box:6.1,40,11.9,50", **{"EPSG:3003": {"holds": True}})
-    assert ranking.by_usage(group, RECORDS)[0].code == "EPSG:3003"
 
 
 def test_figures_that_agree():

@@ -136,14 +136,10 @@ def test_proj_runs_it(name: str, moved: bool) -> None:
         np.testing.assert_allclose(J[:, 1, axis], (ahead[1] - behind[1]) / (2 * step), atol=1e-8)
 
 
-def test_conformal_maps_keep_angles() -> None:
-    """The columns of J are each other's turn by a right angle, to the last digit."""
+def test_conformal_maps_keep_angles_and_shears_areas() -> None:
+    """The columns of J are each other's turn by a right angle, to the last digit; determinants are 1 to rounding."""
     J = MAPS["conformal"].at(X, Y)[2]
     np.testing.assert_array_equal(J[:, :, 1], np.stack([-J[:, 1, 0], J[:, 0, 0]], axis=-1))
-
-
-def test_shears_keep_areas() -> None:
-    """Their determinant is 1 to rounding."""
     np.testing.assert_allclose(np.linalg.det(MAPS["equal_area"].at(X, Y)[2]), 1.0, rtol=1e-13)
 
 
