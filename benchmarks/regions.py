@@ -13,8 +13,7 @@ from projdist.answers.summaries import summarize
 from projdist.earth import WGS84
 from projdist.earth import natural_earth as geodata
 from projdist.projections import Projection
-from projdist.regions import cells_of, get_region
-from projdist.regions.polygons import Polygons
+from projdist.regions import Polygons, cells_of, get_region
 
 R = 6371008.7714
 RUNS = 5

@@ -53,7 +53,7 @@ HOMES = {
     "rasterio": {"gis", "decisions.ground"},
     "distributed": {"support.executors"},
     "scipy": {
-        *("numerics.minima", "matrices.measures", "regions.parts"),
+        *("numerics.minima", "matrices.measures", "regions.combinations"),
         *("applications.oldmaps.field", "applications.oldmaps.rectifying"),
         *("applications.pointclouds.correspondences", "applications.pointclouds.affine"),
         *("applications.mosaics.homographies", "applications.mosaics.correspondences"),

@@ -1,8 +1,9 @@
-from .boxes import GLOBE, Box, TurnedGlobe, bounding_box, height_of, latitude_of
+from . import combinations, countries, polygons, shapes
 from .caps import Cap, reaches
 from .cells import cells_of
-from .combinations import RegionEdges, combine, geojson_of, polygons_of
+from .combinations import RegionEdges, combine, geojson_of, main_part, polygons_of
 from .countries import folded, full_name, region_names
+from .files import crs_name, tell_of_geojson_in_degrees, with_gpx_heights
 from .language import (
     HasGeometry,
     Place,
@@ -15,20 +16,23 @@ from .language import (
     region_for,
     region_of_text,
     region_title,
+    share_in,
     weighted_points,
 )
-from .lines import line_of
-from .parts import main_part, share_in
-from .points import PointSet
 from .polygons import Polygons
-from .region import ChartPoints, Clips, Region
-from .vector_files import (
-    crs_name,
-    features_from_file,
-    polygons_from_geojson,
-    tell_of_geojson_in_degrees,
-    with_gpx_heights,
+from .region import (
+    GLOBE,
+    Box,
+    ChartPoints,
+    Clips,
+    PointSet,
+    Region,
+    TurnedGlobe,
+    bounding_box,
+    height_of,
+    latitude_of,
 )
+from .shapes import features_from_file, line_of, polygons_from_geojson
 
 __all__ = [
     "GLOBE",
@@ -47,7 +51,9 @@ __all__ = [
     "bounding_box",
     "cells_of",
     "check_on_body",
+    "combinations",
     "combine",
+    "countries",
     "crs_name",
     "features_from_file",
     "folded",
@@ -61,6 +67,7 @@ __all__ = [
     "layer_path",
     "line_of",
     "main_part",
+    "polygons",
     "polygons_from_geojson",
     "polygons_of",
     "reaches",
@@ -68,6 +75,7 @@ __all__ = [
     "region_names",
     "region_of_text",
     "region_title",
+    "shapes",
     "share_in",
     "tell_of_geojson_in_degrees",
     "weighted_points",

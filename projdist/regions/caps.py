@@ -13,9 +13,9 @@ from numpy.polynomial.chebyshev import chebder, chebval
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import SMOOTH, WGS84, Discontinuities, Ellipsoid
+from projdist.earth import SMOOTH, Discontinuities, Ellipsoid
 from projdist.projections import geodesic_arrivals, geodesic_destination, geodesic_lengths
-from projdist.regions.region import ChartPoints, Unclipped, rectangles_of
+from projdist.regions.region import ChartPoints, Unclipped
 
 _LONGEST = 90.0  # degrees of azimuth or distance in one panel
 _FLATTEST = 0.2  # GeographicLib's series give distances to 5e-8 there, and to less on flatter figures
@@ -74,11 +74,6 @@ class Cap(Unclipped):
             raise ValueError(f"{text} Its body must not be flatter than {_FLATTEST:g}, for distances to be right.")
 
     @property
-    def figure(self) -> Ellipsoid:
-        """The ellipsoid on which distances are measured."""
-        return self.ellipsoid or WGS84
-
-    @property
     def angle(self) -> float:
         """Largest `reach` in degrees; on a sphere the reach in all directions."""
         return self._rim.largest
@@ -98,18 +93,16 @@ class Cap(Unclipped):
         holds_south, holds_north = (bool(self.contains(self.lon, pole)) for pole in (-90.0, 90.0))
         south = -90.0 if holds_south else max(-90.0, min(self._destination(180.0)[1], self.lat - _NARROWEST))
         north = 90.0 if holds_north else min(90.0, max(self._destination(0.0)[1], self.lat + _NARROWEST))
-        half = 180.0 if holds_south or holds_north else max(self._half_width(), _NARROWEST)
+        if holds_south or holds_north:
+            return self.lon - 180.0, south, self.lon + 180.0, north
+        low, high = 0.0, 180.0
+        while low < (middle := 0.5 * (low + high)) < high:  # at the easternmost point the geodesic heads east
+            low, high = (middle, high) if self._destination(middle)[2] < 90.0 else (low, middle)
+        half = max((self._destination(low)[0] - self.lon) % 360.0, _NARROWEST)
         return self.lon - half, south, self.lon + half, north
 
     def _destination(self, azimuth: float) -> tuple[float, float, float]:
         return geodesic_destination(self.figure, self.lon, self.lat, azimuth, 1000.0 * self.radius_km)
-
-    def _half_width(self) -> float:
-        """Degrees of longitude to the easternmost point, where the geodesic from the centre heads east."""
-        low, high = 0.0, 180.0
-        while low < (middle := 0.5 * (low + high)) < high:
-            low, high = (middle, high) if self._destination(middle)[2] < 90.0 else (low, middle)
-        return (self._destination(low)[0] - self.lon) % 360.0
 
     @functools.cached_property
     def area_km2(self) -> float:
@@ -149,7 +142,8 @@ class Cap(Unclipped):
 
     def panels(self, discontinuities: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
         """One patch in azimuth and distance, in degrees."""
-        rectangles = rectangles_of(np.linspace(0.0, 360.0, 5), self._distances())
+        sides = itertools.product(itertools.pairwise(np.linspace(0.0, 360.0, 5)), itertools.pairwise(self._distances()))
+        rectangles = np.array([(*azimuths, *distances) for azimuths, distances in sides])
         return np.zeros(len(rectangles), dtype=int), rectangles
 
     def _distances(self) -> FloatArray:

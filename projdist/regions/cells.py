@@ -13,11 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from projdist import regions  # loads shapely when it is needed
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import Ellipsoid
-from projdist.regions import chains
-from projdist.regions.boxes import SLIVER, height_of, patch_chart, tightened
-from projdist.regions.region import Region
+from projdist.regions.region import SLIVER, Region, height_of, patch_chart, tightened
 
 _ENOUGH = 0.6  # of the requested number of cells
 _GENERATIONS = 20  # of halvings: more than the digits of a point allow
@@ -209,9 +208,9 @@ def _panels(region: Region) -> _Parts:
     """The parts of the region's panels."""
     patch, rectangle = region.panels()
     ends = np.sort([_latitudes(patch, rectangle[:, 2]), _latitudes(patch, rectangle[:, 3])], axis=0)
-    whole = chains.Clip(region.edges, np.empty((0, 2)))
+    whole = regions.polygons.Clip(region.edges, np.empty((0, 2)))
     found = [
-        chains.clip(whole, u0, u1, south, north)
+        regions.polygons.clip(whole, u0, u1, south, north)
         for (u0, u1, _, _), south, north in zip(rectangle.tolist(), *ends.tolist(), strict=True)
     ]
     edges, gates = (np.concatenate([part[k] for part in found]) for k in (0, 1))

@@ -1,31 +1,43 @@
-"""Unions, intersections and differences of regions as polygons, and edges of regions."""
+"""Regions combined and taken apart: unions, intersections and differences, the main part, edges."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from typing import Any, overload
 
 import numpy as np
 import shapely
 
-from projdist._typing import BoolArray, FloatArray
-from projdist.earth import (
-    GEOS_ARITHMETIC,
-    Ellipsoid,
-    chords,
-    closed_round_pole,
-    cut_at_antimeridian,
-    merged,
-    unwrapped,
-)
+from projdist import earth
+from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.projections import Body, is_same_body
-from projdist.regions.boxes import Box
 from projdist.regions.caps import Cap
-from projdist.regions.points import PointSet
 from projdist.regions.polygons import Polygons
-from projdist.regions.region import Region
+from projdist.regions.region import Box, PointSet, Region
 
 RIM_TOLERANCE = 1e-6
 """Tolerance in degrees of the polygon of a cap: 0.1 m."""
+
+MAIN_KM = 400.0
+"""Largest gap between the parts of a main part.
+
+In Natural Earth it keeps together what is mapped together (Indonesia has gaps of 210 km, Japan down to Okinawa 268,
+Yemen and Socotra 355, Russia and Kaliningrad 364), and separates the rest (Norway from Bear Island and Svalbard at 415,
+Malaysia's two halves, each with a datum's grid of its own, at 586, New Zealand from Chatham at 654, Alaska at 817).
+"""
+
+FAR_KM = 800.0
+"""Smallest gap between parts that is reported.
+
+A conformal map that is true at one end is off by d^2 / (2 R^2), 0.8 %, at the other; the Azores, the Galapagos, Jan
+Mayen, the Andamans and the Canaries are beyond, Malaysia's halves and Fiji's Rotuma are not.
+"""
+
+# Outlines at 1 : 50 million are accurate to some kilometres; shorter pieces of edges take seconds for a continent.
+_NEAREST_KM = 10.0
+_SPACING = 8.0  # points on edges per gap: a gap d is measured as at most d sqrt(1 + 1 / 8^2), 0.8 % too long
+_PAIRS = 2e6  # of points; fewer take less time than loading scipy, 0.2 s
 
 
 @overload
@@ -36,47 +48,34 @@ def combine(operator: str, left: Region | PointSet, right: Region | PointSet, na
     """Two regions combined by `&`, `-` or `+`; of points, `&` and `-` select. Raises ValueError if nothing is left."""
     if isinstance(right, PointSet) or (isinstance(left, PointSet) and operator == "+"):
         raise ValueError(f"Invalid region '{name}'. Points can only stand on the left of & and -.")
-    ellipsoid = _ellipsoid(left, right, name)
+    ellipsoids = [
+        region.figure if isinstance(region, Cap) else getattr(region, "ellipsoid", None) for region in (left, right)
+    ]
+    ellipsoid, other = ellipsoids if ellipsoids[0] else ellipsoids[::-1]
+    if ellipsoid and other and not is_same_body(Body(ellipsoid), Body(other)):
+        raise ValueError(
+            f"Invalid region '{name}'. Its parts are on different bodies, {Body(ellipsoid)} and {Body(other)}."
+        )
     if isinstance(left, PointSet):
         wanted = operator == "&"
         return left.chosen(lambda lon, lat: right.contains(lon, lat) == wanted, name)
-    resolution = _resolution(left, right, name)
-    one, other = polygons_of(left), polygons_of(right)
-    found = _combined(operator, one, other)
-    if found.area == 0.0:
-        raise ValueError(f"Invalid region '{name}'. Nothing is left of it.")
-    return Polygons(merged([found]), name, (*_repairs(left), *_repairs(right)), "", resolution, ellipsoid)
-
-
-def _ellipsoid(left: Region | PointSet, right: Region, name: str) -> Ellipsoid | None:
-    """The common ellipsoid of two regions, None if neither has one; raises ValueError for different bodies."""
-    one, other = (
-        region.figure if isinstance(region, Cap) else getattr(region, "ellipsoid", None) for region in (left, right)
-    )
-    if one and other and not is_same_body(Body(one), Body(other)):
-        raise ValueError(f"Invalid region '{name}'. Its parts are on different bodies, {Body(one)} and {Body(other)}.")
-    return one or other
-
-
-def _resolution(left: Region, right: Region, name: str) -> str:
-    """The resolution of the shipped outlines in two regions; raises ValueError for two, which would leave slivers."""
-    found = {region.resolution for region in (left, right) if isinstance(region, Polygons)} - {""}
-    if len(found) > 1:
-        both = " and ".join(sorted(found))
+    resolutions = {region.resolution for region in (left, right) if isinstance(region, Polygons)} - {""}
+    if len(resolutions) > 1:  # the shipped outlines
+        both = " and ".join(sorted(resolutions))
         raise ValueError(
             f"Invalid region '{name}'. Its parts are of different detail, {both}, and would leave slivers along "
             "coasts: give all of them the same suffix."
         )
-    return found.pop() if found else ""
+    found = _combined(operator, polygons_of(left), polygons_of(right))
+    if found.area == 0.0:
+        raise ValueError(f"Invalid region '{name}'. Nothing is left of it.")
+    repairs = [one.repairs if isinstance(one, Polygons) else one.notes for one in (left, right)]
+    return Polygons(earth.merged([found]), name, (*repairs[0], *repairs[1]), "", "".join(resolutions), ellipsoid)
 
 
-@GEOS_ARITHMETIC
+@earth.GEOS_ARITHMETIC
 def _combined(operator: str, one: shapely.MultiPolygon, other: shapely.MultiPolygon) -> shapely.Geometry:
     return {"&": shapely.intersection, "-": shapely.difference, "+": shapely.union}[operator](one, other)
-
-
-def _repairs(region: Region) -> tuple[str, ...]:
-    return region.repairs if isinstance(region, Polygons) else region.notes
 
 
 def polygons_of(region: Region | PointSet) -> shapely.MultiPolygon:
@@ -85,7 +84,7 @@ def polygons_of(region: Region | PointSet) -> shapely.MultiPolygon:
         return region.geometry
     if isinstance(region, Box):
         west, south, east, north = region.bounds
-        return merged(list(cut_at_antimeridian(shapely.box(west, south, east, north))))
+        return earth.merged(list(earth.cut_at_antimeridian(shapely.box(west, south, east, north))))
     if isinstance(region, Cap):
         return _cap_polygons(region)
     raise ValueError(f"Invalid region '{region.name}'. It must be made of boxes, caps and polygons to be combined.")
@@ -97,6 +96,7 @@ def geojson_of(region: Region | PointSet) -> dict[str, Any]:
 
 
 def _cap_polygons(cap: Cap) -> shapely.MultiPolygon:
+    """The cap with a rim of chords."""
     if cap.angle == 180.0:
         return shapely.MultiPolygon([shapely.box(-180.0, -90.0, 180.0, 90.0)])
 
@@ -104,19 +104,122 @@ def _cap_polygons(cap: Cap) -> shapely.MultiPolygon:
         points = cap.chart(np.zeros(t.shape, dtype=int), t, np.full(t.shape, cap.angle))
         return points.lon, points.lat
 
-    ring = unwrapped(chords(rim, np.linspace(0.0, 360.0, 65), RIM_TOLERANCE))
+    ring = earth.unwrapped(earth.chords(rim, np.linspace(0.0, 360.0, 65), RIM_TOLERANCE))
     poles = [pole for pole in (90.0, -90.0) if bool(cap.contains(0.0, pole))]
     if len(poles) == 2:
         # The rim encloses the complement, unless both poles lie on it.
-        around = merged(list(cut_at_antimeridian(shapely.make_valid(shapely.Polygon(ring)))))
+        around = earth.merged(list(earth.cut_at_antimeridian(shapely.make_valid(shapely.Polygon(ring)))))
         if shapely.intersects_xy(around, (cap.lon + 180.0) % 360.0 - 180.0, cap.lat):
             return around
-        return merged([shapely.difference(shapely.box(-180.0, -90.0, 180.0, 90.0), around)])
+        return earth.merged([shapely.difference(shapely.box(-180.0, -90.0, 180.0, 90.0), around)])
     if poles:
         ring = np.concatenate([ring, [[ring[-1, 0], poles[0]], [ring[0, 0], poles[0]]]])
     else:
-        ring = closed_round_pole(ring)
-    return merged(list(cut_at_antimeridian(shapely.make_valid(shapely.Polygon(ring)))))
+        ring = earth.closed_round_pole(ring)
+    return earth.merged(list(earth.cut_at_antimeridian(shapely.make_valid(shapely.Polygon(ring)))))
+
+
+# ---- parts ---------------------------------------------------------------------------------------
+
+
+@overload
+def main_part(region: Region, km: float = MAIN_KM) -> Region: ...
+@overload
+def main_part(region: PointSet, km: float = MAIN_KM) -> PointSet: ...
+def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointSet:
+    """The parts of a region connected to the largest by gaps of at most `km`; raises ValueError.
+
+    A connected region is returned as it is, and so are boxes, caps and points.
+    """
+    farthest = math.pi * (region.figure.mean_radius / 1000.0)
+    if not _NEAREST_KM <= km <= farthest:
+        allowed = f"{_NEAREST_KM:.0f} to {farthest:.0f} km"
+        raise ValueError(f"Invalid distance '{km:g}' of a main part. It must be {allowed}.")
+    if not isinstance(region, Polygons):
+        return region
+    outline = _Outline(region, km)
+    kept = outline.main(km)
+    if kept.all():
+        return region
+    suffix = "@main" if km == MAIN_KM else f"@main:{km:g}"
+    name = _suffixed(region.name, suffix)
+    return dataclasses.replace(region, geometry=shapely.MultiPolygon(list(outline.parts[kept])), name=name, far="")
+
+
+def all_parts(region: Region | PointSet) -> Region | PointSet:
+    """The region with all parts, without a note on distant ones."""
+    if not isinstance(region, Polygons):
+        return region
+    return dataclasses.replace(region, far="", name=_suffixed(region.name, "@all"))
+
+
+def _suffixed(name: str, suffix: str) -> str:
+    """Name of a region with a suffix; a combination gets brackets."""
+    combined = any(f" {operator} " in name for operator in "&+-")
+    return f"({name}){suffix}" if combined else f"{name}{suffix}"
+
+
+def told_apart(region: Polygons) -> Polygons:
+    """The region, with a note on parts beyond gaps of `FAR_KM` if there are any."""
+    west, south, east, north = region.bounds
+    reach = math.radians(east - west + north - south) * (region.figure.mean_radius / 1000.0)
+    if reach < FAR_KM:  # no two points are farther apart
+        return region
+    outline = _Outline(region, MAIN_KM)
+    if outline.main(FAR_KM).all():
+        return region
+    kept = outline.main(MAIN_KM)
+    away = outline.distances(np.flatnonzero(kept), ~kept)
+    share = 100.0 * outline.areas[~kept].sum() / outline.areas.sum()
+    distances = " to ".join(dict.fromkeys(f"{distance:.0f}" for distance in (away.min(), away.max())))
+    far = f"{share:.2g} % of the area lies {distances} km from the main part"
+    return dataclasses.replace(
+        region, far=f"{region.name}: {far}; @main leaves it out, @all keeps it and says nothing."
+    )
+
+
+class _Outline:
+    """The polygons of a region, their areas, and points on their edges as unit vectors.
+
+    Parts cut at the antimeridian share points there, and so are connected.
+    """
+
+    def __init__(self, region: Polygons, km: float) -> None:
+        self._radius = region.figure.mean_radius / 1000.0
+        self.parts = shapely.get_parts(region.geometry)
+        dense = shapely.segmentize(self.parts, math.degrees(km / self._radius) / _SPACING)
+        lonlat, self._part = shapely.get_coordinates(dense, return_index=True)
+        self._points = earth.unit_vectors(*lonlat.T).T
+        # By mean latitude: enough to find the largest.
+        self.areas = shapely.area(self.parts) * np.cos(np.radians(shapely.get_y(shapely.centroid(self.parts))))
+
+    def main(self, km: float) -> BoolArray:
+        """Mask of the parts connected to the largest by gaps of at most `km`."""
+        kept = np.zeros(len(self.parts), dtype=bool)
+        front: IntArray = np.array([np.argmax(self.areas)])
+        while front.size:
+            kept[front] = True
+            front = np.flatnonzero(~kept)[self.distances(front, ~kept, km) <= km]
+        return kept
+
+    def distances(self, near: IntArray, far: BoolArray, within: float = math.inf) -> FloatArray:
+        """Distance in km of the parts `far` from the parts `near`; half way round the body beyond `within`."""
+        asked = far[self._part]
+        bound = 2.0 * math.sin(0.5 * min(within / self._radius, math.pi)) * (1.0 + 1e-9)
+        points, wanted = self._points[np.isin(self._part, near)], self._points[asked]
+        if len(points) * len(wanted) > _PAIRS:
+            from scipy.spatial import KDTree  # slow to load
+
+            # With a bound a tree is fast even if many points are equally far, as from the centre of a ring.
+            chords = np.asarray(KDTree(points).query(wanted, distance_upper_bound=bound)[0])
+        else:
+            squares = np.full(len(wanted), np.inf)
+            for point in points:
+                np.minimum(squares, ((wanted - point) ** 2).sum(axis=1), out=squares)
+            chords = np.where(squares <= bound**2, np.sqrt(squares), np.inf)
+        least = np.full(len(self.parts), np.inf)
+        np.minimum.at(least, self._part[asked], 2.0 * np.arcsin(np.minimum(0.5 * chords, 1.0)))
+        return np.asarray(least[far] * self._radius)
 
 
 # ---- edges ---------------------------------------------------------------------------------------

@@ -5,17 +5,18 @@ from __future__ import annotations
 import difflib
 import functools
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import shapely
 
 from projdist.earth import WGS84, merged, natural_earth, state_keys, state_outline
-from projdist.regions.parts import told_apart
+from projdist.regions.combinations import told_apart
 from projdist.regions.polygons import Polygons
 from projdist.support import NEAR, did_you_mean
 
 _MOST = 3  # names in a hint
 _CODE = 3  # letters or digits in a code
+_KINDS = ("country", "state", "continent")  # that with a name in two kinds is meant first
 
 Row = dict[str, str]
 
@@ -59,21 +60,15 @@ def _by_name(rows: Sequence[Row], columns: Sequence[str]) -> dict[str, Row]:
     return found
 
 
-def names_of(rows: Mapping[str, Row]) -> dict[str, str]:
-    """Names by folded name, without codes."""
-    return {key: row["name"] for key, row in rows.items() if len(key) > _CODE}
-
-
-def question(text: str, names: Mapping[str, str]) -> str:
+def question(text: str, kind: str) -> str:
     """A question for a region of another kind with this name, or for close names of the same kind."""
     other = full_name(text)
     if other is not None:
         return did_you_mean([other])
-    given = folded(text)
+    given, names = folded(text), {key: name for key, name in names_of(kind).items() if len(key) > _CODE}
     begun = [key for key in names if given and (key.startswith(given) or f" {given}" in f" {key}")]
     near = begun or difflib.get_close_matches(given, names, 1, NEAR)
-    close = list(dict.fromkeys(names[key] for key in near))[:_MOST]
-    return did_you_mean(close)
+    return did_you_mean(list(dict.fromkeys(names[key] for key in near))[:_MOST])
 
 
 def full_name(text: str) -> str | None:
@@ -82,33 +77,24 @@ def full_name(text: str) -> str | None:
     Countries come before states of the same code or name; `state:CA` selects the state.
     """
     kind, colon, name = text.rpartition(":")
-    for one, names in _names_by_kind().items():
-        if not colon or kind.strip().casefold() == one:
-            found = names.get(folded(name))
-            if found is not None:
-                return f"{one}:{found}"
-    return None
+    kinds = [one for one in _KINDS if not colon or kind.strip().casefold() == one]
+    return next((f"{one}:{names_of(one)[folded(name)]}" for one in kinds if folded(name) in names_of(one)), None)
 
 
 @functools.cache
-def _names_by_kind() -> dict[str, dict[str, str]]:
-    """Names by kind and folded name or code."""
-    return {
-        "country": {key: row["name"] for key, row in countries().items()},
-        "state": {key: row["name"] for key, row in states().items()},
-        "continent": continents(),
-    }
+def names_of(kind: str) -> dict[str, str]:
+    """Names of the regions of a kind by folded name or code."""
+    if kind == "continent":
+        return continents()
+    return {key: row["name"] for key, row in (countries() if kind == "country" else states()).items()}
 
 
 def close_regions(text: str) -> list[str]:
     """Named regions that a text may have been meant for."""
     known: dict[str, list[str]] = {name: [name] for name in ("globe", "land", "ocean")}
-    for key, row in countries().items():
-        known.setdefault(key, []).append(f"country:{row['name']}")
-    for key, name in continents().items():
-        known.setdefault(key, []).append(f"continent:{name}")
-    for key, row in states().items():
-        known.setdefault(key, []).append(f"state:{row['name']}")
+    for kind in _KINDS:
+        for key, name in names_of(kind).items():
+            known.setdefault(key, []).append(f"{kind}:{name}")
     given = folded(text)
     near = difflib.get_close_matches(given, [key for key in known if len(key) > _CODE], 1, NEAR)
     return list(dict.fromkeys(name for key in (given, *near) for name in known.get(key, [])))
@@ -130,22 +116,21 @@ DEFAULT_RESOLUTION = "50m"
 @functools.cache
 def land(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """The land, Antarctica with its ice shelves included."""
-    return Polygons(natural_earth.land(resolution), _named("land", resolution), resolution=resolution, ellipsoid=WGS84)
+    return _outlines(natural_earth.land(resolution), "land", resolution)
 
 
 @functools.cache
 def ocean(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """The complement of the land, including the Caspian Sea."""
     globe = shapely.box(-180.0, -90.0, 180.0, 90.0)
-    water = merged([shapely.difference(globe, natural_earth.land(resolution))])
-    return Polygons(water, _named("ocean", resolution), resolution=resolution, ellipsoid=WGS84)
+    return _outlines(merged([shapely.difference(globe, natural_earth.land(resolution))]), "ocean", resolution)
 
 
 def country(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """A country by its name or ISO 3166 code, with all its parts in Natural Earth; raises ValueError."""
     row = countries().get(folded(text))
     if row is None:
-        near = question(text, names_of(countries()))
+        near = question(text, "country")
         raise ValueError(f"Invalid country '{text}'. {near}It must be a name in English or an ISO 3166 code.")
     return _country(row["iso_n3"] or row["name"], row["iso_a2"] or row["name"], resolution)
 
@@ -155,16 +140,14 @@ def _country(key: str, shown: str, resolution: str) -> Polygons:
     geometry = natural_earth.country(key, resolution)
     if geometry is None:
         raise ValueError(f"Invalid country '{shown}' at {resolution}. It is too small for this data: ask for 50m.")
-    return told_apart(
-        Polygons(geometry, _named(f"country:{shown}", resolution), resolution=resolution, ellipsoid=WGS84)
-    )
+    return told_apart(_outlines(geometry, f"country:{shown}", resolution))
 
 
 def continent(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """The countries of a continent, each as a whole: Russia is in Europe, French Guiana with France; ValueError."""
     name = continents().get(folded(text))
     if name is None:
-        near = question(text, continents())
+        near = question(text, "continent")
         allowed = ", ".join(sorted(continents().values()))
         raise ValueError(f"Invalid continent '{text}'. {near}It must be one of {allowed}.")
     return _continent(name, resolution)
@@ -174,12 +157,13 @@ def continent(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
 def _continent(name: str, resolution: str) -> Polygons:
     keys = [row["iso_n3"] or row["name"] for row in natural_earth.country_keys() if row["continent"] == name]
     parts = [natural_earth.country(key, resolution) for key in keys]
-    whole = merged([part for part in parts if part is not None])
-    return Polygons(whole, _named(f"continent:{name}", resolution), resolution=resolution, ellipsoid=WGS84)
+    return _outlines(merged([part for part in parts if part is not None]), f"continent:{name}", resolution)
 
 
-def _named(text: str, resolution: str) -> str:
-    return text if resolution == DEFAULT_RESOLUTION else f"{text}@{resolution}"
+def _outlines(geometry: shapely.MultiPolygon, text: str, resolution: str) -> Polygons:
+    """A shipped geometry as a region, with its resolution in the name if that is not the default."""
+    name = text if resolution == DEFAULT_RESOLUTION else f"{text}@{resolution}"
+    return Polygons(geometry, name, resolution=resolution, ellipsoid=WGS84)
 
 
 # ---- states --------------------------------------------------------------------------------------
@@ -194,7 +178,7 @@ def state(text: str, resolution: str = RESOLUTION) -> Polygons:
         raise ValueError(f"Invalid suffix '@{resolution}' of a state. It must be one of @{RESOLUTION}, @main and @all.")
     row = states().get(folded(text))
     if row is None:
-        near = question(text, names_of(states()))
+        near = question(text, "state")
         raise ValueError(
             f"Invalid state '{text}'. {near}It must be the name or postal code of a state or territory of the USA."
         )

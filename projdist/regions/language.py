@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
+import math
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -12,13 +14,12 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
+from projdist import earth, regions  # both load shapely when it is needed
 from projdist._typing import FloatArray
 from projdist.earth import WGS84, Ellipsoid, latitude_text, longitude_text
 from projdist.projections import Body, Projection, ProjectionError, area_of_use, ground_of, is_same_body
-from projdist.regions.boxes import GLOBE, Box, likelier
 from projdist.regions.caps import Cap
-from projdist.regions.points import PointSet
-from projdist.regions.region import Region
+from projdist.regions.region import GLOBE, Box, PointSet, Region, likelier
 from projdist.support import did_you_mean, quoted, shown, tell
 
 Place = Region | PointSet
@@ -52,6 +53,8 @@ _LONGEST_NAME = 300
 # The longest paths of any system; the text of a CRS may be longer.
 _LONGEST_BY_KIND = {"file": 4500, "geodesic": 4500, "points": 4500, "crs": _LONGEST}
 _DEEPEST = 50  # brackets in brackets
+
+_METHODS = ("panels", "chart", "clip", "bounds")  # of a region, perhaps of another package
 
 _WORDS = ("globe", "land", "ocean")
 
@@ -97,12 +100,9 @@ def get_region(region: RegionLike, ellipsoid: Ellipsoid | None = None) -> Place:
     >>> octant.name, round(8 * octant.area_km2)
     ('box:0,0,90,90', 510065622)
     """
-    return _region_of_any(region, None) if ellipsoid is None else region_on(region, Body(ellipsoid))
-
-
-def region_on(region: RegionLike, body: Body) -> Place:
-    """The region on a body; raises ValueError if it is on another."""
-    return placed(_region_of_any(region, body), body)
+    body = None if ellipsoid is None else Body(ellipsoid)
+    found = _region_of_any(region, body)
+    return found if body is None else placed(found, body)
 
 
 def placed(region: Place, body: Body) -> Place:
@@ -121,24 +121,22 @@ def placed(region: Place, body: Body) -> Place:
 
 def _region_of_any(region: RegionLike, body: Body | None) -> Place:
     if isinstance(region, str):
-        return _text_on_body(region, body, None)
-    if isinstance(region, PointSet) or _is_region(region):
+        return _Parser(region, body).parse()
+    if isinstance(region, PointSet) or (not isinstance(region, type) and all(hasattr(region, one) for one in _METHODS)):
         return cast(Place, region)
     shape = getattr(region, "__geo_interface__", region)
     if isinstance(shape, Mapping):
-        from projdist.regions.vector_files import (
-            polygons_from_geojson,  # shapely is slow to load
-            tell_of_geojson_in_degrees,
-        )
-
         crs = getattr(region, "crs", None)
-        found = polygons_from_geojson(dict(shape), crs=crs)
-        tell_of_geojson_in_degrees(shape, crs, "Invalid region.")
+        found = regions.polygons_from_geojson(dict(shape), crs=crs)
+        regions.tell_of_geojson_in_degrees(shape, crs, "Invalid region.")
         return found
-    bounds = _bounds(region)
-    if bounds is None:
+    bounds = np.empty(0)
+    if isinstance(region, list | tuple | np.ndarray):
+        with contextlib.suppress(TypeError, ValueError):
+            bounds = np.asarray(region, dtype=float)
+    if bounds.shape != (4,):
         raise ValueError(f"Invalid region {quoted(region)}. It must be {FORMS}; or W,S,E,N, a geometry or a region.")
-    return _likely_box(*bounds)
+    return _likely_box(*bounds.tolist())
 
 
 def region_of_text(
@@ -149,14 +147,8 @@ def region_of_text(
     `check` is called with kind and argument of each atom before it is made.
     """
     body = None if ellipsoid is None else Body(ellipsoid)
-    found = _text_on_body(text, body, check)
+    found = _Parser(text, body, check).parse()
     return found if body is None else placed(found, body)
-
-
-def _text_on_body(text: str, body: Body | None, check: Callable[[str, str], None] | None) -> Place:
-    if len(text) > _LONGEST:
-        raise ValueError(f"Invalid region '{shown(text)}'. It must have at most {_LONGEST} characters.")
-    return _Parser(text, body, check).parse()
 
 
 def is_region_text(text: str) -> bool:
@@ -165,36 +157,20 @@ def is_region_text(text: str) -> bool:
     return text.lstrip().startswith("(") or word in _WORDS or (word in _KINDS and ":" in text)
 
 
-def _is_region(value: object) -> bool:
-    """True if a value has the methods of a region."""
-    return not isinstance(value, type) and all(hasattr(value, name) for name in ("panels", "chart", "clip", "bounds"))
-
-
-def _bounds(value: object) -> list[float] | None:
-    """Four numbers of a sequence or array; None for other values."""
-    if not isinstance(value, list | tuple | np.ndarray):
-        return None
-    try:
-        bounds = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        return None
-    return bounds.tolist() if bounds.shape == (4,) else None
-
-
 def weighted_points(text: str, column: str) -> PointSet:
     """The region `points:PATH` with the weights of a column of the file; raises ValueError."""
     kind, _, argument = text.strip().partition(":")
     if kind.lower() != "points":
         raise ValueError(f"Invalid weight '{column}'. It must be a raster, or, of points:PATH, the name of a column.")
-    from projdist.regions.vector_files import points_from_file  # as above
-
-    return points_from_file(*_path(text, argument.strip()), text.strip(), column)
+    return regions.shapes.points_from_file(*_path(text, argument.strip()), text.strip(), column)
 
 
 class _Parser:
     """Recursive descent: a sum of products of atoms and brackets."""
 
-    def __init__(self, text: str, body: Body | None, check: Callable[[str, str], None] | None) -> None:
+    def __init__(self, text: str, body: Body | None, check: Callable[[str, str], None] | None = None) -> None:
+        if len(text) > _LONGEST:
+            raise ValueError(f"Invalid region '{shown(text)}'. It must have at most {_LONGEST} characters.")
         self.text, self.body, self.check = text, body, check
         self.given = text.strip()
         self.rest = self.given
@@ -203,27 +179,21 @@ class _Parser:
         self.depth = 0
 
     def parse(self) -> Place:
-        found = self._sum()
+        found = self._combination()
         if self.rest:
             raise ValueError(f"Invalid region '{shown(self.text)}'. Its brackets must close what they open.")
         return _told_apart(found) if self.combined and self.kinds <= _COMPACT else found
 
-    def _sum(self) -> Place:
-        return self._chain("+-", self._product)
-
-    def _product(self) -> Place:
-        return self._chain("&", self._factor)
-
-    def _chain(self, operators: str, part: Callable[[], Place]) -> Place:
+    def _combination(self, operators: str = "+-") -> Place:
+        """A sum of products of factors, or, of `&`, a product."""
+        part = self._factor if operators == "&" else functools.partial(self._combination, "&")
         before = self.rest
         found = part()
         while (operator := _OPERATOR.match(self.rest)) and operator[1] in operators:
             self.rest = self.rest[operator.end() :].lstrip()
             other = part()
-            from projdist.regions.combinations import combine  # as above
-
             name = " ".join(before[: len(before) - len(self.rest)].split())
-            found, self.combined = combine(operator[1], found, other, name), True
+            found, self.combined = regions.combine(operator[1], found, other, name), True
         return found
 
     def _factor(self) -> Place:
@@ -233,7 +203,7 @@ class _Parser:
         if self.depth > _DEEPEST:
             raise ValueError(f"Invalid region '{shown(self.text)}'. Its brackets must not lie {_DEEPEST} deep.")
         self.rest = self.rest[1:].lstrip()
-        found = self._sum()
+        found = self._combination()
         self.depth -= 1
         self.rest = self.rest.lstrip()
         if not self.rest.startswith(")"):
@@ -256,38 +226,35 @@ class _Parser:
         suffix = _SUFFIX.search(text)
         plain = text if suffix is None else text[: suffix.start()].rstrip() + text[suffix.end() :]
         self.kinds.add(re.split("[:@]", plain.lower(), maxsplit=1)[0])
+        kind, _, argument = plain.partition(":")
+        kind, argument = kind.lower(), argument.strip().strip('"')
         if self.check is not None:
-            self.check(*_kind_of(plain))
-        found = _region_of(plain, None if self.body is None else self.body.ellipsoid)
+            self.check(kind, argument)
+        found = _region_of(plain, kind, argument, None if self.body is None else self.body.ellipsoid)
         found = found if self.body is None else placed(found, self.body)
         return found if suffix is None else self._parts_of(found, suffix)
 
     def _parts_of(self, region: Place, suffix: re.Match[str]) -> Place:
         """All parts of a region or the main one, by the suffix."""
-        from projdist.regions import parts
-
+        parts = regions.combinations
         self.kinds.add("@")
         which, km = suffix[1].lower(), suffix[2]
         if which == "all" and km is None:
             return parts.all_parts(region)
         if which == "main" and not isinstance(region, PointSet):
-            return parts.main_part(region, parts.MAIN_KM if km is None else _kilometres(km))
+            try:
+                distance = parts.MAIN_KM if km is None else float(km)
+            except ValueError as error:
+                raise ValueError(
+                    f"Invalid distance '{km}' of a main part. It must be a number of kilometres."
+                ) from error
+            return parts.main_part(region, distance)
         raise ValueError(f"Invalid region '{shown(self.text)}'. Polygons may have @main, @main:KM or @all behind them.")
 
 
 def _told_apart(region: Place) -> Place:
     """The region, with a note on distant parts."""
-    from projdist.regions.parts import told_apart
-    from projdist.regions.polygons import Polygons
-
-    return told_apart(region) if isinstance(region, Polygons) else region
-
-
-def _kilometres(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError as error:
-        raise ValueError(f"Invalid distance '{text}' of a main part. It must be a number of kilometres.") from error
+    return regions.combinations.told_apart(region) if isinstance(region, regions.Polygons) else region
 
 
 def _end_of_atom(text: str) -> int:
@@ -307,14 +274,7 @@ def _end_of_atom(text: str) -> int:
     return len(text)
 
 
-def _kind_of(text: str) -> tuple[str, str]:
-    """Kind of an atom in lower case, and its argument after the colon."""
-    kind, _, argument = text.partition(":")
-    return kind.lower(), argument.strip().strip('"')
-
-
-def _region_of(text: str, ellipsoid: Ellipsoid | None) -> Place:
-    kind, argument = _kind_of(text)
+def _region_of(text: str, kind: str, argument: str, ellipsoid: Ellipsoid | None) -> Place:
     longest = _LONGEST_BY_KIND.get(kind, _LONGEST_NAME)
     if len(text) > longest:
         raise ValueError(f"Invalid region '{shown(text)}'. A region of this kind has at most {longest} characters.")
@@ -322,32 +282,19 @@ def _region_of(text: str, ellipsoid: Ellipsoid | None) -> Place:
     if word == "globe" and not at:
         return GLOBE
     if word in ("land", "ocean"):
-        from projdist.regions import countries  # shapely is slow to load
-
-        return {"land": countries.land, "ocean": countries.ocean}[word](_resolution(resolution, at))
+        found = regions.countries.land if word == "land" else regions.countries.ocean
+        return found(_resolution(resolution, at))
     if kind not in _KINDS:
-        raise ValueError(f"Invalid region '{text}'. {_hint(text)}It must be {FORMS}.")
+        hint = did_you_mean(regions.countries.close_regions(text.partition(":")[2] or text)) if text else ""
+        raise ValueError(f"Invalid region '{text}'. {hint}It must be {FORMS}.")
     return _KINDS[kind](text, argument, ellipsoid)
 
 
-def _hint(text: str) -> str:
-    if not text:
-        return ""
-    from projdist.regions.countries import close_regions  # as above
-
-    close = close_regions(text.partition(":")[2] or text)
-    return did_you_mean(close)
-
-
 def _resolution(text: str, given: str) -> str:
-    from projdist.earth import RESOLUTIONS  # as above
-    from projdist.regions.countries import DEFAULT_RESOLUTION
-
-    if given and text not in RESOLUTIONS:
-        raise ValueError(
-            f"Invalid suffix '@{text}'. It must be one of @{', @'.join(RESOLUTIONS)}, @main and @all, once each."
-        )
-    return text or DEFAULT_RESOLUTION
+    if given and text not in earth.RESOLUTIONS:
+        allowed = ", @".join(earth.RESOLUTIONS)
+        raise ValueError(f"Invalid suffix '@{text}'. It must be one of @{allowed}, @main and @all, once each.")
+    return text or regions.countries.DEFAULT_RESOLUTION
 
 
 def _numbers(text: str, argument: str, form: str, count: int) -> list[float]:
@@ -383,15 +330,12 @@ def _cap(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
 
 def _named(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     """A country, continent or state, with a resolution behind an @."""
-    from projdist.regions import countries  # as above
-
+    countries, kind = regions.countries, text.partition(":")[0].lower()
     name, at, resolution = argument.partition("@")
-    kind = text.partition(":")[0].lower()
     if kind == "state":
         return countries.state(name.strip(), resolution if at else countries.RESOLUTION)
-    return {"country": countries.country, "continent": countries.continent}[kind](
-        name.strip(), _resolution(resolution, at)
-    )
+    found = countries.country if kind == "country" else countries.continent
+    return found(name.strip(), _resolution(resolution, at))
 
 
 def _crs(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
@@ -413,17 +357,14 @@ def _path(text: str, argument: str) -> tuple[Path, str]:
 
 def _file(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     """The polygons of a file, with straight or geodesic edges."""
-    from projdist.regions.vector_files import polygons_from_file  # as above
-
+    path = _path(text, argument)
     if text.partition(":")[0].lower() == "file":
-        return polygons_from_file(*_path(text, argument), text)
-    return polygons_from_file(*_path(text, argument), text, edges="geodesic", ellipsoid=ellipsoid)
+        return regions.shapes.polygons_from_file(*path, text)
+    return regions.shapes.polygons_from_file(*path, text, edges="geodesic", ellipsoid=ellipsoid)
 
 
 def _points(text: str, argument: str, ellipsoid: Ellipsoid | None) -> PointSet:
-    from projdist.regions.vector_files import points_from_file  # as above
-
-    return points_from_file(*_path(text, argument), text)
+    return regions.shapes.points_from_file(*_path(text, argument), text)
 
 
 _KINDS: dict[str, Callable[[str, str, Ellipsoid | None], Place]] = {
@@ -450,7 +391,7 @@ def region_for(region: RegionLike | None, projections: Iterable[Projection]) -> 
     maps = list(projections)
     body = Body(ground_of_maps(maps), next((one.body.name for one in maps if one.body.name), ""))
     if region is not None:
-        return region_on(region, body)
+        return placed(_region_of_any(region, body), body)
     areas = {projection.area_of_use for projection in maps}
     area = areas.pop() if len(areas) == 1 else None
     return placed(GLOBE if area is None else Box(*area), body)
@@ -482,6 +423,31 @@ def ground_of_maps(projections: Iterable[Projection]) -> Ellipsoid:
     return next((figure for figure in figures if not figure.is_sphere), figures[0] if figures else WGS84)
 
 
+_WHOLE = 1.0 - 1e-9
+
+
+def share_in(box: Box, region: Region | PointSet) -> float:
+    """Share of a region that lies in a box; for region types of other packages that of its bounds."""
+    if isinstance(region, PointSet):
+        return float(region.weight[box.contains(region.lon, region.lat)].sum() / region.weight.sum())
+    around = Box.between(region.bounds, getattr(region, "ellipsoid", None))
+    (west, south, east, north), (left, low, right, high) = around.bounds, box.bounds
+    turns = (-720.0, -360.0, 0.0, 360.0, 720.0)
+    width = sum(max(0.0, min(east, right + turn) - max(west, left + turn)) for turn in turns)
+    below = around.figure.area_below([max(south, low), min(north, high)])
+    share = float(math.radians(width) * max(0.0, below[1] - below[0]) / 1e6) / around.area_km2
+    if share == 0.0 or isinstance(region, Box):
+        return share
+    if share > _WHOLE:
+        return 1.0
+    if not isinstance(region, Cap | regions.Polygons):
+        return share
+    try:
+        return regions.combine("&", region, box, region.name).area_km2 / region.area_km2
+    except ValueError:  # nothing is left
+        return 0.0
+
+
 # ---- regions as titles ---------------------------------------------------------------------------
 
 
@@ -489,22 +455,17 @@ _LONGEST_TITLE = 70  # letters
 
 
 @functools.cache
-def _country_names() -> dict[str, str]:
-    from projdist.earth import natural_earth  # loads shapely
-
-    return {row["iso_a2"]: row["name"] for row in natural_earth.country_keys() if row["iso_a2"]}
-
-
-@functools.cache
-def _state_names() -> dict[str, str]:
-    from projdist.earth import state_keys  # loads shapely
-
-    return {row["postal"]: row["name"] for row in state_keys()}
+def _names_by_code() -> dict[str, str]:
+    """Names of countries by `country:` and their code, of states by `state:` and theirs."""
+    countries = {f"country:{row['iso_a2']}": row["name"] for row in earth.natural_earth.country_keys()}
+    return countries | {f"state:{row['postal']}": row["name"] for row in earth.state_keys()}
 
 
 _TITLES = (
-    (re.compile(r"country:([A-Z]{2})(@\d+m)?(?![\w])"), lambda match: f"{_country_names()[match[1]]} ({match[1]})"),
-    (re.compile(r"state:([A-Z]{2})(@\d+m)?(?![\w])"), lambda match: f"{_state_names()[match[1]]} ({match[1]})"),
+    (
+        re.compile(r"((?:country|state):([A-Z]{2}))(@\d+m)?(?![\w])"),
+        lambda match: f"{_names_by_code()[match[1]]} ({match[2]})",
+    ),
     (re.compile(r"(?:country|continent|state):([\w .'-]+?)(@\d+m)?(?=$|[)@]| [&+-] )"), lambda match: match[1]),
     (re.compile(r"(?:file|geodesic|points):(?:[^\s&()]*[/\\])?([^\s/\\&()]+)"), lambda match: match[1]),
     (re.compile(r"@main(:[\d.]+)?"), lambda match: ", main part"),

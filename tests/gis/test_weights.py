@@ -13,8 +13,7 @@ from projdist import PointSet, factors, get_region, gis, summarize
 from projdist.cli.app import app
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.gis import weights
-from projdist.regions import Box
-from projdist.regions.combinations import combine
+from projdist.regions import Box, combine
 
 rasterio = pytest.importorskip("rasterio")
 

@@ -6,7 +6,8 @@ import shapely
 from tables import each
 
 from projdist.earth import GEOS_ARITHMETIC, SPHERE, WGS84
-from projdist.regions import boxes, cells_of, get_region
+from projdist.regions import cells_of, get_region
+from projdist.regions.region import patch_chart, tightened
 
 # The edges of GEOS's clips in pieces of so many degrees. Halved, the areas come nearer by a factor of four: to 1.5e-7.
 _PIECE = 0.003
@@ -16,7 +17,7 @@ _PIECE = 0.003
 def clipped(region, cells, i):
     """The polygons' part of a cell by GEOS, in longitude and sine of latitude, where areas are those of the sphere."""
     west, east, *ends = cells.rectangle[i]
-    south, north = np.sort(boxes.patch_chart(cells.patch[i], np.zeros(2), np.array(ends)).lat)
+    south, north = np.sort(patch_chart(cells.patch[i], np.zeros(2), np.array(ends)).lat)
     box = shapely.box(west, south, east, north)
     turned = shapely.transform(region.geometry, lambda p: p + np.array([360.0, 0.0]))
     parts = [shapely.intersection(geometry, box) for geometry in (region.geometry, turned)]
@@ -62,10 +63,10 @@ def test_areas_of_small_countries(name: str) -> None:
 
 def test_what_is_of_no_height_is_tightened() -> None:
     """To its latitude, as on a side between cells; also where no number is between its ends."""
-    assert boxes.tightened(43.0, 44.0, 43.0, 43.0) == (43.0, 43.0)
-    assert boxes.tightened(43.0, 44.0, 43.7, 43.7) == (43.7, 43.7)
+    assert tightened(43.0, 44.0, 43.0, 43.0) == (43.0, 43.0)
+    assert tightened(43.0, 44.0, 43.7, 43.7) == (43.7, 43.7)
     above = float(np.nextafter(43.0, 44.0))
-    assert boxes.tightened(43.0, 44.0, 43.0, above) == (43.0, above)
+    assert tightened(43.0, 44.0, 43.0, above) == (43.0, above)
 
 
 def test_a_box_of_edges() -> None:

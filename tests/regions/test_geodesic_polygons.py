@@ -11,11 +11,7 @@ import shapely
 from projdist.earth import WGS84
 from projdist.earth.natural_earth import chords
 from projdist.projections.coordinates import geodesics
-from projdist.regions import Box
-from projdist.regions.combinations import polygons_of
-from projdist.regions.language import get_region
-from projdist.regions.polygons import Polygons
-from projdist.regions.vector_files import polygons_from_geojson
+from projdist.regions import Box, Polygons, get_region, polygons_from_geojson, polygons_of
 
 GEOD = pyproj.Geod(ellps="WGS84")
 Ring = list[list[float]]

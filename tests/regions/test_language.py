@@ -6,8 +6,7 @@ from region_texts import area, refused
 from tables import each
 
 from projdist.earth import natural_earth as geodata
-from projdist.regions import GLOBE, Box, Cap, get_region
-from projdist.regions.combinations import combine
+from projdist.regions import GLOBE, Box, Cap, combine, get_region
 
 # ---- names ----------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from projdist.cli.app import app
 from projdist.regions import GLOBE, Cap, PointSet, get_region, main_part
-from projdist.regions.parts import FAR_KM
+from projdist.regions.combinations import FAR_KM
 
 # Points of each country that its main part holds, and others that it leaves out.
 MAIN = {

@@ -14,7 +14,7 @@ from projdist.applications.oldmaps import old_map, read_control_points
 from projdist.applications.pointclouds import read_cloud
 from projdist.decisions.data_edges import REPAIRED
 from projdist.gis import read_data, read_points
-from projdist.regions.points import read_csv
+from projdist.regions import shapes
 
 MANY = settings(
     max_examples=400,
@@ -79,7 +79,7 @@ POINTS = "name,lon,lat,weight\n" + "".join(f"p{k},{7 + k / 10},{47 + k / 20},{k 
 @given(broken(POINTS))
 def test_points(tmp_path, text):
     """The points of a region: as many as there are rows, less those without coordinates, or a refusal."""
-    found = tried(lambda path: read_csv(path, "points"), tmp_path / "p.csv", text)
+    found = tried(lambda path: shapes.points_from_file(path, "", "points"), tmp_path / "p.csv", text)
     if found is not None:
         assert np.isfinite([found.lon, found.lat, found.weight]).all()
         left_out = sum(int(re.search(r": (\d+) of \d+ points have no", note)[1]) for note in found.notes)

@@ -12,7 +12,7 @@ from tables import each
 from projdist import summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
 from projdist.regions import GLOBE, Box, Cap, PointSet, Region, get_region
-from projdist.regions.boxes import likelier
+from projdist.regions.region import likelier
 
 R_KM = MEAN_EARTH_RADIUS / 1000
 HALF_TURN = math.pi * R_KM  # 20015.1 km

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from tables import each
 
-from projdist.regions import GLOBE, Box, Cap, PointSet, get_region
-from projdist.regions.parts import share_in
+from projdist.regions import GLOBE, Box, Cap, PointSet, get_region, share_in
 
 EUROPE = Box(-35.58, 24.6, 44.83, 84.73)
 PACIFIC = Box(150, -60, -120, 10)
