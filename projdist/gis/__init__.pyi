@@ -1,4 +1,3 @@
-from .arrays import factor_arrays, measure_arrays
 from .conversion import CONVERTED_SUFFIXES, RESAMPLINGS, Conversion, convert, convert_frame
 from .layers import (
     ATLAS_SUFFIXES,
@@ -17,7 +16,9 @@ from .rasters import (
     GRIDS,
     RASTER_SUFFIXES,
     Raster,
+    factor_arrays,
     georeference_of,
+    measure_arrays,
     raster,
     save_geotiff,
     save_raster,

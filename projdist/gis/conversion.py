@@ -12,38 +12,21 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
+from projdist import projections, support
 from projdist._typing import FloatArray, IntArray
-from projdist.gis.layers import needed_for, save_layer, write_layer
+from projdist.gis import layers
+from projdist.gis.layers import needed_for
 from projdist.gis.rasters import BESIDE, FLAVOURS, RASTER_SUFFIXES, flavour_of
 from projdist.gis.reading import read_data
-from projdist.projections import (
-    CRS,
-    Projection,
-    crs_of,
-    projected_crs_of,
-    same_map,
-    tell_of_degrees,
-    tell_of_frame_in_degrees,
-    to_lonlat,
-)
+from projdist.projections import CRS, Projection, crs_of
 from projdist.regions import Box
-from projdist.support import (
-    check_choice,
-    check_number,
-    check_raster,
-    listed,
-    one_line,
-    refuse_existing,
-    replacing,
-    tell,
-)
+from projdist.support import one_line, replacing, tell
 
 RESAMPLINGS = ("nearest", "bilinear", "cubic", "average", "mode")
 """Methods for the values of new pixels."""
 
-_DRIVERS = {".gpkg": "GPKG", ".fgb": "FlatGeobuf", ".shp": "ESRI Shapefile"}
 _PARTS = (".shx", ".dbf", ".prj", ".cpg")  # of a shapefile
-CONVERTED_SUFFIXES = (*_DRIVERS, ".geojson", ".parquet", *RASTER_SUFFIXES)
+CONVERTED_SUFFIXES = (".gpkg", ".fgb", ".shp", ".geojson", ".parquet", *RASTER_SUFFIXES)
 """Suffixes of the files that `convert` writes."""
 
 _CRS_SUFFIXES = (".wkt", ".prj", ".json")
@@ -158,11 +141,16 @@ def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | N
         frame = frame.set_crs(_crs(source) if source is not None else crs_of(frame.crs), allow_override=True)
     if frame.crs is None:
         raise ValueError("Invalid data. They have no CRS; it must be given (--from, source=).")
-    tell_of_frame_in_degrees(frame, "the data")
+    projections.tell_of_frame_in_degrees(frame, "the data")
     points, owner = shapely.get_coordinates(frame.geometry.array, return_index=True)
     _tell_of_elsewhere(frame.crs, target, points, owner, "feature(s) of the data lie")
     if densify is not None:
-        piece = _length(frame.crs, densify)
+        if not support.check_number("distance", densify) > 0.0:
+            raise ValueError(f"Invalid distance '{densify}'. It must be above 0, in kilometres.")
+        unit = frame.crs.axis_info[0].unit_conversion_factor
+        # Degrees are taken along meridians.
+        length = densify / _DEGREE_KM * np.radians(1.0) if frame.crs.is_geographic else 1000.0 * densify
+        piece = float(length / unit)
         count = float(np.nansum(shapely.length(frame.geometry.array)) / piece)
         if count > _MOST_PIECES:
             raise ValueError(
@@ -194,7 +182,7 @@ def _tell_of_elsewhere(source: CRS, target: CRS, points: FloatArray, owner: IntA
     area = Projection.from_user_input(target).area_of_use
     if area is None:
         return
-    in_degrees = to_lonlat(source)
+    in_degrees = projections.to_lonlat(source)
     lon, lat = points.T if in_degrees is None else in_degrees(*points.T)
     outside = np.isfinite(lon) & np.isfinite(lat) & ~Box(*area).contains(lon, lat)
     mostly = np.bincount(owner, outside) > np.bincount(owner) / 2
@@ -222,14 +210,6 @@ def _crs(given: Any) -> CRS:
         raise ValueError(f"Invalid CRS '{path}'. It cannot be read as text: {one_line(error)}.") from error
 
 
-def _length(crs: CRS, km: float) -> float:
-    """Kilometres in the unit of a CRS; degrees are taken along meridians."""
-    if not check_number("distance", km) > 0.0:
-        raise ValueError(f"Invalid distance '{km}'. It must be above 0, in kilometres.")
-    unit = crs.axis_info[0].unit_conversion_factor
-    return float(km / _DEGREE_KM * np.radians(1.0) / unit if crs.is_geographic else 1000.0 * km / unit)
-
-
 def _beside(path: Path, target: CRS, overwrite: bool) -> Path | None:
     """The .wkt file for a CRS that the data's format spoils, else None; FileExistsError for one with another CRS."""
     if _METHOD not in target.to_wkt() or path.suffix.lower() == ".parquet":
@@ -239,7 +219,7 @@ def _beside(path: Path, target: CRS, overwrite: bool) -> Path | None:
         with contextlib.suppress(ValueError):
             if _crs(beside) == target:
                 return beside
-        refuse_existing(beside)
+        support.refuse_existing(beside)
     return beside
 
 
@@ -251,7 +231,7 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
     frame = convert_frame(read_data(data), target, source=source, densify=densify)
     suffix = path.suffix.lower()
     if suffix == ".geojson":
-        save_layer(frame, path, overwrite=new)
+        layers.save_layer(frame, path, overwrite=new)
     elif suffix == ".parquet":
         with needed_for(f"output '{path}'"):
             import pyarrow  # noqa: F401
@@ -260,21 +240,17 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
         return ""
     else:
         with replacing(path, overwrite=new, beside=_PARTS if suffix == ".shp" else ()) as file:
-            write_layer(frame, file, {"driver": _DRIVERS[suffix]})
+            layers.write_layer(frame, file, suffix)
     import geopandas
 
     found = geopandas.read_file(path, rows=0).crs
-    if not _is_same(target, found):
+    is_held = found is not None
+    if is_held and _is_map(target):
+        is_held = projections.same_map(Projection.from_user_input(target), found.to_wkt()) is not None
+    if not is_held:
         return f"'{path.name}' cannot hold this CRS."
     is_plain = _METHOD not in target.to_wkt() or _METHOD in found.to_wkt()
     return "" if is_plain else f"Other programs than projdist do not understand this CRS in '{path.name}'."
-
-
-def _is_same(target: CRS, found: CRS | None) -> bool:
-    """True if the CRS that was read back gives the same map."""
-    if found is None or not _is_map(target):
-        return found is not None
-    return same_map(Projection.from_user_input(target), found.to_wkt()) is not None
 
 
 # ---- rasters --------------------------------------------------------------------------------
@@ -290,7 +266,7 @@ def _warp(
     overwrite: bool,
 ) -> tuple[str, str]:
     """Write a raster in another CRS; returns a note on where the CRS is, and one on pixels outside, or ""."""
-    check_choice("resampling", resampling, RESAMPLINGS)
+    support.check_choice("resampling", resampling, RESAMPLINGS)
     with needed_for(f"output '{path}'"):
         import rasterio
         import rasterio.warp
@@ -306,12 +282,12 @@ def _warp(
         ):
             if source is None and image.crs is None:
                 raise ValueError(f"Invalid data '{data}'. They have no CRS; it must be given (--from, source=).")
-            check_raster(image, (), f"Invalid data '{data}'.")
+            support.check_raster(image, (), f"Invalid data '{data}'.")
             if len(set(image.dtypes)) > 1:
-                types = listed(sorted(set(image.dtypes)), "and")
+                types = support.listed(sorted(set(image.dtypes)), "and")
                 raise ValueError(f"Invalid data '{data}'. Their bands must be of one type, not of {types}.")
             given = image.crs if source is None else rasterio.CRS.from_wkt(source.to_wkt())
-            tell_of_degrees(given.to_wkt(), image.bounds, f"'{data}'", "raster")
+            projections.tell_of_degrees(given.to_wkt(), image.bounds, f"'{data}'", "raster")
             across, down = np.meshgrid(*(np.linspace(0, size, _LOOKS) for size in (image.width, image.height)))
             points = np.column_stack(image.transform @ (across.ravel(), down.ravel()))
             _tell_of_elsewhere(crs_of(given.to_wkt()), target, points, np.zeros(len(points), int), "raster(s) lie")
@@ -325,7 +301,11 @@ def _warp(
                     f"Invalid resolution '{resolution:g}'. It makes {width * height:.3g} pixels of {image.width} x "
                     f"{image.height}; at most {_MOST_PIXELS:g}, or {_MANY} times as many, are allowed."
                 )
-            flavour = _flavour(target)
+            flavour = None if _METHOD in target.to_wkt() else FLAVOURS[0]
+            if flavour and target.is_projected and target.to_authority(auth_name="EPSG") is None:
+                projection = Projection.from_user_input(target)
+                plane = projections.projected_crs_of(projection)
+                flavour = None if plane is None else flavour_of(projection, plane)
             nodata = image.nodata
             if nodata is None and image.dtypes[0].startswith("float"):
                 nodata = np.nan
@@ -374,17 +354,6 @@ def _copy_metadata(image: Any, written: Any) -> None:
             written.set_band_unit(band, unit)
     if written.count == image.count and image.dtypes[0] == "uint8" and image.colorinterp[0].name == "palette":
         written.write_colormap(1, image.colormap(1))
-
-
-def _flavour(target: CRS) -> str | None:
-    """The flavour of GeoTIFF keys that can hold a CRS; None if none can."""
-    if _METHOD in target.to_wkt():
-        return None
-    if not target.is_projected or target.to_authority(auth_name="EPSG") is not None:
-        return FLAVOURS[0]
-    projection = Projection.from_user_input(target)
-    plane = projected_crs_of(projection)
-    return None if plane is None else flavour_of(projection, plane)
 
 
 def _put_beside(path: Path, target: CRS) -> None:

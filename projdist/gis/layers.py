@@ -49,7 +49,7 @@ def check_libraries(path: Path) -> None:
         import geopandas  # noqa: F401
         import pyogrio  # noqa: F401
 
-        if suffix == ".parquet":
+        if suffix in (".parquet", *LAYER_SUFFIXES):  # some CRSs are written with it
             import pyarrow  # noqa: F401
 
 
@@ -84,7 +84,9 @@ def frame_of_regions(rows: Sequence[Mapping[str, Any]], regions: Sequence[Any]) 
 
 LAYER_SUFFIXES = (".gpkg", ".geojson")
 
-_DRIVERS = {".gpkg": "GPKG", ".geojson": "GeoJSON"}
+DRIVERS = {".gpkg": "GPKG", ".geojson": "GeoJSON", ".fgb": "FlatGeobuf", ".shp": "ESRI Shapefile"}
+"""GDAL's drivers by suffix."""
+
 _NO_PLACE = 'LOCAL_CS["Plane of a map without a CRS",UNIT["metre",1],AXIS["x",EAST],AXIS["y",NORTH]]'
 _VERTICES = 72
 _NAMES = ("a", "b", "h", "k", "s", "omega")
@@ -134,11 +136,14 @@ def save_layer(
     suffix = path.suffix.lower()
     if suffix not in LAYER_SUFFIXES:
         raise ValueError(f"Invalid layer file '{path}'. Its suffix must be {' or '.join(LAYER_SUFFIXES)}.")
-    _check_writers(path)
+    check_libraries(path)
     with replacing(path, overwrite=overwrite) as new:
-        write_layer(frame, new, {"driver": _DRIVERS[suffix]} | ({} if layer is None else {"layer": layer}))
+        write_layer(frame, new, suffix, layer)
         if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority(min_confidence=100) is None):
-            _name_crs(new, _NO_PLACE if frame.crs is None else frame.crs.to_wkt())
+            # As WKT, which GDAL reads; itself it writes only codes, and none means WGS 84.
+            crs = {"type": "name", "properties": {"name": _NO_PLACE if frame.crs is None else frame.crs.to_wkt()}}
+            collection = {"type": None, "crs": None} | json.loads(new.read_text(encoding="utf-8"))
+            new.write_text(json.dumps(collection | {"crs": crs}), encoding="utf-8")
     return path
 
 
@@ -149,64 +154,43 @@ def save_layers(
     path = Path(path)
     if path.suffix.lower() != ".gpkg":
         raise ValueError(f"Invalid layer file '{path}'. Its suffix must be .gpkg, which has room for several layers.")
-    _check_writers(path)
+    check_libraries(path)
     with replacing(path, overwrite=overwrite) as new:
         for name, frame in frames.items():
-            write_layer(frame, new, {"driver": _DRIVERS[".gpkg"], "layer": name})
+            write_layer(frame, new, ".gpkg", name)
     return path
 
 
-def _check_writers(path: Path) -> None:
-    """Raise ImportError without what layers are written with."""
-    with needed_for(f"output '{path}'"):
-        import pyarrow  # noqa: F401 some CRSs are written with it
-        import pyogrio  # noqa: F401 whether it is there
-
-
-def write_layer(frame: geopandas.GeoDataFrame, path: Path, options: dict[str, str]) -> None:
-    """Write a GeoDataFrame with the options of pyogrio, also in a CRS that WKT 1 cannot express; raises OSError."""
+def write_layer(frame: geopandas.GeoDataFrame, path: Path, suffix: str, layer: str | None = None) -> None:
+    """Write a GeoDataFrame in the format of a suffix, also in a CRS that WKT 1 cannot express; raises OSError."""
+    import pyogrio
     import pyogrio.errors
 
+    options = {"driver": DRIVERS[suffix]} | ({} if layer is None else {"layer": layer})
+    if suffix == ".fgb" and (frame.geometry.isna() | frame.geometry.is_empty).any():
+        options["SPATIAL_INDEX"] = "NO"  # an index cannot hold features without a geometry
+    wkt1 = True
+    if frame.crs is not None:
+        try:
+            frame.crs.to_wkt("WKT1_GDAL")
+        except RuntimeError:  # PROJ's
+            wkt1 = False
     with warnings.catch_warnings():
         # A missing CRS is intended.
         warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
         try:
-            _write_with_pyogrio(frame, path, options)
+            if wkt1:
+                pyogrio.write_dataframe(frame, path, **options)
+                return
+            # write_dataframe insists on WKT 1, which cannot express Equal Earth.
+            import pyarrow as pa
+
+            table = pa.table(frame.to_arrow(index=False, geometry_encoding="WKB"))
+            kinds, wkt = frame.geom_type.dropna().unique(), frame.crs.to_wkt()
+            kind = kinds[0] if len(kinds) == 1 else "Unknown"
+            pyogrio.write_arrow(table, path, geometry_name=frame.geometry.name, geometry_type=kind, crs=wkt, **options)
         except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
             raise OSError(one_line(error)) from error
-
-
-def _write_with_pyogrio(frame: geopandas.GeoDataFrame, path: Path, options: dict[str, str]) -> None:
-    """Write by `write_dataframe`, or by Arrow for a CRS that WKT 1 cannot express."""
-    import pyarrow as pa
-    import pyogrio
-
-    if options["driver"] == "FlatGeobuf" and (frame.geometry.isna() | frame.geometry.is_empty).any():
-        options = options | {"SPATIAL_INDEX": "NO"}  # an index cannot hold features without a geometry
-    if frame.crs is None or _has_wkt1(frame.crs):
-        pyogrio.write_dataframe(frame, path, **options)
-        return
-    # write_dataframe insists on WKT 1, which cannot express Equal Earth.
-    table = pa.table(frame.to_arrow(index=False, geometry_encoding="WKB"))
-    kinds, wkt = frame.geom_type.dropna().unique(), frame.crs.to_wkt()
-    kind = kinds[0] if len(kinds) == 1 else "Unknown"
-    pyogrio.write_arrow(table, path, geometry_name=frame.geometry.name, geometry_type=kind, crs=wkt, **options)
-
-
-def _has_wkt1(crs: Any) -> bool:
-    """True if WKT 1 can express a CRS."""
-    try:
-        crs.to_wkt("WKT1_GDAL")
-    except RuntimeError:  # PROJ's
-        return False
-    return True
-
-
-def _name_crs(path: Path, wkt: str) -> None:
-    """Store a CRS in a GeoJSON file as WKT, which GDAL reads; itself it writes only codes, and none means WGS 84."""
-    collection = json.loads(path.read_text(encoding="utf-8"))
-    crs = {"type": "name", "properties": {"name": wkt}}
-    path.write_text(json.dumps({"type": None, "crs": None} | collection | {"crs": crs}), encoding="utf-8")
 
 
 # ---- old maps ------------------------------------------------------------------------------------
@@ -252,7 +236,12 @@ def old_map_layers(
     """
     check_instance("old map", found, OldMap, "an OldMap")
     check_choice("rectification", by, RECTIFICATIONS)
-    plane = _plane(found.points.crs if crs is None else crs)
+    given, plane = found.points.crs if crs is None else crs, None
+    if given is not None:
+        projection = Projection.from_user_input(given)
+        plane = projected_crs_of(projection)
+        if plane is None:
+            raise ValueError(f"Invalid CRS '{projection.label}'. PROJ has no CRS of it.")
     with needed_for("layer"):
         import geopandas
         import shapely
@@ -273,17 +262,6 @@ def old_map_layers(
                 ignore_index=True
             )
     return layers
-
-
-def _plane(crs: ProjectionLike | None) -> ProjectedCrs | None:
-    """The plane of a CRS, None for None; ValueError for a projection that is not a CRS."""
-    if crs is None:
-        return None
-    projection = Projection.from_user_input(crs)
-    plane = projected_crs_of(projection)
-    if plane is None:
-        raise ValueError(f"Invalid CRS '{projection.label}'. PROJ has no CRS of it.")
-    return plane
 
 
 def _native(places: FloatArray, plane: ProjectedCrs | None) -> FloatArray:

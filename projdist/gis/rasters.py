@@ -1,33 +1,30 @@
-"""Rasters of measures on a map's plane or on longitude and latitude, and GeoTIFFs of these and of map sheets."""
+"""Rasters of measures on a map's plane or on longitude and latitude: as GeoTIFFs, arrays of xarray, and map sheets."""
 
 from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from projdist import answers, projections
 from projdist._typing import AnyArray, FloatArray
 from projdist.applications.mosaics import Georeference
 from projdist.applications.oldmaps import RectifiedScan
 from projdist.field import jacobian, measure_at
 from projdist.gis.layers import needed_for
 from projdist.matrices import Measure, get_measure
-from projdist.projections import (
-    Graticule,
-    ProjectedCrs,
-    Projection,
-    ProjectionLike,
-    graticule_of,
-    projected_crs_of,
-    same_map,
-)
+from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 from projdist.regions import Place, RegionLike, region_for
 from projdist.support import one_line, replacing
 from projdist.surfaces import normalised, surface_of
+
+if TYPE_CHECKING:
+    import xarray
 
 GRIDS = ("map", "lonlat")
 """The map's own CRS, or longitude and latitude."""
@@ -44,7 +41,7 @@ Extent = tuple[float, float, float, float]
 """The smallest and largest coordinates along x and y: x0, y0, x1, y1."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class RasterPixels:
     """Rows from north to south of pixels `width` by `height` units from the corner at `left`, `top`."""
 
@@ -81,21 +78,15 @@ def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resol
             raise ValueError(f"Invalid size '{size}' with resolution '{resolution:g}'. It must be one of the two.")
         if not 0.0 < resolution < np.inf:
             raise ValueError(f"Invalid resolution '{resolution}'. It must be a positive number of the CRS's units.")
-        west, east = _outward(x0, x1, resolution)
-        south, north = _outward(y0, y1, resolution)
+        west, south = (float(np.floor(low / resolution + _WHOLE)) for low in (x0, y0))
+        east, north = (float(np.ceil(high / resolution - _WHOLE)) for high in (x1, y1))
         _check_number((east - west) * (north - south) * bands, f"resolution '{resolution:g}'")
-        return RasterPixels(
-            left=west * resolution,
-            top=north * resolution,
-            width=resolution,
-            height=resolution,
-            rows=int(north - south),
-            columns=int(east - west),
-        )
+        corner, sides = (west * resolution, north * resolution), (resolution, resolution)
+        return RasterPixels(*corner, *sides, int(north - south), int(east - west))
     if isinstance(size, tuple):
         columns, rows = size
         _check_number(columns * rows * bands, f"size '{columns},{rows}'")
-        return RasterPixels(left=x0, top=y1, width=width / columns, height=height / rows, rows=rows, columns=columns)
+        return RasterPixels(x0, y1, width / columns, height / rows, rows, columns)
     longer = DEFAULT_SIZE if size is None else size
     if longer < 1:
         raise ValueError(f"Invalid size '{longer}'. It must be a positive number of pixels.")
@@ -103,12 +94,7 @@ def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resol
     columns, rows = (max(1, int(np.ceil(length / side - _WHOLE))) for length in (width, height))
     _check_number(columns * rows * bands, f"size '{longer}'")
     left, top = 0.5 * (x0 + x1 - columns * side), 0.5 * (y0 + y1 + rows * side)
-    return RasterPixels(left=left, top=top, width=side, height=side, rows=rows, columns=columns)
-
-
-def _outward(low: float, high: float, step: float) -> tuple[float, float]:
-    """The numbers of the multiples of a step that enclose an extent."""
-    return float(np.floor(low / step + _WHOLE)), float(np.ceil(high / step - _WHOLE))
+    return RasterPixels(left, top, side, side, rows, columns)
 
 
 def _check_number(values: float, what: str) -> None:
@@ -117,58 +103,13 @@ def _check_number(values: float, what: str) -> None:
         raise ValueError(f"Invalid {what}. It makes {values:.3g} values; there must be 1 to {_MOST_VALUES:.0e}.")
 
 
-def plane_extent(projection: Projection, plane: ProjectedCrs, region: Place) -> Extent:
-    """The extent of a region on a map's plane; that of its picture where the map has no end."""
-    x0, x1, y0, y1 = surface_of(projection, region).extent
-    corners = np.array([[x0, x0, x1, x1], [y0, y1, y0, y1]])
-    u, v = np.linalg.solve(plane.to_metres, corners)
-    return float(u.min()), float(v.min()), float(u.max()), float(v.max())
-
-
-@dataclass(frozen=True)
-class OnPlane:
-    """Coordinates of the map's own CRS; `side` is the side of a pixel in its unit."""
-
-    projection: Projection
-    plane: ProjectedCrs
-    side: float
-
-    @property
-    def wkt(self) -> str:
-        """The CRS in WKT2."""
-        return self.plane.wkt
-
-    def places(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Longitudes and latitudes in degrees of coordinates; NaN off the map."""
-        unit = float(np.abs(self.plane.to_metres).max())
-        radius = self.projection.ellipsoid.a / unit
-        tolerance = float(np.clip(_BACK * self.side, _BACK_LEAST * radius, _BACK_MOST * radius))
-        return self.plane.inverse(u, v, tolerance)
-
-
-@dataclass(frozen=True)
-class OnGraticule:
-    """Longitudes and latitudes of a geographic CRS."""
-
-    graticule: Graticule
-
-    @property
-    def wkt(self) -> str:
-        """The CRS in WKT2."""
-        return self.graticule.wkt
-
-    def places(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Longitudes and latitudes in degrees of coordinates; NaN beyond the poles, where outer pixels may lie."""
-        lon, lat = self.graticule.degrees(u, v)
-        outside = np.abs(lat) > 90.0
-        return np.where(outside, np.nan, normalised(lon)), np.where(outside, np.nan, lat)
-
-
-def lonlat_extent(graticule: Graticule, region: Place) -> Extent:
-    """The bounds of a region in a geographic CRS."""
-    west, south, east, north = region.bounds
-    u, v = graticule.coordinates(np.array([west, east]), np.array([south, north]))
-    return float(u[0]), float(v[0]), float(u[1]), float(v[1])
+def on_plane(
+    projection: Projection, plane: ProjectedCrs, side: float, u: FloatArray, v: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Degrees of coordinates in a map's CRS, of pixels `side` units wide; NaN off the map."""
+    radius = projection.ellipsoid.a / float(np.abs(plane.to_metres).max())
+    tolerance = float(np.clip(_BACK * side, _BACK_LEAST * radius, _BACK_MOST * radius))
+    return plane.inverse(u, v, tolerance)
 
 
 # ---- rasters -------------------------------------------------------------------------------------
@@ -219,30 +160,36 @@ def raster(
     chosen = tuple(dict.fromkeys(_named(measure) for measure in measures))
     area = region_for(region, [projection])
     plane, flavour, note = _held_plane(projection) if grid == "map" else (None, FLAVOURS[0], "")
-    coordinates: OnPlane | OnGraticule
     if plane is not None:
-        found = pixels(plane_extent(projection, plane, area), len(chosen), size, resolution)
-        coordinates = OnPlane(projection, plane, min(found.width, found.height))
-        values = _values(projection, chosen, area, coordinates, found)
+        x0, x1, y0, y1 = surface_of(projection, area).extent  # that of its picture where the map has no end
+        x, y = np.linalg.solve(plane.to_metres, np.array([[x0, x0, x1, x1], [y0, y1, y0, y1]]))
+        extent = float(x.min()), float(y.min()), float(x.max()), float(y.max())
+        found, wkt = pixels(extent, len(chosen), size, resolution), plane.wkt
+        side, own = min(found.width, found.height), plane
+        values = _values(projection, chosen, area, lambda u, v: on_plane(projection, own, side, u, v), found)
         if not np.isfinite(values).any():
             note = f"PROJ's inverse of {projection.name} leads to other points; {_INSTEAD}"
             plane, flavour = None, FLAVOURS[0]
     if plane is None:
-        coordinates = OnGraticule(graticule_of(projection))
-        found = pixels(lonlat_extent(coordinates.graticule, area), len(chosen), size, resolution)
-        values = _values(projection, chosen, area, coordinates, found)
+        graticule = projections.graticule_of(projection)
+
+        def places(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+            """Degrees of coordinates; NaN beyond the poles, where outer pixels may lie."""
+            lon, lat = graticule.degrees(u, v)
+            outside = np.abs(lat) > 90.0
+            return np.where(outside, np.nan, normalised(lon)), np.where(outside, np.nan, lat)
+
+        west, south, east, north = area.bounds
+        (x0, x1), (y0, y1) = graticule.coordinates(np.array([west, east]), np.array([south, north]))
+        extent = float(x0), float(y0), float(x1), float(y1)
+        found, wkt = pixels(extent, len(chosen), size, resolution), graticule.wkt
+        values = _values(projection, chosen, area, places, found)
         if not np.isfinite(values).any():
             raise ValueError(
                 f"Invalid region '{area.name}'. No pixel's centre in it has a value; it needs smaller pixels."
             )
     return Raster(
-        projection=projection,
-        measures=chosen,
-        values=values,
-        pixels=found,
-        wkt=coordinates.wkt,
-        flavour=flavour,
-        note=note,
+        projection=projection, measures=chosen, values=values, pixels=found, wkt=wkt, flavour=flavour, note=note
     )
 
 
@@ -258,15 +205,15 @@ def _values(
     projection: Projection,
     measures: tuple[Measure, ...],
     region: Place,
-    coordinates: OnPlane | OnGraticule,
+    places: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]],
     grid: RasterPixels,
 ) -> FloatArray:
-    """Measures at the centres of pixels, (bands, rows, columns); NaN outside the region."""
+    """Measures at the centres of pixels, (bands, rows, columns), at `places` in degrees; NaN outside the region."""
     values = np.full((len(measures), grid.rows, grid.columns), np.nan)
     step = max(1, _AT_ONCE // grid.columns)
     for first in range(0, grid.rows, step):
         last = min(first + step, grid.rows)
-        lon, lat = coordinates.places(*grid.centres(first, last))
+        lon, lat = places(*grid.centres(first, last))
         inside = np.isfinite(lon)
         inside[inside] = region.contains(lon[inside], lat[inside])
         lon, lat = lon[inside], lat[inside]
@@ -324,7 +271,7 @@ def _is_held(projection: Projection, plane: ProjectedCrs, flavour: str, beside: 
                 found = image.crs.to_wkt() if image.crs else ""
     except (rasterio.errors.CRSError, rasterio.errors.RasterioError):
         return False
-    return bool(found) and same_map(projection, found) is not None
+    return bool(found) and projections.same_map(projection, found) is not None
 
 
 def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
@@ -448,3 +395,147 @@ def save_sheet(
         place, flavour = Georeference(matrix, plane.wkt), held
     save_geotiff(sheet.pixels, path, place, flavour=flavour, overwrite=overwrite)
     return Path(path)
+
+
+# ---- arrays --------------------------------------------------------------------------------------
+
+
+_MAPPING = "spatial_ref"  # the name in rioxarray
+
+
+def measure_arrays(
+    projection: ProjectionLike,
+    measures: str | Measure | Iterable[str | Measure] = ("fisher",),
+    *,
+    region: RegionLike | None = None,
+    grid: str = "map",
+    size: int | tuple[int, int] | None = None,
+    resolution: float | None = None,
+) -> xarray.Dataset:
+    """Measures at the centres of pixels as a Dataset of xarray, as `raster`, with coordinates and CRS.
+
+    Parameters
+    ----------
+    projection : ProjectionLike
+        Anything that `Projection.from_user_input` takes.
+    measures : str, Measure, or iterable of them
+        One variable each.
+    region : RegionLike, optional
+        Values outside are NaN; by default the area of use of a CRS, else the globe.
+    grid : str
+        "map" for the CRS of the map, "lonlat" for longitude and latitude.
+    size : int or (int, int), optional
+        Pixels of the longer side, or columns and rows; 1000 if not given.
+    resolution : float, optional
+        The side of a pixel in the unit of the CRS.
+
+    Returns
+    -------
+    xarray.Dataset
+        With the dimensions y, x, rows from north to south, and the CRS in the coordinate `spatial_ref`, following the
+        CF conventions and rioxarray. The attribute `note` gives the reason if the CRS is not the map's.
+
+    Raises
+    ------
+    ValueError
+        As `raster` does.
+    ProjectionError
+        For an invalid projection.
+    ImportError
+        Without xarray or rasterio.
+
+    References
+    ----------
+    NetCDF Climate and Forecast (CF) Metadata Conventions 1.11, section 5.6: grid mappings.
+
+    Examples
+    --------
+    >>> import rasterio
+    >>> import xarray
+    >>> found = measure_arrays("EPSG:3035", ["omega", "s"], size=100)
+    >>> found.omega.dims, found.omega.attrs["units"], found.sizes["x"]
+    (('y', 'x'), 'deg', 100)
+    """
+    with needed_for("arrays"):
+        import xarray
+    chosen = [measures] if isinstance(measures, str | Measure) else measures
+    found = raster(projection, chosen, region=region, grid=grid, size=size, resolution=resolution)
+    x, y = found.pixels.centres(0, found.pixels.rows)
+    mapping, x_attributes, y_attributes = projections.cf_attributes(found.wkt)
+    width, _, left, _, height, top = found.pixels.transform
+    mapping["GeoTransform"] = " ".join(map(repr, (left, width, 0.0, top, 0.0, height)))
+    return xarray.Dataset(
+        {
+            measure.name: (("y", "x"), values, _attributes(measure) | {"grid_mapping": _MAPPING})
+            for measure, values in zip(found.measures, found.values, strict=True)
+        },
+        coords={
+            "x": ("x", x[0], x_attributes),
+            "y": ("y", y[:, 0], y_attributes),
+            _MAPPING: ((), 0, mapping),
+        },
+        attrs={"projection": found.projection.definition} | ({"note": found.note} if found.note else {}),
+    )
+
+
+def factor_arrays(
+    projection: ProjectionLike,
+    lon: xarray.DataArray,
+    lat: xarray.DataArray,
+    *,
+    measures: Iterable[str | Measure] = (),
+) -> xarray.Dataset:
+    """The factors of a projection at points given as arrays of xarray, with their dimensions and coordinates.
+
+    Parameters
+    ----------
+    projection : ProjectionLike
+        Anything that `Projection.from_user_input` takes.
+    lon, lat : xarray.DataArray
+        Degrees; broadcast by the names of dimensions, those of `lat` first.
+    measures : iterable of str or Measure, or one of them
+        Further measures besides the standard ones.
+
+    Returns
+    -------
+    xarray.Dataset
+        The columns that `factors` gives, as variables.
+
+    Raises
+    ------
+    ValueError
+        For points that are not DataArrays, and as `factors` does.
+    ProjectionError
+        For an invalid projection.
+    ImportError
+        Without xarray.
+
+    Examples
+    --------
+    >>> import xarray
+    >>> lat = xarray.DataArray([0.0, 60.0], dims="lat", coords={"lat": [0.0, 60.0]})
+    >>> lon = xarray.DataArray([5.0, 10.0, 15.0], dims="lon", coords={"lon": [5.0, 10.0, 15.0]})
+    >>> factor_arrays("mercator", lon, lat).k.sel(lat=60.0).round(9).values.tolist()
+    [2.0, 2.0, 2.0]
+    """
+    with needed_for("arrays"):
+        import xarray
+    if not (isinstance(lon, xarray.DataArray) and isinstance(lat, xarray.DataArray)):
+        raise ValueError("Invalid points. They must be longitudes and latitudes, two DataArrays of xarray.")
+    lat, lon = xarray.broadcast(lat, lon)
+    found = answers.factors(projection, lon.values.ravel(), lat.values.ravel(), measures=measures)
+    known = {"x": {"units": "metre"}, "y": {"units": "metre"}, "quality": {}} | {name: {} for name in found.extra}
+    variables = {}
+    for name, values in found.columns().items():
+        attributes = known[name] if name in known else _attributes(get_measure(name))
+        variables[name] = (lat.dims, values.reshape(lat.shape), attributes)
+    return xarray.Dataset(
+        variables,
+        coords=lat.coords,
+        attrs={"projection": found.projection.definition},
+    )
+
+
+def _attributes(measure: Measure) -> dict[str, str]:
+    """The attributes of a measure by the CF conventions."""
+    return {"units": measure.unit or "1", "long_name": measure.description}

@@ -7,23 +7,15 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from projdist import projections
 from projdist.gis.layers import needed_for, save_layer
-from projdist.projections import (
-    TEXT_SUFFIXES,
-    Projection,
-    ProjectionLike,
-    crs_of,
-    graticule_of,
-    is_geographic,
-    places,
-    read_point_table,
-)
+from projdist.projections import Projection, ProjectionLike, is_geographic
 from projdist.regions import crs_name, with_gpx_heights
 from projdist.support import one_line, replacing, tell
 
@@ -66,12 +58,13 @@ def _read(text: str, thing: str) -> Any:
         raise ValueError(f"{invalid} There is no file '{name}'.")
     if name.lower().endswith(".parquet"):
         return _read_parquet(name, thing)
-    if thing == "points" and name.lower().endswith(TEXT_SUFFIXES):
+    if thing == "points" and name.lower().endswith(projections.TEXT_SUFFIXES):
         return _read_table(name)
     if name.lower().endswith(".csv"):
         raise ValueError(f"{invalid} It has no geometries.")
     try:
-        with _warnings_told(name):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
             layers = [str(row[0]) for row in pyogrio.list_layers(name)]
             if layer not in layers and (layer or len(layers) != 1):
                 shown = ", ".join(layers) or "none"
@@ -79,29 +72,21 @@ def _read(text: str, thing: str) -> Any:
             frame, lost = _read_layer(name, layer or layers[0])
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
         raise ValueError(f"{invalid} It cannot be read: {one_line(error)}.") from error
+    for text in list(dict.fromkeys(one_line(warning.message) for warning in caught))[:_NAMED]:
+        tell(f"Of '{name}' GDAL says: {text}.")
     if lost:
         shown = ", ".join(map(str, lost[:_NAMED])) + (", ..." if len(lost) > _NAMED else "")
         tell(f"{len(lost)} feature(s) of '{name}' have a geometry that cannot be read and is left out: {shown}.")
     if is_geographic(frame):
-        understood = None if frame.crs is None else crs_of(frame.crs)
+        understood = None if frame.crs is None else projections.crs_of(frame.crs)
         frame = frame.set_geometry(with_gpx_heights(Path(name), layer, frame.geometry.array))
         frame = frame.set_crs(understood, allow_override=True)
     crs = _stated_crs(name)
     if isinstance(crs, dict):
-        crs_of(crs_name(crs, invalid))  # GDAL ignores an invalid one
+        projections.crs_of(crs_name(crs, invalid))  # GDAL ignores an invalid one
     elif crs is not None:
         tell(f"The member crs of '{name}' is no object, as GeoJSON wants it: the data are taken as {frame.crs.name}.")
     return frame
-
-
-@contextlib.contextmanager
-def _warnings_told(name: str) -> Iterator[None]:
-    """Context in which GDAL's warnings about a file become notices."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        yield
-    for text in list(dict.fromkeys(one_line(warning.message) for warning in caught))[:_NAMED]:
-        tell(f"Of '{name}' GDAL says: {text}.")
 
 
 def _read_layer(name: str, layer: str) -> tuple[Any, list[int]]:
@@ -163,21 +148,18 @@ def _read_table(name: str) -> Any:
     """A text file as a DataFrame, with numbers in the columns that have only numbers."""
     import pandas as pd
 
-    table = read_point_table(Path(name), f"Invalid points file '{name}'.")
-    texts = pd.DataFrame([row for _, row in table.rows], columns=table.header, dtype=str)
-    return texts.apply(_parsed_column)
+    table = projections.read_point_table(Path(name), f"Invalid points file '{name}'.")
 
+    def parsed(column: pd.Series) -> pd.Series:
+        """A column as numbers if all of it is numbers; one with leading zeros has codes and stays text."""
+        if column.str.match(r"\s*[+-]?0\d").any() or not column.str.strip().any():
+            return column
+        try:
+            return pd.to_numeric(column.str.strip().replace("", None))
+        except (ValueError, TypeError):
+            return column
 
-def _parsed_column(column: pd.Series) -> pd.Series:
-    """A column of text as numbers if all of it is numbers; one with leading zeros has codes and stays text."""
-    if column.str.match(r"\s*[+-]?0\d").any() or not column.str.strip().any():
-        return column
-    import pandas as pd
-
-    try:
-        return pd.to_numeric(column.str.strip().replace("", None))
-    except (ValueError, TypeError):
-        return column
+    return pd.DataFrame([row for _, row in table.rows], columns=table.header, dtype=str).apply(parsed)
 
 
 def save_points(
@@ -205,7 +187,14 @@ def save_points(
         except pa.ArrowException as error:  # columns of several types
             raise ValueError(f"Invalid output '{path}'. It cannot hold the table: {one_line(error)}.") from error
         return path
-    layer = frame if is_geographic(frame) else _with_geometry(Projection.from_user_input(projection), frame)
+    layer = frame
+    if not is_geographic(frame):
+        with needed_for(f"output '{path}'"):
+            import geopandas
+        given = Projection.from_user_input(projection)
+        graticule = projections.graticule_of(given)
+        points = geopandas.points_from_xy(*graticule.coordinates(*projections.places(given, frame)))
+        layer = geopandas.GeoDataFrame(frame, geometry=points, crs=graticule.wkt)
     if suffix == ".geojson":
         try:
             layer = layer.to_crs("EPSG:4326")
@@ -227,19 +216,10 @@ def plain_table(projection: ProjectionLike, frame: Any) -> pd.DataFrame:
     """A frame with `lon` and `lat`, on the datum of the map, instead of geometries; columns of these names are kept."""
     if not is_geographic(frame):
         return frame
-    lon, lat = places(Projection.from_user_input(projection), frame)
+    lon, lat = projections.places(Projection.from_user_input(projection), frame)
     others = frame.drop(columns=frame.geometry.name)
     if {"lon", "lat"} & set(others.columns):
         return others
     others.insert(0, "lon", lon)
     others.insert(1, "lat", lat)
     return others
-
-
-def _with_geometry(projection: Projection, frame: pd.DataFrame) -> Any:
-    """A table with points, of its longitudes and latitudes, in the geographic CRS of the map."""
-    import geopandas
-
-    graticule = graticule_of(projection)
-    coordinates = graticule.coordinates(*places(projection, frame))
-    return geopandas.GeoDataFrame(frame, geometry=geopandas.points_from_xy(*coordinates), crs=graticule.wkt)

@@ -10,7 +10,7 @@ from gis_files import greenwich_degrees, some_slow
 
 from projdist import Projection, ProjectionError, factors, gis, projection_names
 from projdist.gis import rasters
-from projdist.gis.rasters import OnPlane, pixels
+from projdist.gis.rasters import on_plane, pixels
 from projdist.projections import projected_crs_of, same_map
 
 geopandas = pytest.importorskip("geopandas")
@@ -99,7 +99,7 @@ def test_places_outside_the_map() -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 50)
     ellipse = np.sqrt(2.0) * R * np.stack([2.0 * np.cos(turn), np.sin(turn)])
     for share, on_map in ((0.9999, True), (1.0001, False), (1.02, False)):
-        lon, lat = OnPlane(projection, projected_crs_of(projection), side).places(*(share * ellipse))
+        lon, lat = on_plane(projection, projected_crs_of(projection), side, *(share * ellipse))
         assert (np.isfinite(lon) == on_map).all()
         assert (np.isfinite(lat) == on_map).all()
 
