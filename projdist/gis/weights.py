@@ -6,7 +6,7 @@ import functools
 import math
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
@@ -15,15 +15,13 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray
 from projdist.gis.layers import needed_for
 from projdist.projections import ground_of, tell_of_degrees, unprojected
-from projdist.regions import PointSet, Region, RegionLike, get_region
+from projdist.regions import PointSet, Region, RegionEdges, RegionLike, get_region
 from projdist.support import check_raster, one_line
 
 _MOST = 1_000_000  # cells that become points; more are added up in blocks
 _AT_ONCE = 4_000_000  # cells in memory: 32 MB, about seven times
 _LOOK = 16  # cells on a side of a square that is tested as a whole
 _BENT = 0.25  # of its size, by which such a square, however curved, may leave the box of its corners
-
-ToLonLat = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def weighted(region: RegionLike, path: str | os.PathLike[str], *, band: int = 1) -> PointSet:
@@ -54,20 +52,16 @@ def weighted(region: RegionLike, path: str | os.PathLike[str], *, band: int = 1)
             ellipsoid = ground_of(image.crs.to_wkt())
             if ellipsoid is not None and ellipsoid.is_of_another_body:
                 place = cast(Region, get_region(region, ellipsoid))
-            points = _Raster(image, band, text).points(place)
+            fine, coarse = _Raster(image, band, text, place).points()
     except RasterioError as error:
         raise ValueError(f"{text} It cannot be read: {one_line(error)}.") from error
     name = f"{place.name} weighted by {Path(path).name}"
     on = getattr(place, "ellipsoid", None)
-    coarse = None if points.coarse is None else PointSet(*points.coarse, name, ellipsoid=on)
-    return PointSet(*points.fine, name, notes=place.notes, coarse=coarse, ellipsoid=on)
+    sparser = None if coarse is None else PointSet(*coarse, name, ellipsoid=on)
+    return PointSet(*fine, name, notes=place.notes, coarse=sparser, ellipsoid=on)
 
 
-class _Points(NamedTuple):
-    """Longitudes, latitudes and weights of cells or blocks, and, of blocks, those of blocks twice as wide."""
-
-    fine: tuple[FloatArray, FloatArray, FloatArray]
-    coarse: tuple[FloatArray, FloatArray, FloatArray] | None
+_Weighted = tuple[FloatArray, FloatArray, FloatArray]  # longitudes, latitudes and weights
 
 
 class _Window(NamedTuple):
@@ -80,15 +74,15 @@ class _Window(NamedTuple):
 
 
 class _Raster:
-    """A band of an open raster; `text` is the beginning of error messages."""
+    """A band of an open raster over a region; `text` is the beginning of error messages."""
 
-    def __init__(self, image: Any, band: int, text: str) -> None:
-        self._image, self._band, self._text = image, band, text
-        self._crs = image.crs.to_wkt()
+    def __init__(self, image: Any, band: int, text: str, region: Region) -> None:
+        self._image, self._band, self._text, self._region = image, band, text, region
+        self._crs, self._border = image.crs.to_wkt(), RegionEdges(region)
 
-    def points(self, region: Region) -> _Points:
-        """The cells in a region, or blocks of them; raises ValueError if there are none."""
-        windows = list(self._windows(region.bounds))
+    def points(self) -> tuple[_Weighted, _Weighted | None]:
+        """The cells in the region, or blocks of them and those of blocks twice as wide; ValueError without any."""
+        region, windows = self._region, list(self._windows())
         if not windows:
             west, south, east, north = self._extent
             raise ValueError(
@@ -97,12 +91,11 @@ class _Raster:
             )
         cells = sum((window.right - window.left) * (window.bottom - window.top) for window in windows)
         side = max(1, math.ceil(math.sqrt(cells / _MOST)))
-        inside = _Inside(region, self._lonlat)
-        sums = [self._sums(inside, tile, side) for window in windows for tile in _split(window, side)]
+        sums = [self._sums(tile, side) for window in windows for tile in _split(window, side)]
         fine = self._placed([fine for fine, _ in sums], exact=side == 1)
         if not fine[2].size:
             raise ValueError(f"{self._text} No cell with a value has its middle in {region.name}.")
-        return _Points(fine, self._placed([coarse for _, coarse in sums]) if side > 1 else None)
+        return fine, self._placed([coarse for _, coarse in sums]) if side > 1 else None
 
     @functools.cached_property
     def _extent(self) -> tuple[float, float, float, float]:
@@ -110,9 +103,9 @@ class _Raster:
         left, bottom, right, top = self._image.bounds
         return min(left, right), min(bottom, top), max(left, right), max(bottom, top)
 
-    def _windows(self, bounds: tuple[float, float, float, float]) -> Iterator[_Window]:
-        """The parts that a region may overlap: by its bounds for a raster in longitude and latitude, else all."""
-        image = self._image
+    def _windows(self) -> Iterator[_Window]:
+        """The parts that the region may overlap: by its bounds for a raster in longitude and latitude, else all."""
+        image, bounds = self._image, self._region.bounds
         if not image.crs.is_geographic or image.transform.b or image.transform.d:
             yield _Window(0, 0, image.width, image.height)
             return
@@ -132,21 +125,16 @@ class _Raster:
         a, b, c, d, e, f = self._image.transform[:6]
         return unprojected(self._crs, a * u + b * v + c, d * u + e * v + f)
 
-    def _values(self, tile: _Window) -> FloatArray:
-        """The values of cells, 0 without data."""
+    def _sums(self, tile: _Window, side: int) -> tuple[FloatArray, FloatArray]:
+        """Sums (3, n) of values and of values times columns and rows, over blocks above 0, and over blocks of four."""
         from rasterio.windows import Window
 
         window = Window(tile.left, tile.top, tile.right - tile.left, tile.bottom - tile.top)
-        values = self._image.read(self._band, window=window, masked=True).astype(float)
-        values = values * self._image.scales[self._band - 1] + self._image.offsets[self._band - 1]
-        values = values.filled(0.0)
+        read = self._image.read(self._band, window=window, masked=True).astype(float)
+        read = read * self._image.scales[self._band - 1] + self._image.offsets[self._band - 1]
+        values = np.asarray(read.filled(0.0))
         values[np.isnan(values)] = 0.0
-        return np.asarray(values)
-
-    def _sums(self, inside: _Inside, tile: _Window, side: int) -> tuple[FloatArray, FloatArray]:
-        """Sums (3, n) of values and of values times columns and rows, over blocks above 0, and over blocks of four."""
-        values = self._values(tile)
-        values = np.where(inside.mask(tile, values != 0.0), values, 0.0)
+        values = np.where(self._inside(tile, values != 0.0), values, 0.0)
         wrong = ~(np.isfinite(values) & (values >= 0.0))
         if wrong.any():
             value = values[wrong][0]
@@ -157,7 +145,7 @@ class _Raster:
         coarse = np.stack([_added(part, 2) for part in fine])
         return fine[:, fine[0] > 0.0], coarse[:, coarse[0] > 0.0]
 
-    def _placed(self, sums: list[FloatArray], *, exact: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _placed(self, sums: list[FloatArray], *, exact: bool = False) -> _Weighted:
         """Longitudes, latitudes and weights of blocks at their centres of gravity.
 
         With `exact` they are of cells, exactly at their middles, where maps may have kinks.
@@ -168,17 +156,11 @@ class _Raster:
             u, v = np.floor(u) + 0.5, np.floor(v) + 0.5
         return *self._lonlat(u, v), weight
 
+    def _inside(self, tile: _Window, asked: BoolArray) -> BoolArray:
+        """A mask of the cells of a tile with their middles in the region, valid where `asked`.
 
-class _Inside:
-    """A test of which cells have their middles in a region; squares of cells off its border are tested as a whole."""
-
-    def __init__(self, region: Region, lonlat: ToLonLat) -> None:
-        from projdist.regions import RegionEdges  # shapely is slow to load
-
-        self._region, self._lonlat, self._border = region, lonlat, RegionEdges(region)
-
-    def mask(self, tile: _Window, asked: BoolArray) -> BoolArray:
-        """A mask of the cells of a tile that are inside, valid where `asked`."""
+        Squares of cells off the region's border are tested as a whole.
+        """
         columns = np.append(np.arange(tile.left, tile.right, _LOOK, dtype=float), tile.right)
         rows = np.append(np.arange(tile.top, tile.bottom, _LOOK, dtype=float), tile.bottom)
         corners = self._lonlat(*_lattice(columns, rows))

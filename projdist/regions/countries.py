@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import functools
 import unicodedata
-from collections.abc import Sequence
 
 import shapely
 
@@ -33,31 +32,25 @@ def region_names() -> list[str]:
 
 
 @functools.cache
-def countries() -> dict[str, Row]:
-    """Rows of countries by folded names and codes."""
-    return _by_name(natural_earth.country_keys(), ("name", "iso_a2", "iso_a3", "iso_n3", "other_names"))
+def rows_of(kind: str) -> dict[str, Row]:
+    """Rows of the countries, or of the states of the USA, by folded names and codes."""
+    columns: tuple[str, ...]
+    if kind == "country":
+        rows, columns = natural_earth.country_keys(), ("name", "iso_a2", "iso_a3", "iso_n3", "other_names")
+    else:
+        rows, columns = state_keys(), ("name", "postal", "fips", "other_names")
+    found: dict[str, Row] = {}
+    for column in columns:
+        for row in rows:
+            for name in filter(None, row[column].split("|")):
+                found.setdefault(folded(name), row)
+    return found
 
 
 @functools.cache
 def continents() -> dict[str, str]:
     """Names of continents by folded name."""
     return {folded(row["continent"]): row["continent"] for row in natural_earth.country_keys()}
-
-
-@functools.cache
-def states() -> dict[str, Row]:
-    """Rows of the states of the USA by folded names and codes."""
-    return _by_name(state_keys(), ("name", "postal", "fips", "other_names"))
-
-
-def _by_name(rows: Sequence[Row], columns: Sequence[str]) -> dict[str, Row]:
-    found: dict[str, Row] = {}
-    for column in columns:
-        for row in rows:
-            for name in row[column].split("|"):
-                if name:
-                    found.setdefault(folded(name), row)
-    return found
 
 
 def question(text: str, kind: str) -> str:
@@ -86,7 +79,7 @@ def names_of(kind: str) -> dict[str, str]:
     """Names of the regions of a kind by folded name or code."""
     if kind == "continent":
         return continents()
-    return {key: row["name"] for key, row in (countries() if kind == "country" else states()).items()}
+    return {key: row["name"] for key, row in rows_of(kind).items()}
 
 
 def close_regions(text: str) -> list[str]:
@@ -128,7 +121,7 @@ def ocean(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
 
 def country(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """A country by its name or ISO 3166 code, with all its parts in Natural Earth; raises ValueError."""
-    row = countries().get(folded(text))
+    row = rows_of("country").get(folded(text))
     if row is None:
         near = question(text, "country")
         raise ValueError(f"Invalid country '{text}'. {near}It must be a name in English or an ISO 3166 code.")
@@ -176,7 +169,7 @@ def state(text: str, resolution: str = RESOLUTION) -> Polygons:
     """A state by its name, postal or FIPS code, with all its islands; raises ValueError."""
     if resolution != RESOLUTION:
         raise ValueError(f"Invalid suffix '@{resolution}' of a state. It must be one of @{RESOLUTION}, @main and @all.")
-    row = states().get(folded(text))
+    row = rows_of("state").get(folded(text))
     if row is None:
         near = question(text, "state")
         raise ValueError(

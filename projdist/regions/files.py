@@ -45,7 +45,7 @@ class ReadShapes(NamedTuple):
 
     shapes: list[Shape]
     transform: Transform | None
-    crs: str | None = None
+    crs: Any = None
 
 
 def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...] = ()) -> ReadShapes:
@@ -54,31 +54,33 @@ def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tu
     The default layer is the first, or, if that has nothing of these `kinds`, the only one that has. Warns of
     coordinates that look like degrees if the file states metres.
     """
-    found = _read(path, layer, text, columns, kinds)
-    tell_of_shapes_in_degrees(found.shapes, found.crs, f"'{path}'")
+    if path.suffix.lower() == ".wkt":
+        found = _read_wkt(path, text)
+    elif path.suffix.lower() in (".geojson", ".json"):
+        found = shapes_of_geojson(_read_json(path, text), text)
+    else:
+        found = _read_vector(path, layer, text, columns, kinds)
+    _tell_of_degrees(found.shapes, found.crs, f"'{path}'")
     return found
 
 
-def _read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...]) -> ReadShapes:
-    if path.suffix.lower() == ".wkt":
-        return _read_wkt(path, text)
-    if path.suffix.lower() not in (".geojson", ".json"):
-        return _read_vector(path, layer, text, columns, kinds)
-    value = _read_json(path, text)
-    return ReadShapes(list(shapes_of(value, text)), stated_transform(value, text), crs_name(value.get("crs"), text))
+def shapes_of_geojson(value: Any, text: str, crs: Any = None) -> ReadShapes:
+    """The shapes of a GeoJSON object in a CRS, or in the one that it names; raises ValueError."""
+    shapes = list(_shapes_in(value, text))
+    stated = crs_name(value.get("crs"), text) if crs is None else crs
+    return ReadShapes(shapes, None if stated is None else projections.to_lonlat(stated), stated)
 
 
-def tell_of_shapes_in_degrees(shapes: Iterable[Shape], crs: Any, thing: str) -> None:
+def _tell_of_degrees(shapes: Iterable[Shape], crs: Any, thing: str) -> None:
     """Warn of shapes that look like degrees in a projected CRS."""
     if crs is not None and projections.crs_of(crs).is_projected:
         projections.tell_of_degrees(crs, [_bounds(shape) for shape in shapes], thing)
 
 
 def tell_of_geojson_in_degrees(value: Any, crs: Any, text: str) -> None:
-    """`tell_of_shapes_in_degrees` for a GeoJSON object in a CRS, or in the one that it names."""
+    """Warn of a GeoJSON object that looks like degrees in a projected CRS, or in the one that it names."""
     crs = crs_name(value.get("crs"), text) if crs is None else crs
-    if crs is not None:
-        tell_of_shapes_in_degrees(shapes_of(value, text), crs, "the geometries")
+    _tell_of_degrees(_shapes_in(value, text), crs, "the geometries")
 
 
 def _bounds(shape: Shape) -> tuple[float, float, float, float]:
@@ -98,7 +100,7 @@ def _bounds(shape: Shape) -> tuple[float, float, float, float]:
     return (x0, y0, x1, y1) if x1 >= x0 and y1 >= y0 else (np.nan,) * 4
 
 
-def shapes_of(value: Any, text: str) -> Iterator[Shape]:
+def _shapes_in(value: Any, text: str) -> Iterator[Shape]:
     """The shapes in an object of GeoJSON, in order; raises ValueError."""
     # A stack rather than recursion: files may be nested deeper than Python.
     stack: list[tuple[Any, dict[str, Any]]] = [(value, {})]
@@ -139,12 +141,6 @@ def _read_json(path: Path, text: str) -> Any:
         raise ValueError(f"{text} It must be GeoJSON; it is nested too deep.") from error
     except ValueError as error:
         raise ValueError(f"{text} It must be GeoJSON: {error}.") from error
-
-
-def stated_transform(value: Any, text: str) -> Transform | None:
-    """Transformation to longitude and latitude from the CRS in the member `crs`; None without one."""
-    name = crs_name(value.get("crs"), text)
-    return None if name is None else projections.to_lonlat(name)
 
 
 def crs_name(crs: Any, text: str) -> str | None:

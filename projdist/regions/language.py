@@ -282,19 +282,11 @@ def _region_of(text: str, kind: str, argument: str, ellipsoid: Ellipsoid | None)
     if word == "globe" and not at:
         return GLOBE
     if word in ("land", "ocean"):
-        found = regions.countries.land if word == "land" else regions.countries.ocean
-        return found(_resolution(resolution, at))
+        return _named(text, f"@{resolution}" if at else "", ellipsoid)
     if kind not in _KINDS:
         hint = did_you_mean(regions.countries.close_regions(text.partition(":")[2] or text)) if text else ""
         raise ValueError(f"Invalid region '{text}'. {hint}It must be {FORMS}.")
     return _KINDS[kind](text, argument, ellipsoid)
-
-
-def _resolution(text: str, given: str) -> str:
-    if given and text not in earth.RESOLUTIONS:
-        allowed = ", @".join(earth.RESOLUTIONS)
-        raise ValueError(f"Invalid suffix '@{text}'. It must be one of @{allowed}, @main and @all, once each.")
-    return text or regions.countries.DEFAULT_RESOLUTION
 
 
 def _numbers(text: str, argument: str, form: str, count: int) -> list[float]:
@@ -329,13 +321,18 @@ def _cap(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
 
 
 def _named(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
-    """A country, continent or state, with a resolution behind an @."""
-    countries, kind = regions.countries, text.partition(":")[0].lower()
+    """Land, ocean, a country, continent or state, with a resolution behind an @."""
+    countries, kind = regions.countries, re.split("[:@]", text.lower(), maxsplit=1)[0]
     name, at, resolution = argument.partition("@")
     if kind == "state":
         return countries.state(name.strip(), resolution if at else countries.RESOLUTION)
-    found = countries.country if kind == "country" else countries.continent
-    return found(name.strip(), _resolution(resolution, at))
+    if at and resolution not in earth.RESOLUTIONS:
+        allowed = ", @".join(earth.RESOLUTIONS)
+        raise ValueError(f"Invalid suffix '@{resolution}'. It must be one of @{allowed}, @main and @all, once each.")
+    resolution = resolution or countries.DEFAULT_RESOLUTION
+    if kind in ("land", "ocean"):
+        return countries.land(resolution) if kind == "land" else countries.ocean(resolution)
+    return (countries.country if kind == "country" else countries.continent)(name.strip(), resolution)
 
 
 def _crs(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:

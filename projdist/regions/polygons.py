@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -123,15 +123,11 @@ def area_km2(edges: FloatArray, ellipsoid: Ellipsoid) -> float:
     pieces = np.ceil(np.abs(edges[:, 3] - edges[:, 1]) / 10.0).clip(1).astype(int)
     (lon0, lon1), (lat0, lat1) = _divided(edges, pieces)
     total = 0.0
-    for part in _some(len(lat0)):
+    for first in range(0, len(lat0), _AT_ONCE):
+        part = slice(first, first + _AT_ONCE)
         below = ellipsoid.area_below(lat0[part, None] + (lat1 - lat0)[part, None] * 0.5 * (1.0 + NODES))
         total += float(np.sum(np.radians(lon0 - lon1)[part] * (below @ WEIGHTS) * 0.5))
     return total / 1e6
-
-
-def _some(count: int) -> Iterator[slice]:
-    """Slices of edges that bound the memory."""
-    return (slice(first, first + _AT_ONCE) for first in range(0, count, _AT_ONCE))
 
 
 def _weights(part: Clip, to_r: Side, to_s: Side, to_lat: Side) -> FloatArray:
@@ -150,8 +146,8 @@ def _weights(part: Clip, to_r: Side, to_s: Side, to_lat: Side) -> FloatArray:
     for longest, points in _POINTS:
         chosen = np.flatnonzero((shortest <= width) & (width < longest))
         nodes, gauss = _gauss(points)
-        for few in _some(len(chosen)):
-            some = chosen[few]
+        for first in range(0, len(chosen), _AT_ONCE):
+            some = chosen[first : first + _AT_ONCE]
             length = (s1 - s0)[some, None]
             s = s0[some, None] + length * (0.5 * (1.0 + nodes))
             lon0, lat0, lon1, lat1 = (edges[some, k, None] for k in range(4))

@@ -367,7 +367,7 @@ class TurnedGlobe(Unclipped):
     widest: float = 180.0
     graded: bool = True
 
-    name, bounds, area_km2, contains = GLOBE.name, GLOBE.bounds, GLOBE.area_km2, GLOBE.contains
+    name, bounds, area_km2, contains = "globe", GLOBE.bounds, GLOBE.area_km2, GLOBE.contains
 
     def panels(self, discontinuities: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
         """The panels of `patch_panels` about the chart's poles; the Earth's meridians and parallels cross them."""

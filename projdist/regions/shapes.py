@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import shapely
@@ -33,7 +33,10 @@ _TOLERANCE = 4e-7
 _CHANGED = 1e-10  # of the area: smaller changes do not count as repairs
 _WIDE, _WIDER = 180.0, 300.0  # degrees: edges whose direction round the Earth is ambiguous
 
-Rings = list[FloatArray]
+_REPAIRED = (
+    "self-intersecting polygon(s) repaired",
+    "polygon(s) with holes that leave their shells or overlap repaired by the even-odd rule",
+)
 
 _NAMES = ("name", "name_en", "title", "admin", "id", "code")  # fields that name a feature, best first
 
@@ -56,9 +59,8 @@ def polygons_from_geojson(
 ) -> Polygons:
     """The polygons of a GeoJSON object, in longitude and latitude or `crs`; raises ValueError."""
     text = f"Invalid region '{name}'."
-    stated = files.crs_name(value.get("crs"), text) if crs is None else crs
-    transform = None if stated is None else projections.to_lonlat(stated)
-    return _polygons(list(files.shapes_of(value, text)), transform, name, text, edges, _ellipsoid(stated))
+    shapes, transform, stated = files.shapes_of_geojson(value, text, crs)
+    return _polygons(shapes, transform, name, text, edges, _ellipsoid(stated))
 
 
 def _ellipsoid(crs: Any) -> Ellipsoid | None:
@@ -163,7 +165,7 @@ def _polygons(
     if not polygons:
         raise ValueError(f"{text} It holds no polygons.")
     pieces: list[shapely.Geometry] = []
-    repairs: list[_Repair] = []
+    changes: tuple[list[float], list[float]] = ([], [])  # in km^2, of rings that cross themselves and of other polygons
     for rings in polygons:
         polygon = earth.planar(rings)
         if polygon.is_valid and not any(earth.goes_round(earth.unwrapped(hole)) for hole in rings[1:]):
@@ -172,44 +174,24 @@ def _polygons(
         repaired = earth.even_odd(rings)
         if repaired.area > 0.0:
             pieces.append(repaired)
-            repairs += _repairs(rings, repaired, ellipsoid or WGS84)
+            one_by_one = [earth.planar([ring]) for ring in rings]
+            shell, *holes = (_ground_area(one, ellipsoid or WGS84) for one in one_by_one)
+            after = Polygons(earth.merged([repaired]), "", ellipsoid=ellipsoid or WGS84).area_km2
+            change = after - (shell - sum(holes))
+            if abs(change) > _CHANGED * after:
+                changes[all(one.is_valid for one in one_by_one)].append(change)
     if not pieces:
         raise ValueError(f"{text} Its polygons have no area.")
     notes = [f"{empty} feature(s) have no geometry, and are left out."] if empty else []
-    notes += _notes(polygons, repairs)
-    said = tuple(f"{name}: {note}" for note in notes)
-    return told_apart(Polygons(earth.merged(pieces), name, said, ellipsoid=ellipsoid))
-
-
-class _Repair(NamedTuple):
-    """A repair: True if a ring crosses itself (else a hole leaves its shell), and the change of area in km^2."""
-
-    crosses: bool
-    change: float
-
-
-def _repairs(rings: Rings, repaired: shapely.Geometry, ellipsoid: Ellipsoid) -> Iterator[_Repair]:
-    """The repair of a polygon by the even-odd rule, if it changed the area."""
-    one_by_one = [earth.planar([ring]) for ring in rings]
-    shell, *holes = (_ground_area(one, ellipsoid) for one in one_by_one)
-    after = Polygons(earth.merged([repaired]), "", ellipsoid=ellipsoid).area_km2
-    change = after - (shell - sum(holes))
-    if abs(change) > _CHANGED * after:
-        yield _Repair(not all(one.is_valid for one in one_by_one), change)
-
-
-def _notes(polygons: list[Rings], repairs: list[_Repair]) -> Iterator[str]:
-    for crosses, what in (
-        (True, "self-intersecting polygon(s) repaired"),
-        (False, "polygon(s) with holes that leave their shells or overlap repaired by the even-odd rule"),
-    ):
-        changes = [repair.change for repair in repairs if repair.crosses == crosses]
-        if changes:
-            yield f"{len(changes)} {what}; the area changed by {sum(changes):+.6g} km2."
+    for changed, what in zip(changes, _REPAIRED, strict=True):
+        if changed:
+            notes.append(f"{len(changed)} {what}; the area changed by {sum(changed):+.6g} km2.")
     widths = np.concatenate([np.abs(np.diff(ring[:, 0])) for rings in polygons for ring in rings])
     wide = int(np.sum((widths > _WIDE) & (widths < _WIDER)))
     if wide:
-        yield f"{wide} edge(s) wider than 180 degrees run the shorter way, across the antimeridian."
+        notes.append(f"{wide} edge(s) wider than 180 degrees run the shorter way, across the antimeridian.")
+    said = tuple(f"{name}: {note}" for note in notes)
+    return told_apart(Polygons(earth.merged(pieces), name, said, ellipsoid=ellipsoid))
 
 
 def _ring(
@@ -227,31 +209,23 @@ def _ring(
             f"{text} Its coordinates must be longitudes within -360 and 360 and latitudes within -90 and 90, or the "
             f"file must state another CRS; it has {x:.10g}, {y:.10g}."
         )
-    if not _is_closed(ring, degrees=transform is None):
+    east, north = ring[-1] - ring[0]
+    if north != 0.0 or (east % 360.0 if transform is None else east) != 0.0:  # degrees may close by full turns
         raise ValueError(
             f"{text} Each of its rings must end where it begins; one begins at {ring[0, 0]:g}, {ring[0, 1]:g} and ends "
             f"at {ring[-1, 0]:g}, {ring[-1, 1]:g}."
         )
     if edges == "geodesic":
-        return earth.chords(
-            projections.geodesics(lonlat, ellipsoid or WGS84), np.arange(len(ring), dtype=float), _TOLERANCE
-        )
-    return lonlat if transform is None else _straight_in(ring, transform)
+        curve = projections.geodesics(lonlat, ellipsoid or WGS84)
+    elif transform is None:
+        return lonlat
+    else:
 
-
-def _is_closed(ring: FloatArray, *, degrees: bool) -> bool:
-    """True if a ring is closed, in degrees also up to full turns."""
-    east, north = ring[-1] - ring[0]
-    return bool(north == 0.0 and (east % 360.0 == 0.0 if degrees else east == 0.0))
-
-
-def _straight_in(ring: FloatArray, transform: Transform) -> FloatArray:
-    """Chords in longitude and latitude of edges straight in a CRS."""
-
-    def curve(t: FloatArray) -> tuple[FloatArray, FloatArray]:
-        k = np.minimum(t.astype(int), len(ring) - 2)
-        share = (t - k)[:, None]
-        return transform(*(ring[k] * (1.0 - share) + ring[k + 1] * share).T)
+        def curve(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+            """Edges straight in the CRS."""
+            k = np.minimum(t.astype(int), len(ring) - 2)
+            share = (t - k)[:, None]
+            return transform(*(ring[k] * (1.0 - share) + ring[k + 1] * share).T)
 
     return earth.chords(curve, np.arange(len(ring), dtype=float), _TOLERANCE)
 
@@ -273,8 +247,8 @@ def line_of(line: Any) -> FloatArray:
     if isinstance(shape, Mapping):
         text = "Invalid line."
         crs = getattr(line, "crs", None)
-        transform = files.stated_transform(shape, text) if crs is None else projections.to_lonlat(crs)
-        found = _joined(list(files.shapes_of(dict(shape), text)), transform, text)
+        shapes, transform, _ = files.shapes_of_geojson(dict(shape), text, crs)
+        found = _joined(shapes, transform, text)
         files.tell_of_geojson_in_degrees(shape, crs, text)
         return found
     text = f"Invalid line {quoted(line)}."
