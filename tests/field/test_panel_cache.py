@@ -27,7 +27,7 @@ def charted(monkeypatch):
     counts = []
     for kind in (Box, Cap, Polygons):
 
-        def chart(self, patch, u, v, usual=vars(kind)["chart"]):
+        def chart(self, patch, u, v, usual=kind.__dict__["chart"]):
             counts.append(np.size(u))
             return usual.__get__(self)(patch, u, v)  # a static method or not
 

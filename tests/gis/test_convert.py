@@ -1,5 +1,6 @@
 """Data brought into CRSs that were made to measure, and back, against the projection itself."""
 
+import functools
 import warnings
 from pathlib import Path
 from typing import Any
@@ -117,14 +118,11 @@ def test_lines_are_divided_only_if_asked(made: Path, tmp_path: Path) -> None:
     assert dense == pytest.approx(np.column_stack(expected), abs=1e-6)  # segments of a length, not shares, of the line
 
 
-@pytest.mark.parametrize("densify", [0.0, -1.0])
-def test_distances_that_are_none(densify: float, made: Path, points: Path, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="It must be above 0, in kilometres"):
-        gis.convert(points, made, tmp_path / "new.gpkg", densify=densify)
-
-
-def test_pieces_without_number(tmp_path: Path) -> None:
-    """Millimetres of a degree's side are refused before they fill the memory."""
+def test_distances_that_are_none(points: Path, tmp_path: Path) -> None:
+    """Nor are millimetres of a degree's side, which are refused before they fill the memory."""
+    for densify in (0.0, -1.0):
+        with pytest.raises(ValueError, match="It must be above 0, in kilometres"):
+            gis.convert(points, "EPSG:3035", tmp_path / "new.gpkg", densify=densify)
     path = tmp_path / "box.gpkg"
     geopandas.GeoDataFrame(geometry=[shapely.box(0, 40, 1, 41)], crs="EPSG:4326").to_file(path)
     with pytest.raises(ValueError, match=r"^Invalid distance '1e-06'\. It makes 4\.44e\+08 pieces; at most 1e\+07 are"):
@@ -152,10 +150,9 @@ def test_what_lies_outside_is_left_out(tmp_path: Path) -> None:
         gis.convert(path, text, tmp_path / "new.fgb")
     assert geopandas.read_file(tmp_path / "new.fgb").geometry.isna().tolist() == [False, True]
     far = text.replace("lon_0=0", "lon_0=85") + " +lat_ts=0"
+    told = r"^1 of 2 feature\(s\) of the data look like degrees, as that at 170, 0, but CH1903"
     with (
-        pytest.warns(
-            Notice, match=r"^1 of 2 feature\(s\) of the data look like degrees, as that at 170, 0, but CH1903"
-        ),
+        pytest.warns(Notice, match=told),
         pytest.raises(ValueError, match="PROJ has no way"),
     ):
         gis.convert(path, far, tmp_path / "new.gpkg", source="EPSG:2056")
@@ -364,16 +361,12 @@ def test_rasters_in_degrees_that_state_metres(tmp_path: Path) -> None:
     place = rasterio.Affine(0.1, 0.0, 10.0, 0.0, -0.1, 48.0)
     with rasterio.open(tmp_path / "a.tif", "w", transform=place, **options) as image:
         image.write(np.ones((1, 10, 20), dtype="uint8"))
+    told = r"^1 of 1 raster\(s\) of '.*a\.tif' look like degrees, as that at 10, 47, but ETRS89"
     with (
-        pytest.warns(
-            Notice, match=r"^1 of 1 raster\(s\) of '.*a\.tif' look like degrees, as that at 10, 47, but ETRS89"
-        ),
+        pytest.warns(Notice, match=told),
         pytest.warns(Notice, match=r"^ETRS89.*: 1 of 1 raster\(s\) lie mostly outside its area of use\.$"),
     ):
         gis.convert(tmp_path / "a.tif", "EPSG:3035", tmp_path / "b.tif")
-    with pytest.warns(
-        Notice, match=r"^1 of 1 raster\(s\) of '.*a\.tif' look like degrees, as that at 10, 47, but ETRS89"
-    ):
-        gis.weighted("globe", tmp_path / "a.tif")
-    with pytest.warns(Notice, match=r"^1 of 1 raster\(s\) of '.*a\.tif' look like degrees"):
-        read_heights(tmp_path / "a.tif")
+    for read in (functools.partial(gis.weighted, "globe"), read_heights):
+        with pytest.warns(Notice, match=told):
+            read(tmp_path / "a.tif")

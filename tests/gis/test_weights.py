@@ -67,15 +67,14 @@ def test_pixels_without_a_place(world: Path) -> None:
         write(world, np.ones((1, 18, 36)), rasterio.Affine.identity())
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        with pytest.raises(
-            ValueError, match=r"^Invalid weights '.*'\. It does not state where its pixels lie: it has no"
-        ):
+        with pytest.raises(ValueError, match=r"^Invalid weights '.*'\. It does not state where its pixels lie: it has"):
             gis.weighted("globe", world)
 
 
 def test_bands_and_the_antimeridian(world: Path) -> None:
     """A box across the antimeridian has the cells of both sides; the second band counts each once."""
     points = gis.weighted("box:160,-30,-150,10", world, band=2)
+    assert isinstance(points, PointSet)  # which can be measured, drawn and combined
     assert sorted({float(np.mod(lon, 360)) for lon in points.lon}) == [165.0, 175.0, 185.0, 195.0, 205.0]
     assert points.weight.sum() == 5 * 4
     assert points.name == "box:160,-30,-150,10 weighted by pop.tif"
@@ -270,25 +269,17 @@ def test_a_raster_elsewhere(tmp_path: Path) -> None:
         gis.weighted(PointSet(np.zeros(1), np.zeros(1), np.ones(1)), path)
 
 
-@pytest.mark.parametrize(
-    ("region", "path", "band", "message"),
-    [
+def test_what_cannot_be(world: Path) -> None:
+    """A wrong file, band, region or weight is one line."""
+    write(world.with_name("negative.tif"), np.full((1, 2, 2), -5.0), from_origin(0, 10, 5, 5))
+    for region, path, band, message in (
         ("box:0,0,1,1", "pop.tif", 1, "No cell with a value has its middle in box:0,0,1,1"),
         ("globe", "pop.tif", 3, "It has 2 band"),
         ("globe", "none.tif", 1, "It cannot be read"),
-    ],
-)
-def test_what_cannot_be(world: Path, region: str, path: str, band: int, message: str) -> None:
-    """A wrong file, band or region is one line."""
-    with pytest.raises(ValueError, match=message):
-        gis.weighted(region, world.parent / path, band=band)
-
-
-def test_negative_counts_are_refused(tmp_path: Path) -> None:
-    """A weight is not negative."""
-    path = write(tmp_path / "x.tif", np.full((1, 2, 2), -5.0), from_origin(0, 10, 5, 5))
-    with pytest.raises(ValueError, match=r"weight -5; it must be finite and not negative"):
-        gis.weighted("globe", path)
+        ("globe", "negative.tif", 1, "weight -5; it must be finite and not negative"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            gis.weighted(region, world.parent / path, band=band)
 
 
 def test_on_the_command_line(world: Path, tmp_path: Path) -> None:
@@ -314,8 +305,3 @@ def test_on_the_command_line(world: Path, tmp_path: Path) -> None:
         code, out, err = run(*words)
         assert (code, out, err.count("\n")) == (2, "", 1)
         assert text in err
-
-
-def test_weighted_regions_are_sets_of_points(world: Path) -> None:
-    """So they can be measured, drawn and combined as these are."""
-    assert isinstance(gis.weighted("country:FR", world, band=2), PointSet)

@@ -1,5 +1,6 @@
 """The region of maps for which none was named."""
 
+import functools
 import math
 
 import pyproj
@@ -37,15 +38,15 @@ def test_the_area_of_use_that_all_have_else_the_globe(names, area):
 def test_every_answer_has_the_same_default():
     """Of a CRS alone it is its area of use."""
     area = "box:6,0,12,84"
-    assert summarize("EPSG:32632", tolerance=1e-3).region.name == area
+    unnamed = summarize("EPSG:32632", tolerance=1e-3)
+    assert unnamed.region.name == area
+    assert unnamed.airy_kavrayskiy == summarize("EPSG:32632", area, tolerance=1e-3).airy_kavrayskiy
     assert sample("EPSG:32632", tolerance=1e-3).region.name == area
     assert indices("EPSG:32632", names="airy", tolerance=1e-3).region.name == area
     assert compare("EPSG:32632", tolerance=1e-3).region.name == area
     assert compare(["EPSG:32632", "nonsense"], tolerance=1e-3).region.name == area  # what fails has no area
     with pytest.warns(Notice, match=r"^EPSG:32632 is for box:6,0,12,84, where 0\.83 % of globe lies"):
         assert compare(["EPSG:32632", "robin"], tolerance=1e-3).region == GLOBE
-    named, unnamed = (summarize("EPSG:32632", region).airy_kavrayskiy for region in (area, None))
-    assert named == unnamed
 
 
 # ---- bodies ---------------------------------------------------------------------------------
@@ -82,11 +83,7 @@ def polygon(figure: pyproj.Geod, lon: float, lat: float, km: float) -> float:
         ([MOON], "box:0,0,45,90 + box:45,0,90,90", math.pi / 2.0 * R_MOON**2),
         ([MOON], {"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 90], [0, 90], [0, 0]]]}, None),
         (["+proj=eqc +R=71492000"], "cap:0,0,150000", zone(71492.0, 150_000.0)),
-        (
-            ["robin", "+proj=moll +R=1", "+proj=laea +R=6371", "+proj=laea +a=6370997"],
-            "cap:5,5,900",
-            zone(6371.0087714, 900.0),
-        ),
+        (SPHERES, "cap:5,5,900", zone(6371.0087714, 900.0)),
         (["robin"], None, 510_065_621.724),
         (["robin", "EPSG:3857", "EPSG:31467"], "cap:0,0,1000", None),
         ([], "cap:0,0,1000", None),
@@ -128,24 +125,17 @@ REFUSED = {
 def test_maps_of_different_bodies_are_refused(given):
     """In one line, whatever compares them."""
     names = list(given)
-    with pytest.raises(ProjectionError, match=REFUSED[given]):
-        compare(names)
-    with pytest.raises(ProjectionError, match=REFUSED[given]):
-        projdist.batch(summarize, ["box:0,0,10,10"], names)
-    with pytest.raises(ProjectionError, match=REFUSED[given]):
-        projdist.mean_map(names)
+    batch = functools.partial(projdist.batch, summarize, ["box:0,0,10,10"])
+    for call in (compare, batch, projdist.mean_map):
+        with pytest.raises(ProjectionError, match=REFUSED[given]):
+            call(names)
 
 
 @each(
     "region",
     [
-        "country:CH",
-        "state:CA",
-        "continent:Africa",
-        "land",
-        "ocean@110m",
-        "crs:EPSG:3035",
-        "box:20,-5,25,0 & country:CD",
+        *("country:CH", "state:CA", "continent:Africa@110m", "land@110m", "ocean@110m", "crs:EPSG:3035"),
+        "box:20,-5,25,0 & country:CD@110m",
     ],
 )
 def test_places_of_the_earth_are_not_on_other_bodies(region):
@@ -165,19 +155,16 @@ def test_the_radius_of_a_cap_is_at_most_half_the_body():
         summarize("IAU_2015:200043311", "cap:0,0,1")  # Eros
 
 
-@pytest.mark.parametrize(
+CAP, NOT_OURS = "cap:0,0,900", "It is of {}, and must be of the Earth.$"
+
+
+@each(
     ("call", "words"),
     [
-        (lambda: projdist.optimize("laea", "cap:0,0,900", against=MARS), "It is of Mars, and must be of the Earth.$"),
-        (
-            lambda: projdist.design("cap:0,0,900", degree=2, base="mercator", against=[MARS]),
-            "It is of Mars, and must be of the Earth.$",
-        ),
-        (lambda: projdist.recommend(region_for("cap:0,0,900", maps(MARS))), "not on the Earth.$"),
-        (
-            lambda: projdist.ldp("box:0,0,1,1", height=0.0, against=[MOON]),
-            "It is of the Moon, and must be of the Earth.$",
-        ),
+        (lambda: projdist.optimize("laea", CAP, against=MARS), NOT_OURS.format("Mars")),
+        (lambda: projdist.design(CAP, degree=2, base="mercator", against=[MARS]), NOT_OURS.format("Mars")),
+        (lambda: projdist.recommend(region_for(CAP, maps(MARS))), "not on the Earth.$"),
+        (lambda: projdist.ldp("box:0,0,1,1", height=0.0, against=[MOON]), NOT_OURS.format("the Moon")),
     ],
 )
 def test_decisions_are_the_earths(call, words):

@@ -78,20 +78,13 @@ def check(rings: list[Ring]) -> None:
     assert found.notes == ()
 
 
-@pytest.mark.parametrize("km", [0.2, pytest.param(500, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("km", "count"), [(0.2, 4), *(pytest.param(km, 60, marks=pytest.mark.slow) for km in (0.05, 0.2, 5, 40, 500, 3000))]
+)
 @pytest.mark.parametrize("where", CENTRES)
-def test_valid_polygons(where: str, km: float) -> None:
-    """Their areas are GeographicLib's to 1e-8, and nothing is said of them."""
-    for rings in valid_polygons(where, km, 4):
-        check(rings)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("km", [0.05, 0.2, 5, 40, 500, 3000])
-@pytest.mark.parametrize("where", CENTRES)
-def test_many_valid_polygons(where: str, km: float) -> None:
-    """So it is whatever their size and place."""
-    for rings in valid_polygons(where, km, 60):
+def test_valid_polygons(where: str, km: float, count: int) -> None:
+    """Their areas are GeographicLib's to 1e-8 whatever their size and place, and nothing is said of them."""
+    for rings in valid_polygons(where, km, count):
         check(rings)
 
 

@@ -1,12 +1,13 @@
-"""Regions from texts: what they stand for, how they combine, and what is refused."""
+"""Regions from texts: what they stand for, how they combine, their titles, and what is refused."""
 
 import pyproj
 import pytest
 from region_texts import area, refused
 from tables import each
 
+from projdist.earth import latitude_text, longitude_text
 from projdist.earth import natural_earth as geodata
-from projdist.regions import GLOBE, Box, Cap, combine, get_region
+from projdist.regions import GLOBE, Box, get_region, region_title
 
 # ---- names ----------------------------------------------------------------------------------
 
@@ -20,12 +21,17 @@ from projdist.regions import GLOBE, Box, Cap, combine, get_region
         ("country:CZ", "country:Czech Republic", "country:Czechia"),
         pytest.param(("continent:North America", "CONTINENT:north america"), marks=pytest.mark.slow),
         ("country:XK", "country:Kosovo"),
+        ("state:CA", "state:ca", "state:06", "STATE: California", "state:CA@10m"),
+        ("state:DC", "state:District of Columbia", "state:Washington, D.C."),
+        ("state:NH", "state:new-hampshire"),
+        ("state:VI", "state:US Virgin Islands", 'state:"U.S. Virgin Islands"'),
+        ("state:HI", "state:Hawai'i"),
         pytest.param(("land", "LAND", "land@50m"), marks=pytest.mark.slow),
     ],
     ids=lambda texts: texts[0],
 )
 def test_spellings(texts):
-    """A country is found by its codes and names, whatever their case and accents; the same text is the same object."""
+    """A country or state is found by codes and names, whatever their case and accents; each text is the same object."""
     assert len({id(get_region(text)) for text in texts}) == 1
     assert get_region(texts[0]).name == texts[0]
 
@@ -102,46 +108,103 @@ def test_names_of_combinations():
     assert get_region(region.name).area_km2 == pytest.approx(region.area_km2, rel=1e-15)
 
 
-def test_combined_in_python():
-    """Regions combine as objects, too."""
-    assert combine("-", Box(0, 0, 20, 20), Cap(0, 0, 100), "rest").area_km2 < Box(0, 0, 20, 20).area_km2
-
-
 # ---- refusals -------------------------------------------------------------------------------
 
 
+ONCE = "It must be one of @110m, @50m, @10m, @main and @all, once each."
+KILOMETRES = "of a main part. It must be"
+REFUSED = {
+    "country:Swizerland": "Invalid country 'Swizerland'. Did you mean Switzerland? It must be a name in English or",
+    "country:Korea": "Invalid country 'Korea'. Did you mean North Korea or South Korea? It must be a name",
+    "country:": "Invalid country ''. It must be a name in English or an ISO 3166 code.",
+    "country:Texas": "Invalid country 'Texas'. Did you mean state:Texas? It must be a name in English or",
+    "country:VA@110m": "Invalid country 'VA' at 110m. It is too small for this data: ask for 50m.",
+    "country:VA@10m": "Invalid country 'VA' at 10m. It is too small for this data: ask for 50m.",
+    "continent:Europa": "Invalid continent 'Europa'. Did you mean Europe? It must be one of Africa, Antarctica,",
+    "continent:NZ": "Invalid continent 'NZ'. Did you mean country:New Zealand? It must be one of Africa,",
+    "state:Californa": "Invalid state 'Californa'. Did you mean California? It must be the name or postal code of a "
+    "state or territory of the USA.",
+    "state:North": "Invalid state 'North'. Did you mean North Carolina, North Dakota or Northern Mariana Islands? ",
+    "state:": "Invalid state ''. It must be the name or postal code of a state or territory of the USA.",
+    "state:CA@50m": "Invalid suffix '@50m' of a state. It must be one of @10m, @main and @all.",
+    "state:Canada": "Invalid state 'Canada'. Did you mean country:Canada? It must be the name or postal",
+    "state:CA + country:MX": "Invalid region 'state:CA + country:MX'. Its parts are of different detail, 10m and 50m",
+    "Fiji": "Invalid region 'Fiji'. Did you mean country:Fiji? It must be globe, land, ocean,",
+    "California": "Invalid region 'California'. Did you mean state:California? It must be globe,",
+    "Georgia": "Invalid region 'Georgia'. Did you mean country:Georgia or state:Georgia? It must be globe,",
+    "lnad": "Invalid region 'lnad'. Did you mean land? It must be globe, land, ocean,",
+    "land@110m - continent:Antarctica": "Invalid region 'land@110m - continent:Antarctica'. Its parts are of different "
+    "detail, 110m and 50m, and would leave slivers along coasts: give all of them the same suffix.",
+    "land@1m": f"Invalid suffix '@1m'. {ONCE}",
+    "country:FR@mainland": f"Invalid suffix '@mainland'. {ONCE}",
+    "country:FR@main@main": f"Invalid suffix '@main'. {ONCE}",
+    "country:FR@main:x": f"Invalid distance 'x' {KILOMETRES} a number of kilometres.",
+    "country:FR@main:": f"Invalid distance '' {KILOMETRES} a number of kilometres.",
+    "country:FR@main:0": f"Invalid distance '0' {KILOMETRES} 10 to 20015 km.",
+    "country:FR@main:nan": f"Invalid distance 'nan' {KILOMETRES} 10 to 20015 km.",
+    "country:FR@all:5": "Invalid region 'country:FR@all:5'. Polygons may have @main, @main:KM or @all behind",
+    "crs:EPSG:0": "Invalid CRS 'EPSG:0'. It must be a CRS that PROJ knows.",
+    "land -": "Invalid region 'land -'. There must be a region on each side of an operator.",
+    "& land": "Invalid region '& land'. There must be a region on each side of an operator.",
+    "(land": "Invalid region '(land'. Its brackets must close what they open.",
+    "land)": "Invalid region 'land)'. Its brackets must close what they open.",
+    "land@110m - land@110m": "Invalid region 'land@110m - land@110m'. Nothing is left of it.",
+}
+
+
+@each("text", REFUSED)
+def test_refusals(text):
+    """What names no region is refused in a line, with what may have been meant."""
+    said = refused(text)
+    assert said.startswith(REFUSED[text])
+    assert "\n" not in said
+
+
+# ---- titles ---------------------------------------------------------------------------------------
+
+
 @each(
-    ("text", "start"),
+    ("text", "title"),
     [
-        (
-            "country:Swizerland",
-            "Invalid country 'Swizerland'. Did you mean Switzerland? It must be a name in English or",
-        ),
-        ("country:Korea", "Invalid country 'Korea'. Did you mean North Korea or South Korea? It must be a name"),
-        ("country:", "Invalid country ''. It must be a name in English or an ISO 3166 code."),
-        ("country:VA@110m", "Invalid country 'VA' at 110m. It is too small for this data: ask for 50m."),
-        ("country:VA@10m", "Invalid country 'VA' at 10m. It is too small for this data: ask for 50m."),
-        ("continent:Europa", "Invalid continent 'Europa'. Did you mean Europe? It must be one of Africa, Antarctica,"),
-        ("Fiji", "Invalid region 'Fiji'. Did you mean country:Fiji? It must be globe, land, ocean,"),
-        ("lnad", "Invalid region 'lnad'. Did you mean land? It must be globe, land, ocean,"),
-        (
-            "land@110m - continent:Antarctica",
-            "Invalid region 'land@110m - continent:Antarctica'. Its parts are of different detail, 110m and 50m, and "
-            "would leave slivers along coasts: give all of them the same suffix.",
-        ),
-        ("land@1m", "Invalid suffix '@1m'. It must be one of @110m, @50m, @10m, @main and @all, once each."),
-        (
-            "country:FR@mainland",
-            "Invalid suffix '@mainland'. It must be one of @110m, @50m, @10m, @main and @all, once each.",
-        ),
-        ("crs:EPSG:0", "Invalid CRS 'EPSG:0'. It must be a CRS that PROJ knows."),
-        ("land -", "Invalid region 'land -'. There must be a region on each side of an operator."),
-        ("& land", "Invalid region '& land'. There must be a region on each side of an operator."),
-        ("(land", "Invalid region '(land'. Its brackets must close what they open."),
-        ("land)", "Invalid region 'land)'. Its brackets must close what they open."),
-        ("land - land", "Invalid region 'land - land'. Nothing is left of it."),
+        ("country:DE", "Germany (DE)"),
+        ("country:Fiji", "Fiji (FJ)"),
+        ("country:DE + country:AT", "Germany (DE) + Austria (AT)"),
+        ("country:FR@all", "France (FR)"),
+        ("country:NO@main", "Norway (NO), main part"),
+        ("country:Somaliland", "Somaliland"),
+        ("continent:North America", "North America"),
+        ("state:california", "California (CA)"),
+        ("state:WA + state:OR", "Washington (WA) + Oregon (OR)"),
+        ("box:170,-20,-170,-10", "170°E to 170°W, 20°S to 10°S"),
+        ("cap:2.35,48.85,50", "50 km around 48.85°N, 2.35°E"),
+        ("globe", "globe"),
     ],
 )
-def test_refusals(text, start):
-    """What names no region is refused, with what may have been meant."""
-    assert refused(text).startswith(start)
+def test_titles(text: str, title: str) -> None:
+    """Names with their codes, degrees with their hemispheres."""
+    assert region_title(get_region(text)) == title
+
+
+@each(
+    ("value", "text"),
+    [
+        (10.0, "10°E"),
+        (-10.5, "10°30′W"),
+        (190.0, "170°W"),
+        (180.0, "180°"),
+        (-180.0, "180°"),
+        (0.0, "0°"),
+        (7 + 5 / 60 + 20 / 3600, "7°05′20″E"),
+        (359 + 59.9999 / 60, "0°00′00.01″W"),
+    ],
+)
+def test_longitudes(value: float, text: str) -> None:
+    """With as many minutes and seconds as there are."""
+    assert longitude_text(value, minutes=True) == text
+
+
+def test_latitudes() -> None:
+    """South below the equator, and decimals where no minutes are asked for."""
+    assert latitude_text(-33.25) == "33.25°S"
+    assert latitude_text(0.0, minutes=True) == "0°"
+    assert latitude_text(51.5, minutes=True) == "51°30′N"

@@ -7,12 +7,15 @@ import pyproj
 import pytest
 import scipy.integrate
 import scipy.optimize
+from hypothesis import given
+from hypothesis import strategies as st
+from region_texts import refused
 from tables import each
 
 from projdist import summarize
+from projdist.earth import unit_vectors
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
-from projdist.regions import GLOBE, Box, Cap, PointSet, Region, get_region
-from projdist.regions.region import likelier
+from projdist.regions import GLOBE, Box, Cap, PointSet, Region, TurnedGlobe, bounding_box, get_region
 
 R_KM = MEAN_EARTH_RADIUS / 1000
 HALF_TURN = math.pi * R_KM  # 20015.1 km
@@ -34,6 +37,11 @@ REGIONS = {
     "cap on a sphere over the antipode": Cap(10, 20, 16000, SPHERE),
     "cap on Saturn": Cap(-60, 35, 40_000, SATURN),
 }
+TURNED = [
+    TurnedGlobe(13.0, 45.0),
+    TurnedGlobe(-170.0, -20.0, graded=False, widest=90.0),
+    TurnedGlobe(90.0, 0.0, widest=90.0),
+]
 region_ids = pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS.keys())
 
 
@@ -290,7 +298,7 @@ def test_chart_stays_within(region):
     assert region.contains(points.lon, points.lat).all()
 
 
-@region_ids
+@pytest.mark.parametrize("region", [*REGIONS.values(), *TURNED], ids=str)
 def test_frame_of_the_chart(region):
     """East and north velocities of the chart are those of the unit vector, by finite differences."""
     patch, u, v = chart_points(region)
@@ -312,7 +320,7 @@ def test_frame_of_the_chart(region):
             np.testing.assert_allclose(np.broadcast_to(value, truth.shape), truth, atol=1e-12)
 
 
-@region_ids
+@pytest.mark.parametrize("region", [*REGIONS.values(), *TURNED], ids=str)
 def test_panels_cover_the_region(region):
     """The area under the chart, panel by panel, is that of the region: nothing is missing, nothing double."""
     number, rectangles = region.panels()
@@ -349,13 +357,15 @@ TEXTS = {
     "box:170,-20,-170,20": Box(170, -20, -170, 20),
     "cap:20,50,3000": Cap(20, 50, 3000),
     "Cap:-175,-90,20015": Cap(-175, -90, 20015),
+    "box:-122.4194155,37.7749295,-122.3,37.9": Box(-122.4194155, 37.7749295, -122.3, 37.9),
+    "cap:2.3522219,48.856614,1234.5678": Cap(2.3522219, 48.856614, 1234.5678),
 }
 
 
 @each("text", TEXTS)
 def test_texts(text):
-    """A text names a region, with blanks and capitals as they come."""
-    assert get_region(text) == TEXTS[text]
+    """A text names a region, with blanks and capitals as they come; in the name no digit is lost."""
+    assert get_region(text) == get_region(get_region(text).name) == TEXTS[text]
 
 
 @region_ids
@@ -377,38 +387,35 @@ FORMS = (
     "It must be globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, state:NAME, crs:CODE, "
     "file:PATH, geodesic:PATH or points:PATH, or a combination of these by &, - and +."
 )
+FEW = ("box", "box:", "box:1,2,3", "box:1,2,3,4,5", "box:1,2,3,north")
+CENTRE = "Its centre must be a longitude within -360 and 360, a latitude within -90 and 90."
+TOO_WIDE = ("10,40,10,50", "-200,40,200,50", "350,0,-350,10")
+NO_BOX = "South must be below north, both within -90 and 90."
+# Latitudes before longitudes, north before south, or both: the box that is one is asked for.
+MISPLACED = {
+    "0,50,10,40": "Did you mean 0,40,10,50? ",
+    "0,40,10,40": "",
+    "0,40,10,91": "Did you mean 40,0,91,10? ",
+    "0,-91,10,40": "Did you mean -91,0,40,10? ",
+    "35,100,70,150": "Did you mean 100,35,150,70? ",
+    "35,-120,70,-10": "Did you mean -120,35,-10,70? ",
+    "30,70,-10,35": "Did you mean -10,35,30,70? ",
+    "0,50,10,500": "",
+}
 WRONG = {
     "": f"Invalid region ''. {FORMS}",
     "europe": f"Invalid region 'europe'. Did you mean continent:Europe? {FORMS}",
     "disc:1,2,3": f"Invalid region 'disc:1,2,3'. {FORMS}",
     "-10,35,40,70": f"Invalid region '-10,35,40,70'. {FORMS}",
-    "box": "Invalid region 'box'. It must be box:W,S,E,N, 4 numbers.",
-    "box:": "Invalid region 'box:'. It must be box:W,S,E,N, 4 numbers.",
-    "box:1,2,3": "Invalid region 'box:1,2,3'. It must be box:W,S,E,N, 4 numbers.",
-    "box:1,2,3,4,5": "Invalid region 'box:1,2,3,4,5'. It must be box:W,S,E,N, 4 numbers.",
-    "box:1,2,3,north": "Invalid region 'box:1,2,3,north'. It must be box:W,S,E,N, 4 numbers.",
+    **{f"cap:{at},100": f"Invalid cap '{at},100'. {CENTRE}" for at in ("0,91", "400,0", "nan,0", "0,nan")},
+    **{text: f"Invalid region '{text}'. It must be box:W,S,E,N, 4 numbers." for text in FEW},
     "CAP:1,2": "Invalid region 'CAP:1,2'. It must be cap:LON,LAT,KM, 3 numbers.",
-    "box:0,50,10,40": "Invalid box '0,50,10,40'. Did you mean 0,40,10,50? "
-    "South must be below north, both within -90 and 90.",
-    "box:0,40,10,40": "Invalid box '0,40,10,40'. South must be below north, both within -90 and 90.",
-    "box:0,40,10,91": "Invalid box '0,40,10,91'. Did you mean 40,0,91,10? "
-    "South must be below north, both within -90 and 90.",
-    "box:0,-91,10,40": "Invalid box '0,-91,10,40'. Did you mean -91,0,40,10? "
-    "South must be below north, both within -90 and 90.",
     "box:nan,40,10,50": "Invalid box 'nan,40,10,50'. West, south, east and north must be finite numbers of degrees.",
     "box:0,40,inf,50": "Invalid box '0,40,inf,50'. West, south, east and north must be finite numbers of degrees.",
     "box:-400,40,0,50": "Invalid box '-400,40,0,50'. West and east must lie within -360 and 360.",
     "box:0,40,361,50": "Invalid box '0,40,361,50'. West and east must lie within -360 and 360.",
-    "box:10,40,10,50": "Invalid box '10,40,10,50'. It must be wider than 0 and at most 360 degrees.",
-    "box:-200,40,200,50": "Invalid box '-200,40,200,50'. It must be wider than 0 and at most 360 degrees.",
-    "cap:0,91,100": "Invalid cap '0,91,100'. Its centre must be a longitude within -360 and 360, "
-    "a latitude within -90 and 90.",
-    "cap:400,0,100": "Invalid cap '400,0,100'. Its centre must be a longitude within -360 and 360, "
-    "a latitude within -90 and 90.",
-    "cap:nan,0,100": "Invalid cap 'nan,0,100'. Its centre must be a longitude within -360 and 360, "
-    "a latitude within -90 and 90.",
-    "cap:0,nan,100": "Invalid cap '0,nan,100'. Its centre must be a longitude within -360 and 360, "
-    "a latitude within -90 and 90.",
+    **{f"box:{box}": f"Invalid box '{box}'. It must be wider than 0 and at most 360 degrees." for box in TOO_WIDE},
+    **{f"box:{box}": f"Invalid box '{box}'. {hint}{NO_BOX}" for box, hint in MISPLACED.items()},
 }
 WRONG |= {
     f"cap:0,0,{radius}": f"Invalid cap '0,0,{radius}'. Its radius must be above 0 and at most 20015 km, "
@@ -420,21 +427,7 @@ WRONG |= {
 @each("text", WRONG)
 def test_wrong_texts(text):
     """What is no region is refused, with what it must be."""
-    with pytest.raises(ValueError) as caught:  # noqa: PT011 the whole text is compared
-        get_region(text)
-    assert str(caught.value) == WRONG[text]
-
-
-def test_boxes_two_turns_apart():
-    """A box whose east is more than a turn west of its west is refused."""
-    with pytest.raises(ValueError, match=r"^Invalid box '350,0,-350,10'\. It must be wider than 0 and at most 360"):
-        Box(350, 0, -350, 10)
-
-
-@pytest.mark.parametrize("text", ["box:-122.4194155,37.7749295,-122.3,37.9", "cap:2.3522219,48.856614,1234.5678"])
-def test_names_keep_all_digits(text):
-    """The name of a region is the region: no digit is lost."""
-    assert get_region(get_region(text).name) == get_region(text)
+    assert refused(text) == WRONG[text]
 
 
 @region_ids
@@ -444,20 +437,6 @@ def test_regions_are_values(region):
     assert hash(checked) == hash(region)
     with pytest.raises(AttributeError, match="cannot assign"):
         region.name = "other"
-
-
-@pytest.mark.parametrize(
-    ("given", "meant"),
-    [
-        ((95, -40, -67, 20), (95, -40, -67, 20)),  # the Pacific, from Sumatra to Chile
-        ((30, 35, -10, 70), (-10, 35, 30, 70)),
-        ((-10, 70, 30, 35), (-10, 35, 30, 70)),
-        ((35, -120, 70, -10), (-120, 35, -10, 70)),  # latitudes first
-    ],
-)
-def test_what_is_likelier_meant(given: tuple[float, ...], meant: tuple[float, ...]) -> None:
-    """West and east exchanged make a box of far more than half of the Earth; wide oceans are no mistakes."""
-    assert likelier(given) == meant
 
 
 def test_bounds_of_points_all_round() -> None:
@@ -488,3 +467,74 @@ def test_points_are_no_area() -> None:
     """What asks a region for its area, its edges or its far parts need not know that it is of points."""
     points = PointSet(np.array([0.0, 1.0]), np.array([0.0, 60.0]), np.ones(2))
     assert (points.area_km2, points.edges.shape, points.far) == (0.0, (0, 4), "")
+
+
+# ---- the rotated globe ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("region", TURNED, ids=str)
+def test_places_of_the_chart(region):
+    """Points at a distance from the pole lie on that circle, those of its meridian 0 towards the south."""
+    v = np.array([80.0, 45.0, -30.0])
+    points = region.chart(np.zeros(3, dtype=int), np.array([12.0, 100.0, -150.0]), v)
+    pole = unit_vectors(region.lon, region.lat)
+    cosine = np.tensordot(pole, unit_vectors(points.lon, points.lat), 1)
+    np.testing.assert_allclose(cosine, np.sin(np.radians(v)), atol=1e-14)
+    south = region.chart(np.zeros(1, dtype=int), np.zeros(1), np.array([89.0]))
+    assert south.lat[0] == pytest.approx(region.lat - 1.0, abs=1e-9)
+    assert math.cos(math.radians(south.lon[0] - region.lon)) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("region", TURNED, ids=str)
+def test_it_is_the_globe(region):
+    """It is called the same, and is everywhere."""
+    assert (region.name, region.bounds, region.area_km2) == (GLOBE.name, GLOBE.bounds, GLOBE.area_km2)
+    assert region.contains([0.0, 170.0], [90.0, -3.0]).all()
+
+
+# ---- boxes about boxes ----------------------------------------------------------------------------
+
+
+INTERVALS = st.lists(
+    st.tuples(st.floats(-180.0, 180.0), st.floats(0.01, 360.0) | st.floats(0.01, 40.0)), min_size=1, max_size=8
+)
+ROUNDING = 1e-9  # of a degree, of sums up to 720
+
+
+@each(
+    ("west", "east", "box"),
+    [
+        ([5.0, 8.0], [6.0, 15.0], (5.0, 15.0)),
+        ([177.0, -180.0], [180.0, -178.0], (177.0, -178.0)),
+        ([-180.0, 177.0], [-178.0, 180.0], (177.0, -178.0)),
+        ([170.0, -10.0], [190.0, 0.0], (170.0, 0.0)),
+        ([-180.0], [180.0], (-180.0, 180.0)),
+        ([-170.0, -60.0, 60.0], [-50.0, 70.0, 175.0], (-170.0, 175.0)),
+        ([10.0], [10.0], (9.995, 10.005)),
+    ],
+)
+def test_known_boxes(west: list[float], east: list[float], box: tuple[float, float]) -> None:
+    """The narrowest interval of longitudes, across the antimeridian or not; a point gets a hundredth of a degree."""
+    south, north = np.full(len(west), -20.0), np.full(len(west), -15.0)
+    assert bounding_box(west, south, east, north).bounds == pytest.approx(Box(box[0], -20.0, box[1], -15.0).bounds)
+
+
+@given(INTERVALS)
+def test_the_narrowest_of_all(intervals: list[tuple[float, float]]) -> None:
+    """Against every box that begins where one of the boxes does; some of these lie within others, or go all round."""
+    west, width = np.array(intervals).T
+    box = bounding_box(west, np.full(west.shape, 10.0), west + width, np.full(west.shape, 20.0))
+    reaches = [np.max((west - start) % 360.0 + width) for start in west]
+    span = (box.east - box.west) % 360.0 or 360.0
+    assert span == pytest.approx(min(360.0, *reaches, 360.0), abs=ROUNDING)
+    assert (box.south, box.north) == (10.0, 20.0)
+
+
+@given(INTERVALS)
+def test_it_holds_all_boxes(intervals: list[tuple[float, float]]) -> None:
+    """Each begins within it, and reaches no farther than it does."""
+    west, width = np.array(intervals).T
+    box = bounding_box(west, np.zeros(west.shape), west + width, np.ones(west.shape))
+    span = (box.east - box.west) % 360.0 or 360.0
+    begins = (west - box.west + ROUNDING) % 360.0 - ROUNDING
+    assert np.all(begins + width <= span + 2.0 * ROUNDING) or span == 360.0

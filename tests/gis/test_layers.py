@@ -1,24 +1,29 @@
-"""Layers and tables for GIS programs, read back by pyogrio and held against `factors`."""
+"""Layers and tables for GIS programs, read back by pyogrio and held against `factors`; `frame.projdist`."""
 
 import errno
 import json
 import os
 import re
+import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pyproj
 import pytest
 import shapely
-from gis_files import greenwich_degrees, some_slow
+from gis_files import greenwich_degrees
 
+import projdist.gis.accessors
 from projdist import Projection, factors, gis
+from projdist.applications.oldmaps import ControlPoints, isolines, old_map
 from projdist.projections import projected_crs_of, same_map
 
 geopandas = pytest.importorskip("geopandas")
 pd = pytest.importorskip("pandas")
 pyogrio = pytest.importorskip("pyogrio")
+
 
 # ---- indicatrices -----------------------------------------------------------------------------
 
@@ -35,7 +40,7 @@ LAYERS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".gpkg", ".geojson"])
-@pytest.mark.parametrize("projection", some_slow(LAYERS, {"ESRI:54009", "EPSG:5513"}))
+@pytest.mark.parametrize("projection", LAYERS)
 def test_indicatrices(projection: str, suffix: str, tmp_path: Path) -> None:
     """Ellipses in the map's CRS and its unit, about the points, of the area and the axes that `factors` says."""
     path = gis.save_layer(gis.indicatrices(projection, **LAYERS[projection]), tmp_path / f"e{suffix}")
@@ -131,22 +136,15 @@ def test_points_that_cannot_be_read(name: str, tmp_path: Path) -> None:
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
+def test_tables_that_cannot_be_read(tmp_path: Path) -> None:
+    """Two columns of one name, a line that is too short; as data, tables without geometries."""
+    for text, message in (
         ("lon,lat,lon\n1,2,3\n", "It has two columns 'lon'."),
         ("lon,lat,name\n1,2,x\n3,4\n", "Line 3 has 2 cells; it must have 3."),
-    ],
-)
-def test_tables_that_cannot_be_read(text: str, message: str, tmp_path: Path) -> None:
-    """Two columns of one name, a line that is too short."""
-    (tmp_path / "p.csv").write_text(text)
-    with pytest.raises(ValueError, match=re.escape(message)):
-        gis.read_points(tmp_path / "p.csv")
-
-
-def test_data_without_geometries(tmp_path: Path) -> None:
-    """Are none to check."""
+    ):
+        (tmp_path / "p.csv").write_text(text)
+        with pytest.raises(ValueError, match=re.escape(message)):
+            gis.read_points(tmp_path / "p.csv")
     PLACES.to_parquet(tmp_path / "p.parquet")
     with pytest.raises(ValueError, match=r"^Invalid data file '.*'. It has no geometries.$"):
         gis.read_data(tmp_path / "p.parquet")
@@ -263,3 +261,127 @@ def test_planes_of_crss() -> None:
     np.testing.assert_allclose(projected_crs_of(Projection.from_user_input("EPSG:5513")).to_metres, [[0, -1], [-1, 0]])
     feet = projected_crs_of(Projection.from_user_input("EPSG:2263")).to_metres
     np.testing.assert_allclose(feet, np.eye(2) * 1200 / 3937, rtol=1e-15)
+
+
+# ---- old maps: displacements, and isolines of a known field ---------------------------------------
+
+
+MESH = 2e-3  # of a value, by straight sides of triangles a hundredth of the sheet large
+
+A, B = 40.0 * np.exp(0.2j), 6.0 - 9.0j
+
+
+def conformal(flip=1.0):
+    """An old map that f = A z + B z^2 / 2 leads to the truth from."""
+    x, y = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 9)] * 2), axis=-1).reshape(-1, 2).T
+    f = A * (x + 1j * y) + 0.5 * B * (x + 1j * y) ** 2
+    return old_map(ControlPoints(np.stack([x, flip * y], -1), np.stack([f.real, f.imag], -1)), model="polynomial2")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flip", [1.0, -1.0])
+def test_isolines_of_a_conformal_map(flip):
+    """At places f(z) of isolines the scale is that of the MDT over |A + B z|, the turn arg(A + B z) less its mean."""
+    found = conformal(flip)
+    parts = found.rectifications["mdt"].parts
+    truths = {
+        "scale": lambda slope: float(parts.scale) / np.abs(slope),
+        "rotation": lambda slope: np.degrees(np.angle(slope)) - float(parts.rotation),
+    }
+    for measure, value in truths.items():
+        levels = isolines(found, measure)
+        assert 4 <= len(levels) <= 12
+        for level, pieces in levels.items():
+            f = pieces.reshape(-1, 2) @ [1.0, 1.0j]
+            slope = np.sqrt(A * A + 2.0 * B * f)  # A + B z, by the formula of quadratic equations
+            np.testing.assert_allclose(value(slope), level, atol=MESH * max(1.0, abs(level)))
+
+
+@pytest.mark.slow
+def test_no_isolines_of_what_does_not_vary():
+    """An affine map is the same everywhere: its layer is that of displacements."""
+    old = np.random.default_rng(1).uniform(0.0, 100.0, (20, 2))
+    found = old_map(ControlPoints(old, old @ [[9.0, 1.0], [2.0, 8.0]]), model="affine")
+    assert list(gis.old_map_layers(found)) == ["displacements"]
+
+
+@pytest.mark.slow
+def test_layers_in_feet(tmp_path):
+    """Lines lead from where the rectification has the points to the truth, in the CRS's unit; isolines are whole."""
+    found = conformal()
+    layers = gis.old_map_layers(found, by="affine", crs="EPSG:2230")
+    known = replace(found, points=replace(found.points, crs=Projection.from_user_input("EPSG:2230")))
+    assert gis.old_map_layers(known, by="affine")["displacements"].equals(layers["displacements"])
+    moved = layers["displacements"]
+    assert moved.crs.to_epsg() == 2230
+    foot = 1200.0 / 3937.0
+    start = found.rectifications["affine"].affine(found.points.old)
+    ends = np.array([line.coords for line in moved.geometry]) * foot
+    np.testing.assert_allclose(ends, np.stack([start, found.points.new], axis=1), atol=1e-9)
+    np.testing.assert_allclose(moved["length"], np.hypot(*(found.points.new - start).T), rtol=1e-12)
+    assert not moved["outlier"].any()
+    # Lines of equal scale are arcs about one point: one each.
+    assert layers["scale"]["level"].is_unique
+    path = gis.save_layers(layers, tmp_path / "x.gpkg")
+    assert len(pyogrio.read_dataframe(path, layer="scale")) == len(layers["scale"])
+    with pytest.raises(ValueError, match=r"Its suffix must be .gpkg, which has room for several layers"):
+        gis.save_layers(layers, tmp_path / "x.geojson")
+    with pytest.raises(FileExistsError):
+        gis.save_layers(layers, path, overwrite=False)
+
+
+def test_wrong_rectifications():
+    """Rectifications and CRSs that are none."""
+    with pytest.raises(ValueError, match=r"Invalid rectification 'fit'. It must be one of mdt, affine, helmert"):
+        gis.old_map_layers(conformal(), by="fit")
+    with pytest.raises(ValueError, match=r"PROJ has no CRS of it"):
+        gis.old_map_layers(conformal(), crs="+proj=pipeline +step +proj=merc +step +proj=affine +s11=2")
+
+
+# ---- frame.projdist: the same answers as the functions give, registered only with pandas there ----
+
+
+SQUARES = geopandas.GeoDataFrame(
+    {"name": ["a", "b"]}, geometry=[shapely.box(7, 47, 7.1, 47.1), shapely.box(8, 47, 8.1, 47.1)], crs="EPSG:4326"
+)
+
+
+def test_frames_and_series_have_it() -> None:
+    """A check by the accessor is the check of the function; web maps enlarge areas by 1 / cos(lat)^2, about 2.15."""
+    for data in (SQUARES, SQUARES.geometry):
+        found = data.projdist.check("EPSG:3857", purpose=None)
+        assert found.overall.area_error == projdist.check(data, "EPSG:3857", purpose=None).overall.area_error
+        assert found.overall.area_error == pytest.approx(1.15, abs=0.02)
+
+
+@pytest.mark.slow
+def test_estimates() -> None:
+    """Data in Switzerland's own CRS have that."""
+    bern = geopandas.GeoSeries.from_xy([2600000, 2601000], [1200000, 1201000], crs="EPSG:2056")
+    assert bern.projdist.estimate_crs(authorities=["EPSG"]).to_epsg() == 2056
+
+
+def test_factors_of_points() -> None:
+    """Also of a plain table with lon and lat: Mercator's scale is 1 / cos(lat). It is no data to check."""
+    table = pd.DataFrame({"lon": [10.0], "lat": [60.0]})
+    assert table.projdist.factors("mercator", prefix="m_")["m_k"][0] == pytest.approx(2.0, rel=1e-9)
+    with pytest.raises(ValueError, match=r"They must be a GeoDataFrame or GeoSeries\.$"):
+        table.projdist.check("EPSG:3857")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("imports", "has"),
+    [("geopandas, projdist.gis", True), ("projdist.gis, pandas", False), ("projdist.gis.accessors, geopandas", True)],
+)
+def test_it_is_registered_with_pandas(imports: str, has: bool) -> None:
+    """Importing projdist.gis alone loads no pandas, and registers nothing."""
+    code = f"import sys, {imports}; import pandas; print(hasattr(pandas.DataFrame, 'projdist'))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == str(has)
+
+
+def test_import_loads_no_pandas() -> None:
+    code = "import sys, projdist.gis; print('pandas' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

@@ -1,4 +1,4 @@
-"""Regions from files: their formats, CRSs, edges and repairs, and what is refused."""
+"""Regions from tables and files of points and polygons: formats, CRSs, edges and repairs, and what is refused."""
 
 import json
 import math
@@ -10,9 +10,12 @@ import pyproj
 import pytest
 import shapely
 from region_texts import area, refused
+from tables import each
 
 from projdist import Notice
-from projdist.regions import Box, get_region, line_of
+from projdist.answers.point_factors import factors
+from projdist.answers.summaries import compare, summarize
+from projdist.regions import Box, PointSet, get_region, line_of
 
 SQUARE = [[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]]
 
@@ -83,22 +86,16 @@ def test_repaired(tmp_path):
     assert wide.bounds == pytest.approx((100, 0, 260, 10))
 
 
+UNCLOSED = "Each of its rings must end where it begins; one begins at 0, 0 and ends at 0, 10."
+ELSEWHERE = (
+    "Its coordinates must be longitudes within -360 and 360 and latitudes within -90 and 90, or the file must state "
+    "another CRS; it has"
+)
 WRONG_RINGS = {
-    "unclosed": (
-        [[0, 0], [10, 0], [10, 10], [0, 10]],
-        "Each of its rings must end where it begins; one begins at 0, 0 and ends at 0, 10.",
-    ),
+    "unclosed": (SQUARE[:-1], UNCLOSED),
     "short": ([[0, 0], [10, 0], [0, 0]], "Each of its rings must have four positions or more; one has 3."),
-    "metres": (
-        [[2.6e6, 1.2e6], [2.7e6, 1.2e6], [2.7e6, 1.3e6], [2.6e6, 1.2e6]],
-        "Its coordinates must be longitudes within -360 and 360 and latitudes within -90 and 90, or the file must "
-        "state another CRS; it has 2600000, 1200000.",
-    ),
-    "swapped": (
-        [[45, 170], [45, 175], [50, 175], [45, 170]],
-        "Its coordinates must be longitudes within -360 and 360 and latitudes within -90 and 90, or the file must "
-        "state another CRS; it has 45, 170.",
-    ),
+    "metres": ([[26e5, 12e5], [27e5, 12e5], [27e5, 13e5], [26e5, 12e5]], f"{ELSEWHERE} 2600000, 1200000."),
+    "swapped": ([[45, 170], [45, 175], [50, 175], [45, 170]], f"{ELSEWHERE} 45, 170."),
     "nan": ([[0, 0], [math.nan, 0], [10, 10], [0, 0]], "Its coordinates must be finite numbers."),
     "words": ([["a", "b"], [1, 0], [10, 10], ["a", "b"]], "Its coordinates must be numbers."),
     "flat": ([[0, 0], [10, 10], [5, 5], [0, 0]], "Its polygons have no area."),
@@ -257,3 +254,116 @@ def test_degrees_that_are_stated_to_be_metres(tmp_path):
     moved = pyproj.Transformer.from_crs(4326, 3857, always_xy=True).transform(*square.T)
     geojson(path, np.transpose(moved).tolist(), **METRES)
     assert area(f"file:{path}") == pytest.approx(area("box:11,48,11.1,48.1"), rel=1e-9)
+
+
+# ---- points ---------------------------------------------------------------------------------------
+
+
+CSV = "name,lon,lat,weight,height\nA,2.35,48.85,2,35\nB,13.4,52.5,1,34\nC,-3.7,40.4,3,660\n\n"
+
+
+def test_points(tmp_path):
+    """The errors over points are weighted means of their factors; so are a measure's statistics."""
+    path = tmp_path / "cities.csv"
+    path.write_text(CSV)
+    region = get_region(f"points:{path}")
+    assert region.height.tolist() == [35, 34, 660]
+    found = summarize("robin", region, measures=["omega"])
+    at = factors("robin", region.lon, region.lat)
+    square = np.average(np.log(at.a) ** 2 + np.log(at.b) ** 2, weights=[2, 1, 3])
+    assert found.airy_kavrayskiy == pytest.approx(math.sqrt(square), rel=1e-12)
+    assert found.error_estimate < 1e-10
+    assert found.measures["omega"].mean == pytest.approx(np.average(at.omega, weights=[2, 1, 3]), rel=1e-12)
+    assert found.measures["omega"].max == pytest.approx(at.omega.max(), rel=1e-15)
+    assert found.measures["omega"].max_at == pytest.approx(
+        (region.lon[at.omega.argmax()], region.lat[at.omega.argmax()])
+    )
+    assert compare(["robin"], region).to_dict()["region"] == {"name": f"points:{path}", "area_km2": 0.0, "points": 3}
+
+
+def test_points_beyond_the_map(tmp_path):
+    """Points that a map does not show are not covered, by their share of the weight."""
+    points = PointSet(np.array([0.0, 10.0, 180.0]), np.zeros(3), np.array([1.0, 2.0, 1.0]))
+    assert summarize("+proj=ortho", points).coverage == 0.75
+
+
+@pytest.mark.slow
+def test_points_combine(tmp_path):
+    """Points may be chosen by regions, and stand on the left only."""
+    path = tmp_path / "cities.csv"
+    path.write_text(CSV.replace(",", ";"))
+    assert get_region(f"points:{path} & country:DE").weight.tolist() == [1]
+    assert get_region(f"points:{path} - country:DE").weight.tolist() == [2, 3]
+    assert refused(f"points:{path} & country:JP").endswith("Nothing is left of it.")
+    assert refused(f"land & points:{path}").endswith("Points can only stand on the left of & and -.")
+
+
+def points_of(*coordinates):
+    """Features of points as GeoJSON, without a geometry where there are no coordinates."""
+    shapes = [None if one is None else {"type": "Point", "coordinates": one} for one in coordinates]
+    features = [{"type": "Feature", "properties": {}, "geometry": shape} for shape in shapes]
+    return json.dumps({"type": "FeatureCollection", "features": features})
+
+
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        ("p.csv", "name,lon,lat,weight,h\na,1,2,1,5\nb,,2,1,6\nc,3,NA,1,7\nd,4,5,2,8\ne,nan,5,2,9\n"),
+        ("p.geojson", points_of([1, 2], None, [], [4, 5], None)),
+    ],
+)
+def test_points_without_coordinates_are_left_out(file, text, tmp_path):
+    """The others are read, and a note says how many are not."""
+    (tmp_path / file).write_text(text)
+    points = get_region(f"points:{tmp_path / file}")
+    assert (points.lon.tolist(), points.lat.tolist()) == ([1.0, 4.0], [2.0, 5.0])
+    assert points.notes == (f"{points.name}: 3 of 5 points have no longitude or no latitude, and are left out.",)
+    if file.endswith(".csv"):
+        assert (points.weight.tolist(), points.height.tolist()) == ([1.0, 2.0], [5.0, 8.0])
+
+
+ON_EARTH = "it must have a longitude within -360 and 360, a latitude within -90 and 90."
+COMMAS = " Decimal commas are read where all numbers have them and cells stand apart by semicolons, tabs or blanks."
+QUOTED = 'lon,lat,name\n1,2,a\n3,4,"b\n5,6,c\n7,8,d"\n'
+
+
+@each(
+    ("text", "reason"),
+    [
+        ("", "It is empty."),
+        ("x,y\n1,2\n", "Its header must have lon and lat; it has x, y."),
+        ("lon,lat\n", "It has no points."),
+        ("lon,lat\n1,2\n3,north\n", "Line 3 must have numbers for lon, lat."),
+        ("lon,lat,weight\n1,2\n", "Line 2 must have numbers for lon, lat, weight."),
+        ("lon,lat,name\n,2,a\n3,,b\n", "It has no points with a longitude and a latitude."),
+        ("lon,lat,weight\n1,2,\n", "Line 2 must have numbers for lon, lat, weight."),
+        ("lon,lat\n1,2\n8,5,47,a\n", "Line 3 has 4 cells; it must have 2."),
+        ("lon,lat\n1,2\n8,5,47,3\n", f"Line 3 has 4 cells; it must have 2.{COMMAS}"),
+        ("lon;lat\n1.5;2\n8,5;47,3\n", f"Line 3 must have numbers for lon, lat.{COMMAS}"),
+        ("lon,lat\n1,2\n1_0,2\n", "Line 3 must have numbers for lon, lat."),
+        (QUOTED, "Line 3 has a quotation mark that does not end its cell on the line."),
+        ("lon,lat,name\n1,2," + 200_000 * "a" + "\n", "Line 2 has a cell of more than 131072 letters."),
+    ],
+)
+def test_wrong_points_files(tmp_path, text, reason):
+    """A table without points is refused with the line that is wrong."""
+    path = tmp_path / "points.csv"
+    path.write_text(text)
+    assert refused(f"points:{path}") == f"Invalid points file '{path}'. {reason}"
+
+
+@pytest.mark.parametrize(
+    ("row", "reason"),
+    [
+        ("1,95,1", f"Point 1 is at 1, 95; {ON_EARTH}"),
+        ("inf,5,1", f"Point 1 is at inf, 5; {ON_EARTH}"),
+        ("1,5,-1", "Point 1 has the weight -1; it must be finite and not negative."),
+        ("1,5,nan", "Point 1 has the weight nan; it must be finite and not negative."),
+        ("1,5,0", "Their weights must not all be zero."),
+    ],
+)
+def test_wrong_points(tmp_path, row, reason):
+    """So are points off the Earth, and weights that are none."""
+    path = tmp_path / "points.csv"
+    path.write_text(f"lon,lat,weight\n{row}\n")
+    assert refused(f"points:{path}") == f"Invalid points 'points:{path}'. {reason}"
