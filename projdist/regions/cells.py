@@ -41,8 +41,7 @@ class Cells(NamedTuple):
 
     def joined(self, other: Cells) -> Cells:
         """These cells and others."""
-        parts: list[Any] = [np.concatenate(pair) for pair in zip(self, other, strict=True)]
-        return Cells(*parts)
+        return Cells(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
 @functools.lru_cache(maxsize=16)  # consecutive searches use the same region
@@ -78,9 +77,7 @@ class _Gates(NamedTuple):
 
     def joined(self, other: _Gates) -> _Gates:
         """These gates and others."""
-        return _Gates(
-            np.append(self.cell, other.cell), np.append(self.lat, other.lat), np.append(self.change, other.change)
-        )
+        return _Gates(*(np.append(one, two) for one, two in zip(self, other, strict=True)))
 
     def merged(self) -> _Gates:
         """Gates with the changes at equal latitudes summed, without zeros."""

@@ -16,6 +16,11 @@ from projdist.regions.caps import Cap
 from projdist.regions.polygons import Polygons
 from projdist.regions.region import Box, PointSet, Region
 
+_OPERATIONS = {
+    sign: earth.GEOS_ARITHMETIC(operation)
+    for sign, operation in (("&", shapely.intersection), ("-", shapely.difference), ("+", shapely.union))
+}
+
 RIM_TOLERANCE = 1e-6
 """Tolerance in degrees of the polygon of a cap: 0.1 m."""
 
@@ -66,16 +71,11 @@ def combine(operator: str, left: Region | PointSet, right: Region | PointSet, na
             f"Invalid region '{name}'. Its parts are of different detail, {both}, and would leave slivers along "
             "coasts: give all of them the same suffix."
         )
-    found = _combined(operator, polygons_of(left), polygons_of(right))
+    found = _OPERATIONS[operator](polygons_of(left), polygons_of(right))
     if found.area == 0.0:
         raise ValueError(f"Invalid region '{name}'. Nothing is left of it.")
     repairs = [one.repairs if isinstance(one, Polygons) else one.notes for one in (left, right)]
     return Polygons(earth.merged([found]), name, (*repairs[0], *repairs[1]), "", "".join(resolutions), ellipsoid)
-
-
-@earth.GEOS_ARITHMETIC
-def _combined(operator: str, one: shapely.MultiPolygon, other: shapely.MultiPolygon) -> shapely.Geometry:
-    return {"&": shapely.intersection, "-": shapely.difference, "+": shapely.union}[operator](one, other)
 
 
 def polygons_of(region: Region | PointSet) -> shapely.MultiPolygon:

@@ -325,17 +325,12 @@ class Polygons:
         if u1 < rectangle[1]:
             # The eastern side has moved: edges on it are now gates.
             part = clip(part, u0, u1, low, high)
-
-        def to_r(lon: FloatArray) -> FloatArray:
-            return np.clip((2.0 * lon - u0 - u1) / (u1 - u0), -1.0, 1.0)
-
-        def to_s(lat: FloatArray) -> FloatArray:
-            return np.clip((2.0 * height_of(patch, lat) - v0 - v1) / (v1 - v0), -1.0, 1.0)
-
-        def to_lat(s: FloatArray) -> FloatArray:
-            return latitude_of(patch, 0.5 * (v0 + v1) + 0.5 * (v1 - v0) * s)
-
-        rule = _weights(part, to_r, to_s, to_lat)
+        rule = _weights(
+            part,
+            lambda lon: np.clip((2.0 * lon - u0 - u1) / (u1 - u0), -1.0, 1.0),
+            lambda lat: np.clip((2.0 * height_of(patch, lat) - v0 - v1) / (v1 - v0), -1.0, 1.0),
+            lambda s: latitude_of(patch, 0.5 * (v0 + v1) + 0.5 * (v1 - v0) * s),
+        )
         return _Part(part, (u0, u1, v0, v1), rule, False) if rule.sum() > 4.0 * SLIVER else None
 
     def rule(self, patch: int, rectangle: FloatArray, square: Square) -> FloatArray:

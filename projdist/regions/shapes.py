@@ -175,7 +175,10 @@ def _polygons(
         if repaired.area > 0.0:
             pieces.append(repaired)
             one_by_one = [earth.planar([ring]) for ring in rings]
-            shell, *holes = (_ground_area(one, ellipsoid or WGS84) for one in one_by_one)
+            corners = [shapely.get_coordinates(one.exterior) for one in one_by_one]
+            # Counted with their winding numbers.
+            areas = [abs(area_km2(np.hstack([ring[:-1], ring[1:]]), ellipsoid or WGS84)) for ring in corners]
+            shell, *holes = areas
             after = Polygons(earth.merged([repaired]), "", ellipsoid=ellipsoid or WGS84).area_km2
             change = after - (shell - sum(holes))
             if abs(change) > _CHANGED * after:
@@ -228,12 +231,6 @@ def _ring(
             return transform(*(ring[k] * (1.0 - share) + ring[k + 1] * share).T)
 
     return earth.chords(curve, np.arange(len(ring), dtype=float), _TOLERANCE)
-
-
-def _ground_area(polygon: shapely.Polygon, ellipsoid: Ellipsoid) -> float:
-    """Area in km^2 enclosed by a shell, counted with its winding number."""
-    ring = shapely.get_coordinates(polygon.exterior)
-    return abs(area_km2(np.hstack([ring[:-1], ring[1:]]), ellipsoid))
 
 
 # ---- lines ---------------------------------------------------------------------------------------
