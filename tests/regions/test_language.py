@@ -144,10 +144,10 @@ REFUSED = {
     "country:FR@main:nan": f"Invalid distance 'nan' {KILOMETRES} 10 to 20015 km.",
     "country:FR@all:5": "Invalid region 'country:FR@all:5'. Polygons may have @main, @main:KM or @all behind",
     "crs:EPSG:0": "Invalid CRS 'EPSG:0'. It must be a CRS that PROJ knows.",
-    "land -": "Invalid region 'land -'. There must be a region on each side of an operator.",
-    "& land": "Invalid region '& land'. There must be a region on each side of an operator.",
-    "(land": "Invalid region '(land'. Its brackets must close what they open.",
-    "land)": "Invalid region 'land)'. Its brackets must close what they open.",
+    "globe -": "Invalid region 'globe -'. There must be a region on each side of an operator.",
+    "& globe": "Invalid region '& globe'. There must be a region on each side of an operator.",
+    "(globe": "Invalid region '(globe'. Its brackets must close what they open.",
+    "globe)": "Invalid region 'globe)'. Its brackets must close what they open.",
     "land@110m - land@110m": "Invalid region 'land@110m - land@110m'. Nothing is left of it.",
 }
 
