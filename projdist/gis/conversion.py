@@ -257,13 +257,7 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
 
 
 def _warp(
-    data: str,
-    target: CRS,
-    path: Path,
-    source: CRS | None,
-    resampling: str,
-    resolution: float | None,
-    overwrite: bool,
+    data: str, target: CRS, path: Path, source: CRS | None, resampling: str, resolution: float | None, overwrite: bool
 ) -> tuple[str, str]:
     """Write a raster in another CRS; returns a note on where the CRS is, and one on pixels outside, or ""."""
     support.check_choice("resampling", resampling, RESAMPLINGS)

@@ -372,11 +372,7 @@ def save_geotiff(
 
 
 def save_sheet(
-    sheet: RectifiedScan,
-    path: str | os.PathLike[str],
-    *,
-    crs: ProjectionLike | None = None,
-    overwrite: bool = True,
+    sheet: RectifiedScan, path: str | os.PathLike[str], *, crs: ProjectionLike | None = None, overwrite: bool = True
 ) -> Path:
     """Write the rectified scan of an old map as a GeoTIFF in the CRS of its control points.
 
@@ -469,21 +465,13 @@ def measure_arrays(
             measure.name: (("y", "x"), values, _attributes(measure) | {"grid_mapping": _MAPPING})
             for measure, values in zip(found.measures, found.values, strict=True)
         },
-        coords={
-            "x": ("x", x[0], x_attributes),
-            "y": ("y", y[:, 0], y_attributes),
-            _MAPPING: ((), 0, mapping),
-        },
+        coords={"x": ("x", x[0], x_attributes), "y": ("y", y[:, 0], y_attributes), _MAPPING: ((), 0, mapping)},
         attrs={"projection": found.projection.definition} | ({"note": found.note} if found.note else {}),
     )
 
 
 def factor_arrays(
-    projection: ProjectionLike,
-    lon: xarray.DataArray,
-    lat: xarray.DataArray,
-    *,
-    measures: Iterable[str | Measure] = (),
+    projection: ProjectionLike, lon: xarray.DataArray, lat: xarray.DataArray, *, measures: Iterable[str | Measure] = ()
 ) -> xarray.Dataset:
     """The factors of a projection at points given as arrays of xarray, with their dimensions and coordinates.
 
@@ -529,11 +517,7 @@ def factor_arrays(
     for name, values in found.columns().items():
         attributes = known[name] if name in known else _attributes(get_measure(name))
         variables[name] = (lat.dims, values.reshape(lat.shape), attributes)
-    return xarray.Dataset(
-        variables,
-        coords=lat.coords,
-        attrs={"projection": found.projection.definition},
-    )
+    return xarray.Dataset(variables, coords=lat.coords, attrs={"projection": found.projection.definition})
 
 
 def _attributes(measure: Measure) -> dict[str, str]:

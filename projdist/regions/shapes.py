@@ -142,12 +142,7 @@ def _number(value: Any, column: str, index: int, text: str) -> float:
 
 
 def _polygons(
-    shapes: Sequence[Shape],
-    transform: Transform | None,
-    name: str,
-    text: str,
-    edges: str,
-    ellipsoid: Ellipsoid | None,
+    shapes: Sequence[Shape], transform: Transform | None, name: str, text: str, edges: str, ellipsoid: Ellipsoid | None
 ) -> Polygons:
     given: list[Any] = []
     empty = 0

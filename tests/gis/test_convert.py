@@ -151,10 +151,7 @@ def test_what_lies_outside_is_left_out(tmp_path: Path) -> None:
     assert geopandas.read_file(tmp_path / "new.fgb").geometry.isna().tolist() == [False, True]
     far = text.replace("lon_0=0", "lon_0=85") + " +lat_ts=0"
     told = r"^1 of 2 feature\(s\) of the data look like degrees, as that at 170, 0, but CH1903"
-    with (
-        pytest.warns(Notice, match=told),
-        pytest.raises(ValueError, match="PROJ has no way"),
-    ):
+    with pytest.warns(Notice, match=told), pytest.raises(ValueError, match="PROJ has no way"):
         gis.convert(path, far, tmp_path / "new.gpkg", source="EPSG:2056")
 
 

@@ -27,10 +27,7 @@ MANY = settings(
 KEYS = ['"', '""', ",", ";", "\t", "\n", "\r\n", "#", " ", "-", ".", "\x00", "\ufeff", "\u2028", "é", ",,,,\n"]
 WORDS = ["nan", "inf", "-inf", "1e303", "1e-303", "1e999", "1_0", "٣", "9" * 20, "lon", "x,y\n", "end_header\n"]
 SCRAPS = st.one_of(
-    st.sampled_from(KEYS + WORDS),
-    st.text(max_size=4),
-    st.floats().map(str),
-    st.integers(-(10**30), 10**30).map(str),
+    st.sampled_from(KEYS + WORDS), st.text(max_size=4), st.floats().map(str), st.integers(-(10**30), 10**30).map(str)
 )
 
 
