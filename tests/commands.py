@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from projdist.cli.app import app
-from projdist.cli.formats import FORMATS as FORMATS
+from projdist.cli.report import FORMATS as FORMATS
 
 QUICK = ["--tolerance", "1e-3"]
 HIDDEN = ["+proj=ortho +lat_0=90 +R=6371000", "--region", "box:0,-40,40,-10"]

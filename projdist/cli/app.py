@@ -156,27 +156,22 @@ def candidates(commands: Any, words: Sequence[str]) -> list[str]:
     """Completions of the last word; none where it may be a file or free text."""
     *before, last = words or [""]
     name = next((word for word in before if not word.startswith("-")), "")
+    found: Iterable[str] = ()
     if not name:
-        return _beginning(last, ["--help", "--version"] if last.startswith("-") else commands.commands)
-    if name not in commands.commands:
-        return []
-    command = commands.commands[name]
-    options = {text: one for one in command.params if one.param_type_name == "option" for text in one.opts}
-    previous = options.get(before[-1]) if before else None
-    if previous is not None and not previous.is_flag:
-        return _beginning(last, _values(previous))
-    if last.startswith("-"):
-        long = [text for text in options if text.startswith("--")]
-        return _beginning(last, [*long, "--help"])
-    arguments = [one for one in command.params if one.param_type_name == "argument"]
-    place = sum(not word.startswith("-") for word in before) - 1
-    if not arguments:
-        return []
-    return _beginning(last, _values(arguments[min(place, len(arguments) - 1)]))
-
-
-def _beginning(text: str, words: Iterable[str]) -> list[str]:
-    return [word for word in dict.fromkeys(words) if word.startswith(text)]
+        found = ["--help", "--version"] if last.startswith("-") else commands.commands
+    elif name in commands.commands:
+        command = commands.commands[name]
+        options = {text: one for one in command.params if one.param_type_name == "option" for text in one.opts}
+        arguments = [one for one in command.params if one.param_type_name == "argument"]
+        place = sum(not word.startswith("-") for word in before) - 1
+        previous = options.get(before[-1])
+        if previous is not None and not previous.is_flag:
+            found = _values(previous)
+        elif last.startswith("-"):
+            found = [*(text for text in options if text.startswith("--")), "--help"]
+        elif arguments:
+            found = _values(arguments[min(place, len(arguments) - 1)])
+    return [word for word in dict.fromkeys(found) if word.startswith(last)]
 
 
 def _values(parameter: Any) -> Iterable[str]:
@@ -207,7 +202,7 @@ def _values(parameter: Any) -> Iterable[str]:
 
 COMMANDS = {
     "info": ("info", "Show what a projection is, what it keeps, and its errors."),
-    "find": ("lists", "Find CRSs by words of their names, areas of use, or codes."),
+    "find": ("info", "Find CRSs by words of their names, areas of use, or codes."),
     "compare": ("compare", "Compare projections over a region by their distortion."),
     "factors": ("factors", "Scales, angles and other measures at points."),
     "profile": ("factors", "Scale, convergence and other measures along a line."),
@@ -225,11 +220,11 @@ COMMANDS = {
     "check": ("data", "Check areas, lengths and bearings of data in a CRS."),
     "convert": ("data", "Transform layers and rasters to another CRS."),
     "correct": ("optimize", "Find the linear map that reduces a map's distortion most."),
-    "mosaic": ("mosaic", "Bring overlapping images into a common frame."),
-    "clouds": ("clouds", "Register point clouds or landmarks by affine maps."),
+    "mosaic": ("registration", "Bring overlapping images into a common frame."),
+    "clouds": ("registration", "Register point clouds or landmarks by affine maps."),
     "oldmap": ("oldmap", "Measure the distortion of an old map by control points."),
-    "tables": ("lists", "Print a published table beside figures measured today."),
-    "list": ("lists", "List projections, measures, criteria or indices."),
+    "tables": ("info", "Print a published table beside figures measured today."),
+    "list": ("info", "List projections, measures, criteria or indices."),
     "completion": ("app", "Print the script for completion in bash, zsh or fish."),
 }
 """The commands, the modules that have their functions, and what help says of them without loading any."""
@@ -312,22 +307,17 @@ app = typer.Typer(
 )
 
 
-def _show_version(wanted: bool) -> None:
-    if wanted:
-        from projdist.cli.formats import emit
-
-        emit(f"projdist {__version__}\n", None)
-        raise typer.Exit
-
-
 @app.callback(invoke_without_command=True)
 def options(
     context: typer.Context,
-    version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
-    ] = False,
+    version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False,
 ) -> None:
     """Measure, compare and draw the distortion of any map projection."""
+    if version:
+        from projdist.cli.report import emit
+
+        emit(f"projdist {__version__}\n", None)
+        raise typer.Exit
     if context.invoked_subcommand is None:
         sys.stderr.write(f"{context.get_help()}\n")
         raise typer.Exit(2)

@@ -7,13 +7,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
-from projdist import gis
-from projdist.answers import Area, Batch, BatchResult, areas_of, batch
+from projdist import answers, gis, support
 from projdist.cli import options as opt
 from projdist.cli.errors import cannot_write, note, progress_bar, refuse, refusing, tell_problems
-from projdist.cli.formats import drawing, present, tell_written
-from projdist.cli.report import Report, Row
-from projdist.support import check_executor, is_stream, open_executor
+from projdist.cli.report import Report, Row, drawing, present, tell_written
 
 OWN: str | None = "processes"
 """The executor where none is asked for."""
@@ -25,10 +22,10 @@ def executor_opened(text: str | None) -> Iterator[Executor | None]:
     if text is None:
         yield None
         return
-    check_executor(text)
+    support.check_executor(text)
     with contextlib.ExitStack() as stack:
         try:
-            workers = stack.enter_context(open_executor(text))
+            workers = stack.enter_context(support.open_executor(text))
         except OSError as error:
             refuse(f"Invalid executor '{text}'. Nothing answers there.", error, code=1)
         yield workers
@@ -43,7 +40,7 @@ class RegionalWork:
         self._executor = executor or OWN
         if executor is not None:
             with refusing():
-                check_executor(executor)
+                support.check_executor(executor)
         self.target = opt.target(form, output, overwrite, others=opt.LAYER_SUFFIXES)
         path = self.target.path
         self.layer = path if path is not None and path.suffix.lower() in opt.LAYER_SUFFIXES else None
@@ -52,24 +49,24 @@ class RegionalWork:
                 refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
             opt.check_libraries(self.layer)
         self._kept = partial is not None  # also when all is done
-        self.partial = None if path is None or is_stream(path) else path.with_name(f"{path.name}.partial")
+        self.partial = None if path is None or support.is_stream(path) else path.with_name(f"{path.name}.partial")
         if partial is not None:
             self.partial = opt.output_file(partial, overwrite=True)
 
     def run(
         self,
         function: Callable[..., object],
-        areas: Sequence[Area],
+        areas: Sequence[answers.Area],
         projections: Sequence[str] | None,
         options: Mapping[str, Any],
-    ) -> Batch:
+    ) -> answers.Batch:
         """Results of the batch, with a progress bar; invalid input ends the command."""
-        if self.partial is not None and self.partial.exists() and not is_stream(self.partial):
+        if self.partial is not None and self.partial.exists() and not support.is_stream(self.partial):
             note(f"Results that are in '{self.partial}' are taken from there.")
         try:
             with refusing(), executor_opened(self._executor) as workers, progress_bar("results") as progress:
                 where: dict[str, Any] = {"executor": workers, "partial": self.partial, "progress": progress}
-                return batch(function, areas, projections, options=options, **where)
+                return answers.batch(function, areas, projections, options=options, **where)
         except ConnectionError as error:
             kept = f" '{self.partial}' has what is done; the same command goes on from it." if self.partial else ""
             refuse(f"{error}{kept}", error, code=1)
@@ -77,7 +74,12 @@ class RegionalWork:
             cannot_write(self.partial, error)
 
     def leave(
-        self, report: Report, found: Batch, best: Sequence[Row], areas: Sequence[Area], problems: Sequence[str]
+        self,
+        report: Report,
+        found: answers.Batch,
+        best: Sequence[Row],
+        areas: Sequence[answers.Area],
+        problems: Sequence[str],
     ) -> None:
         """Print or write the report, or the best map of each region as a layer; report failures, and end with 1 if any.
 
@@ -99,24 +101,16 @@ class RegionalWork:
         tell_problems([*problems, *(one.line for one in found.failures)])
 
 
-def regions_given(regions: Sequence[str], others: Mapping[str, object]) -> list[Area]:
+def regions_given(regions: Sequence[str], others: Mapping[str, object]) -> list[answers.Area]:
     """Regions of `--regions`; refuses the options `others`, which cannot be used with it."""
     for name, value in others.items():
         if value is not None:
             refuse(f"Invalid option '--regions'. It cannot be used with {name}.")
     with refusing():
-        return areas_of(list(regions))
+        return answers.areas_of(list(regions))
 
 
-def by_region(found: Batch) -> dict[str, list[BatchResult]]:
-    """Results grouped by the name of the region."""
-    groups: dict[str, list[BatchResult]] = {}
-    for result in found.results:
-        groups.setdefault(result.region, []).append(result)
-    return groups
-
-
-def notices_note(found: Batch) -> list[str]:
+def notices_note(found: answers.Batch) -> list[str]:
     """A note that the JSON has notices, if there are any."""
     told = {one.region for one in found.results if one.notices}
     return [f"Notices on {len(told)} of the regions, for example on areas of use, are in the JSON."] if told else []

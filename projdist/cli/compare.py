@@ -9,16 +9,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from projdist import plots
-from projdist.answers import GROUPS, STATISTICS, Area, Index, compare, get_indices, sort_column, sort_order, summarize
+from projdist import answers, field, plots, projections
 from projdist.cli import options as opt
-from projdist.cli.batches import RegionalWork, by_region, notices_note, regions_given
+from projdist.cli.batches import RegionalWork, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
-from projdist.cli.formats import present
 from projdist.cli.number_format import WHOLE, area_text, certain, first_digit, label_of, rounded
-from projdist.cli.report import SHARED, Column, Mapped, Report, Row, Table
-from projdist.field import DEFAULT_TOLERANCE
-from projdist.projections import Projection, ProjectionError
+from projdist.cli.report import SHARED, Column, Mapped, Report, Row, Table, present
 
 _CONVENTION = (
     "AK: Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b) by true area. Smaller is better, * is the best.",
@@ -31,26 +27,29 @@ _MAP = Column("projection", of=lambda row: label_of(row["projection"], row["name
 _COVERAGE = replace(SHARED["coverage"], only=lambda share: share < WHOLE)
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 PLOTS = (*DISTRIBUTIONS, "modes", "space")
-_INDICES = (
-    f"Published indices of the map: {', '.join(GROUPS)}, all, or names (see 'projdist list indices'); may be repeated, "
-    "or with commas."
-)
+_GROUPS = ", ".join(answers.GROUPS)
 
 
 def compare_command(
-    projections: opt.Projections,
+    given: opt.Projections,
     region: opt.Region = None,
     regions: opt.Regions = None,
     weight: opt.Weight = None,
     measure: opt.Measures = None,
-    indices: list[str] | None = opt.option("NAME", _INDICES),
+    indices: list[str] | None = opt.option(
+        "NAME",
+        f"Published indices of the map: {_GROUPS}, all, or names (see 'projdist list indices'); may be repeated, or "
+        "with commas.",
+    ),
     modes: bool = opt.flag(
         "--modes", "The independent ways in which each map distorts, and their shares of the whole."
     ),
     sort: str = opt.option(
         "COLUMN", "given, name, an airy_kavrayskiy..., INDEX, or MEASURE or MEASURE.STATISTIC.", "airy_kavrayskiy"
     ),
-    tolerance: str = opt.option("NUMBER", "Largest error of the Airy-Kavrayskiy figures.", f"{DEFAULT_TOLERANCE:g}"),
+    tolerance: str = opt.option(
+        "NUMBER", "Largest error of the Airy-Kavrayskiy figures.", f"{field.DEFAULT_TOLERANCE:g}"
+    ),
     plot: str | None = opt.option(
         PLOTS,
         "Draw to -o FILE.png, .svg or .pdf: the shares of the area by a measure (fisher, or the first of "
@@ -72,7 +71,7 @@ def compare_command(
         opt.refuse_given({"--plot": plot} | pictured.given(), "It cannot be used with --regions.")
         work = RegionalWork(format, output, overwrite=pictured.overwrite, executor=executor, partial=partial)
         areas = regions_given(regions, {"--region": region, "--weight": weight})
-        _compare_regions(projections, areas, options, sort, work)
+        _compare_regions(given, areas, options, sort, work)
         return
     opt.refuse_given({"--executor": executor, "--partial": partial}, "It needs --regions.")
     picture = None
@@ -84,9 +83,10 @@ def compare_command(
             refuse(f"Invalid option '--plot {plot}'. It needs a picture to draw to: -o FILE.png.")
         picture = opt.PictureFile(output, pictured)
     target = opt.target(format, None if picture else output, pictured.overwrite)
-    area = opt.region_given(region, projections, weight)
+    area = opt.region_given(region, given, weight)
     with refusing(), progress_bar("maps") as progress:
-        found = compare(projections, area, modes=modes or plot == "modes", sort=sort, progress=progress, **options)
+        options |= {"modes": modes or plot == "modes", "sort": sort, "progress": progress}
+        found = answers.compare(given, area, **options)
     shown: dict[str, Any] = {}
     if found.results:
         maps, first = [one.projection for one in found.results], names[0] if names else "fisher"
@@ -95,7 +95,7 @@ def compare_command(
         elif picture is not None:
             picture.save(plots.modes_figure if plot == "modes" else plots.space_figure, maps, region=found.region)
         titles = [label_of(one.given, one.projection.name) for one in found.results]
-        bars = sort_column(sort, names, [index.name for index in found.published])
+        bars = answers.sort_column(sort, names, [index.name for index in found.published])
         shown = {"bars": bars, "written": [picture], "maps": Mapped(maps, titles, found.region, first)}
     answer, rows = found.to_dict(), found.plain_rows()
     present(comparison_report(answer, rows, names, found.published, f"by {sort}", largest, **shown), *target)
@@ -106,7 +106,7 @@ def comparison_report(
     found: Mapping[str, Any],
     rows: Sequence[Row],
     measures: Sequence[str],
-    indices: Sequence[Index],
+    indices: Sequence[answers.Index],
     order: str,
     tolerance: float,
     *,
@@ -141,14 +141,14 @@ def comparison_report(
     )
 
 
-def _columns(measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Column]:
+def _columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> Iterator[Column]:
     yield _MAP
     for version in ("", " scaled", " affine"):
         key = f"airy_kavrayskiy{version.replace(' ', '_')}"
         yield Column(key, f"AK{version}", rounded, error="error_estimate", best=True)
     yield Column("error_estimate", "error", first_digit)
     for name in dict.fromkeys(measures):
-        for statistic in STATISTICS:
+        for statistic in answers.STATISTICS:
             yield Column(f"{name}_{statistic}", f"{name} {statistic}", certain, error=f"{name}_{statistic}_error")
     for index in indices:
         yield Column(index.name, index.symbol, _rounded_index, error=f"{index.name}_error")
@@ -158,7 +158,11 @@ def _columns(measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Colu
 
 
 def _notes(
-    found: Mapping[str, Any], rows: Sequence[Row], measures: Sequence[str], indices: Sequence[Index], tolerance: float
+    found: Mapping[str, Any],
+    rows: Sequence[Row],
+    measures: Sequence[str],
+    indices: Sequence[answers.Index],
+    tolerance: float,
 ) -> Iterator[str]:
     """Notes on the columns, and on missing or less certain figures."""
     weighed = "points" in found["region"]
@@ -181,7 +185,7 @@ def _notes(
         yield f"{', '.join(names)}: most published figures come out {over}"
     if any(row["coverage"] < WHOLE for row in rows):
         yield "Covers: the share of the region that can be projected; the figures are for that share."
-    if any(row[f"{name}_{statistic}"] is None for row in rows for name in measures for statistic in STATISTICS):
+    if any(row[f"{name}_{statistic}"] is None for row in rows for name in measures for statistic in answers.STATISTICS):
         yield "-: the integral diverges, or the measure has no bound."
     if any((row["error_estimate"] or 0.0) > 2.0 * tolerance for row in rows):
         yield "Error: above the tolerance where the projection's own rounding or the work allowed set the limit."
@@ -203,56 +207,60 @@ _NO_FIGURE = ("given", "name")  # orders by which no map is the best
 
 
 def _compare_regions(
-    projections: Sequence[str], areas: Sequence[Area], options: Mapping[str, Any], sort: str, work: RegionalWork
+    given: Sequence[str], areas: Sequence[answers.Area], options: Mapping[str, Any], sort: str, work: RegionalWork
 ) -> None:
     """Compare maps over regions, and report the best of each."""
     with refusing():
-        indices = get_indices(options["indices"])
-        column = sort_column(sort, options["measures"], [index.name for index in indices])
+        indices = answers.get_indices(options["indices"])
+        column = answers.sort_column(sort, options["measures"], [index.name for index in indices])
     maps, problems = [], []
-    for text in dict.fromkeys(projections):
+    for text in dict.fromkeys(given):
         try:
-            Projection.from_user_input(text)
+            projections.Projection.from_user_input(text)
             maps.append(text)
-        except ProjectionError as error:
+        except projections.ProjectionError as error:
             problems.append(str(error))
     if not maps:
         tell_problems(problems)
-    found = work.run(summarize, areas, maps, options)
-    results = by_region(found)
+    found = work.run(answers.summarize, areas, maps, options)
+    results: dict[str, list[answers.BatchResult]] = {}
+    for one in found.results:
+        results.setdefault(one.region, []).append(one)
+
+    def ordered(rows: Sequence[Row], column: str) -> list[Row]:
+        """Rows of a region, the best first."""
+        if column == "given":
+            return list(rows)
+        return sorted(rows, key=lambda row: answers.sort_order(math.nan if row[column] is None else row[column]))
+
     groups = {
-        name: _sorted([{"region": name, "area_km2": one.area_km2, **one.rows[0]} for one in group], column)
+        name: ordered([{"region": name, "area_km2": one.area_km2, **one.rows[0]} for one in group], column)
         for name, group in results.items()
     }
     figure = _AK if column in _NO_FIGURE else column
-    best = {name: _sorted(group, figure)[0] for name, group in groups.items()}
-    over = {index.name: index.published_over for index in indices if index.published_over}
+    best = {name: ordered(group, figure)[0] for name, group in groups.items()}
+
+    def comparison(name: str) -> dict[str, Any]:
+        """The maps of a region, with failures and notices."""
+        of_it = {one.projection: one for one in results[name]}
+        measured = [of_it[row["projection"]] for row in groups[name]]
+        failed = [one for one in found.failures if one.region == name]
+        return {
+            "region": {"name": name, "area_km2": measured[0].area_km2},
+            "results": [one.answer for one in measured],
+            "failures": [{"projection": one.projection, "error": one.error} for one in failed],
+            "notices": [*dict.fromkeys(word for one in measured for word in one.notices)],
+        }
 
     def data() -> dict[str, Any]:
-        """JSON: one comparison per region, with failures and notices."""
-        regions = []
-        for name, group in groups.items():
-            of_it = {one.projection: one for one in results[name]}
-            answers = [of_it[row["projection"]] for row in group]
-            regions.append(
-                {
-                    "region": {"name": name, "area_km2": group[0]["area_km2"]},
-                    "results": [one.answer for one in answers],
-                    "failures": [
-                        {"projection": one.projection, "error": one.error}
-                        for one in found.failures
-                        if one.region == name
-                    ],
-                    "notices": [*dict.fromkeys(word for one in answers for word in one.notices)],
-                }
-            )
-        failures = [one.to_dict() for one in found.failures]
-        return {"regions": regions, "failures": failures, **({"published_over": over} if indices else {})}
+        over = {index.name: index.published_over for index in indices if index.published_over}
+        every = {"regions": [*map(comparison, groups)], "failures": [one.to_dict() for one in found.failures]}
+        return every | ({"published_over": over} if indices else {})
 
     note = "* is the best of a region. JSON and CSV have all figures of every map over every region."
     report = Report(
         title=f"{len(groups)} regions, {len(maps)} maps, {figure}" if groups else "No region could be measured.",
-        tables=[_regions_table(groups, best, maps, figure), _totals(groups, best, maps, figure)] if groups else [],
+        tables=[*_regional_tables(groups, best, maps, figure)] if groups else [],
         notes=[note, *notices_note(found)] if groups else [],
         data=data,
         rows=lambda: [row for group in groups.values() for row in group],
@@ -261,17 +269,10 @@ def _compare_regions(
     work.leave(report, found, [*best.values()], areas, problems)
 
 
-def _sorted(rows: Sequence[Row], column: str) -> list[Row]:
-    """Rows of a region, the best first."""
-    if column == "given":
-        return list(rows)
-    return sorted(rows, key=lambda row: sort_order(math.nan if row[column] is None else row[column]))
-
-
-def _regions_table(
+def _regional_tables(
     groups: Mapping[str, Sequence[Row]], best: Mapping[str, Row], maps: Sequence[str], figure: str
-) -> Table:
-    """One row per region: its best map, and the figure of each map."""
+) -> Iterator[Table]:
+    """One row per region, with its best map and the figure of each; one row per map, with its figures over all."""
     show, error = (rounded, "error_estimate") if figure.startswith(_AK) else (certain, f"{figure}_error")
 
     def cell(one: str, row: Row) -> str:
@@ -280,7 +281,7 @@ def _regions_table(
         mark = "*" if best[row["region"]]["projection"] == one else " "
         return show(row[one], row["maps"][one].get(error)) + mark
 
-    rows = [
+    regions = [
         {
             "region": name,
             "best": label_of(best[name]["projection"], best[name]["name"]),
@@ -291,25 +292,18 @@ def _regions_table(
         for name, group in groups.items()
     ]
     names = {row["projection"]: row["name"] for group in groups.values() for row in group}
-    columns = [Column(one, label_of(one, names.get(one, one)), of=functools.partial(cell, one)) for one in maps]
-    return Table(rows, ["region", Column("best", left=True), *columns, _COVERAGE])
-
-
-def _totals(groups: Mapping[str, Sequence[Row]], best: Mapping[str, Row], maps: Sequence[str], figure: str) -> Table:
-    """One row per map: its figures over all regions."""
-    rows = []
+    of_maps = [Column(one, label_of(one, names.get(one, one)), of=functools.partial(cell, one)) for one in maps]
+    yield Table(regions, ["region", Column("best", left=True), *of_maps, _COVERAGE])
+    totals = []
     for one in maps:
         of_it = {name: row[figure] for name, group in groups.items() for row in group if row["projection"] == one}
         known = {name: value for name, value in of_it.items() if value is not None}
         worst = max(known, key=known.__getitem__, default=None)
-        rows.append(
-            {
-                "projection": one,
-                "best": sum(row["projection"] == one for row in best.values()),
-                "median": statistics.median(known.values()) if known else None,
-                "largest": None if worst is None else known[worst],
-                "where": worst,
-            }
-        )
-    figures = [Column("best", "best in"), Column("median", show=certain), Column("largest", show=certain)]
-    return Table(rows, ["projection", *figures, "where"], f"{figure} over all regions")
+        figures = {
+            "median": statistics.median(known.values()) if known else None,
+            "largest": None if worst is None else known[worst],
+        }
+        times = sum(row["projection"] == one for row in best.values())
+        totals.append({"projection": one, "best": times, **figures, "where": worst})
+    columns = [Column("best", "best in"), Column("median", show=certain), Column("largest", show=certain)]
+    yield Table(totals, ["projection", *columns, "where"], f"{figure} over all regions")

@@ -12,14 +12,11 @@ from typing import Any
 
 import typer
 
-from projdist import gis
+from projdist import decisions, gis, regions
 from projdist.cli import options as opt
 from projdist.cli.errors import fail, note, progress_bar, refuse, refusing, working
-from projdist.cli.formats import drawing, present, tell_written
 from projdist.cli.number_format import area_text
-from projdist.cli.report import Column, Mapped, Report, Table
-from projdist.decisions import FAIL_ON, OUTSIDE, PURPOSES, TORN, Check, check, get_purpose
-from projdist.regions import Box
+from projdist.cli.report import Column, Mapped, Report, Table, drawing, present, tell_written
 
 ABOVE = 3
 """The exit code where an error is above the limit."""
@@ -35,10 +32,10 @@ def check_command(
     crs: str | None = opt.option("PROJECTION", "What to check the data in, as for compare; by default their own CRS."),
     fail_above: str | None = opt.option("SHARE", "End with 3 if an area or length is off by more: 1%, 0.01 or 500ppm."),
     fail_above_bearing: str | None = opt.option("DEGREES", "End with 3 if bearings are off by more, as RMS."),
-    fail_on: str = opt.option(FAIL_ON, "Any feature's error, or that of the totals.", "worst"),
+    fail_on: str = opt.option(decisions.FAIL_ON, "Any feature's error, or that of the totals.", "worst"),
     worst: str = opt.option("NUMBER", "How many of the worst features to print.", "5"),
     id: str | None = opt.option("COLUMN", "The column with the names; else the usual one, or the only one of texts."),
-    purpose: str = opt.option(PURPOSES, "What the recommended CRS shall keep.", "any"),
+    purpose: str = opt.option(decisions.PURPOSES, "What the recommended CRS shall keep.", "any"),
     no_recommend: bool = opt.flag("--no-recommend", "Recommend no CRS, which takes most of the time."),
     format: str | None = opt.report_format(),
     output: str | None = opt.output("The data with their errors: .gpkg or .geojson; or the report as a page: .html."),
@@ -49,9 +46,9 @@ def check_command(
     count = opt.whole_number("number of features", worst, 0, 1_000_000)
     limit = None if fail_above is None else _share(fail_above)
     turn = opt.number("bearing", fail_above_bearing, 0.0, 180.0, " of degrees")
-    opt.choice("thing to fail on", fail_on, FAIL_ON)
+    opt.choice("thing to fail on", fail_on, decisions.FAIL_ON)
     with refusing():
-        get_purpose(purpose)
+        decisions.get_purpose(purpose)
     path = None
     if output is not None and page is None:
         path = opt.file_of_kind(output, (*opt.LAYER_SUFFIXES, opt.PAGE_SUFFIX), overwrite)
@@ -59,19 +56,24 @@ def check_command(
     with refusing(), progress_bar("maps") as progress:
         frame = gis.read_data(data)
         options = {} if no_recommend else {"progress": progress}
-        result = check(frame, crs, column=id, purpose=None if no_recommend else purpose, **options)
+        result = decisions.check(frame, crs, column=id, purpose=None if no_recommend else purpose, **options)
     if path is not None:
-        _save(result, frame, path, overwrite)
+        columns = {name: values for name, values in result.features.items() if name not in ("index", "name")}
+        known = {str(name).lower(): name for name in frame.columns}
+        taken = [known[name] for name in columns if name in known]
+        # All columns known: from an earlier check, and replaced. Some: the user's own.
+        if 0 < len(taken) < len(columns):
+            refuse(f"Invalid data for '{path}'. They have a column '{taken[0]}' already; rename it.")
+        with drawing(path):
+            gis.save_layer(frame.drop(columns=taken).assign(**columns), path, overwrite=overwrite)
     report = check_report(result, data, count, path)
     present(replace(report, maps=_mapped(result, frame, count)), form, page, overwrite)
     total = result.overall
     if result.above(limit, bearing=turn, on=fail_on):
-        if total.undrawn:
-            fail(f"{total.undrawn} feature(s) cannot be drawn in this CRS, which is above every limit.")
-        else:
-            limits = [fail_above, fail_above_bearing and f"{fail_above_bearing} degrees"]
-            what = "The worst feature is" if fail_on == "worst" else "The totals are"
-            fail(f"{what} above {' or '.join(filter(None, limits))}.")
+        limits = [fail_above, fail_above_bearing and f"{fail_above_bearing} degrees"]
+        what = "The worst feature is" if fail_on == "worst" else "The totals are"
+        undrawn = f"{total.undrawn} feature(s) cannot be drawn in this CRS, which is above every limit."
+        fail(undrawn if total.undrawn else f"{what} above {' or '.join(filter(None, limits))}.")
         raise typer.Exit(ABOVE)
     if not total.measured:
         reasons = Counter(str(text).split("; ")[-1] for text in result.features["note"])
@@ -89,19 +91,7 @@ def _share(text: str) -> float:
     return share
 
 
-def _save(result: Check, frame: Any, path: Path, overwrite: bool) -> None:
-    """Write the data with their errors as columns; columns of an earlier check are replaced."""
-    columns = {name: values for name, values in result.features.items() if name not in ("index", "name")}
-    present = {str(name).lower(): name for name in frame.columns}
-    taken = [present[name] for name in columns if name in present]
-    # All columns present: from an earlier check. Some: the user's own.
-    if 0 < len(taken) < len(columns):
-        refuse(f"Invalid data for '{path}'. They have a column '{taken[0]}' already; rename it.")
-    with drawing(path):
-        gis.save_layer(frame.drop(columns=taken).assign(**columns), path, overwrite=overwrite)
-
-
-def _mapped(result: Check, frame: Any, count: int) -> Mapped | None:
+def _mapped(result: decisions.Check, frame: Any, count: int) -> Mapped | None:
     """Maps around the data in the checked and the recommended CRS, with the worst features marked."""
     if result.region is None:
         return None
@@ -111,14 +101,14 @@ def _mapped(result: Check, frame: Any, count: int) -> Mapped | None:
     names = [f"{k}. {row['name'] or row['index']}" for k, row in enumerate(rows, 1)]
     west, south, east, north = result.region.bounds
     margin = max(_MARGIN * max(east - west, north - south), _LEAST_MARGIN)
-    about = Box.between((west - margin, max(south - margin, -90.0), east + margin, min(north + margin, 90.0)))
+    about = regions.Box.between((west - margin, max(south - margin, -90.0), east + margin, min(north + margin, 90.0)))
     return Mapped(maps, [one.label for one in maps], about, marks=dict(zip(names, shapes, strict=True)))
 
 
 # ---- the report -----------------------------------------------------------------------------
 
 
-def check_report(result: Check, data: str, count: int, written: Path | None = None) -> Report:
+def check_report(result: decisions.Check, data: str, count: int, written: Path | None = None) -> Report:
     """Report of the totals in each CRS and of the worst features."""
     total = result.overall
     measured = [f"{total.measured} of {len(result.features['note'])} features"]
@@ -137,14 +127,10 @@ def check_report(result: Check, data: str, count: int, written: Path | None = No
     )
 
 
-def _checks(result: Check) -> list[Check]:
+def _checks(result: decisions.Check) -> list[decisions.Check]:
     """The check in its CRS, and in the recommended one if that is another."""
-    return [result] if result.recommended is None or _is_best(result) else [result, result.recommended]
-
-
-def _is_best(result: Check) -> bool:
-    """True if the checked CRS is the recommended one."""
-    return result.recommended is not None and result.recommended.projection.definition == result.projection.definition
+    other = result.recommended
+    return [result] if other is None or other.projection.definition == result.projection.definition else [result, other]
 
 
 def _error(value: float) -> str:
@@ -154,19 +140,15 @@ def _error(value: float) -> str:
     return f"{1e6 * value:+.4g} ppm" if abs(value) < 1e-3 else f"{100.0 * value:+.4g} %"
 
 
-def _ratio(error: float) -> str:
-    return f"{1.0 + error:.6f}"
-
-
 _degrees = "{:.4f}".format
 _TOTALS = (
     "map",
     "name",
     "measured",
-    Column("area_error", "area ratio", _ratio),
+    Column("area_error", "area ratio", lambda error: f"{1.0 + error:.6f}"),
     Column("worst_area_error", "area worst", _error),
     Column("rms_area_error", "area RMS", _error),
-    Column("length_error", "length ratio", _ratio),
+    Column("length_error", "length ratio", lambda error: f"{1.0 + error:.6f}"),
     Column("worst_length_error", "length worst", _error),
     Column("rms_length_error", "length RMS", _error),
     Column("bearing_error", "bearing RMS", _degrees),
@@ -185,25 +167,25 @@ _FEATURES = (
 )
 
 
-def _notes(result: Check) -> Iterator[str]:
+def _notes(result: decisions.Check) -> Iterator[str]:
     """Notes on the columns and on what was not measured."""
     yield (
         "Ratios and errors: the map over the ellipsoid, along the same lines; worst: of the worst feature; RMS: of the "
         "features. Bearings: degrees, grid less true; RMS: along the lines; largest: anywhere on them."
     )
-    if _is_best(result):
-        yield f"The recommended CRS for the box about the data is this one, {result.projection.label}."
-    elif result.recommended:
+    if len(_checks(result)) > 1:
         yield "The second line: the recommended CRS for the box about the data, with the same data in it."
+    elif result.recommended:
+        yield f"The recommended CRS for the box about the data is this one, {result.projection.label}."
     undrawn = result.rows(result.undrawn())
-    for text in (OUTSIDE, TORN):
+    for text in (decisions.OUTSIDE, decisions.TORN):
         those = [" ".join(filter(None, (str(row["index"]), row["name"]))) for row in undrawn if text in row["note"]]
         if those:
             more = f" and {len(those) - _NAMED} more" if len(those) > _NAMED else ""
             yield f"Not measured, as {text}: {', '.join(those[:_NAMED])}{more}."
     others = Counter(part for text in result.features["note"] for part in str(text).split("; "))
     for text, times in others.items():
-        if text not in ("", OUTSIDE, TORN):
+        if text not in ("", decisions.OUTSIDE, decisions.TORN):
             yield f"{text[:1].upper()}{text[1:]}: {times} feature(s)."
     yield from result.notes
 

@@ -10,11 +10,9 @@ import numpy as np
 
 from projdist import designs, plots
 from projdist.cli import options as opt
-from projdist.cli.errors import cannot_write, progress_bar, refuse, refusing, working
-from projdist.cli.formats import HTML, JSON, TABLE, present
+from projdist.cli.errors import progress_bar, refuse, refusing, working
 from projdist.cli.number_format import certain, covers, per_cent, rounded, size_text
-from projdist.cli.report import Column, Columns, Copy, Mapped, Report, Table
-from projdist.field import Extreme
+from projdist.cli.report import HTML, JSON, TABLE, Column, Copy, Mapped, Report, Table, drawing, present
 
 _DESIGN_FORMS = (TABLE, JSON, HTML, "proj", "wkt", "wkt-derived", "projjson")
 _MEAN_FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
@@ -114,17 +112,19 @@ def design_command(
         tables=_design_tables(found),
         notes=[*_design_notes(found)],
         data=found.to_dict,
-        copies={
-            "proj": Copy(found.proj),
-            "wkt": Copy(found.wkt),
-            "wkt-derived": Copy(found.crs.wkt_derived),
-            "projjson": Copy(found.crs.projjson),
-        },
+        copies=_copies(found.crs),
         about=found.projection.name,
         written=[drawn],
         maps=mapped,
     )
     present(report, *target)
+
+
+def _copies(crs: Any) -> dict[str, Copy]:
+    """The forms of a CRS; None, with the reason, of a map that has none."""
+    missing = "A map of the world, or after a function, is no CRS; JSON has its coefficients."
+    forms = {"proj": "pipeline", "wkt": "wkt", "wkt-derived": "wkt_derived", "projjson": "projjson"}
+    return {form: Copy(getattr(crs, key) if crs else None, missing) for form, key in forms.items()}
 
 
 def _design_lead(found: designs.Design) -> Iterator[str]:
@@ -136,29 +136,21 @@ def _design_lead(found: designs.Design) -> Iterator[str]:
     if found.limit is not None:
         maps = "maps" if found.kind == "any" else f"{found.kind} maps"
         yield f"limit {certain(found.limit)}: about what the best of all {maps} has"
-    yield f"scales {_extreme(found.smallest)} to {_extreme(found.largest)}"
-
-
-def _extreme(found: Extreme) -> str:
-    """An extreme scale with its certain digits, and its place."""
-    return f"{rounded(found.value, found.error)} (at {found.lon:.2f}, {found.lat:.2f})"
+    ends = (found.smallest, found.largest)
+    yield f"scales {' to '.join(f'{rounded(one.value, one.error)} (at {one.lon:.2f}, {one.lat:.2f})' for one in ends)}"
 
 
 def _design_tables(found: designs.Design) -> list[Table]:
     """The design and its rivals, and the criterion by degree."""
     made = {"kind": "made to measure", "name": "", "value": found.value, "error": found.error}
-    rivals: Columns = [
-        Column("kind", "map", left=True),
-        "name",
-        Column("value", found.criterion, certain, error="error", unit=found.unit),
-        Column("gain", "the made map has less by", functools.partial(per_cent, digits=3)),
+    value = Column("value", found.criterion, certain, error="error", unit=found.unit)
+    gain = Column("gain", "the made map has less by", functools.partial(per_cent, digits=3))
+    at_nodes = Column("value", f"{found.criterion} at nodes", certain, unit=found.unit)
+    share = Column("share", "share of surroundings", "{:g}".format)
+    return [
+        Table([made, *found.rivals], [Column("kind", "map", left=True), "name", value, gain]),
+        Table(found.degrees, ["degree", at_nodes, share]),
     ]
-    degrees = [
-        Column("degree", show="{:d}".format),
-        Column("value", f"{found.criterion} at nodes", certain, unit=found.unit),
-        Column("share", "share of surroundings", "{:g}".format),
-    ]
-    return [Table([made, *found.rivals], rivals), Table(found.degrees, degrees)]
 
 
 def _design_notes(found: designs.Design) -> Iterator[str]:
@@ -221,27 +213,21 @@ def mean_map_command(
     lead = [f"Degree {found.degree} {on}"]
     if len(set(found.weights)) > 1:
         lead.append(f"Weights {', '.join(f'{one:g}' for one in found.weights)}")
-    standings: Columns = [
-        Column("kind", "map", left=True),
-        "name",
-        Column("total", "sum of squared distances", functools.partial(certain, error=found.error)),
-        Column("airy_kavrayskiy", "airy_kavrayskiy_scaled", certain, error="error"),
-    ]
-    crs, missing = found.crs, "A map of the world, or after a function, is no CRS; JSON has its coefficients."
-    copies = {"proj": "pipeline", "wkt": "wkt", "wkt-derived": "wkt_derived", "projjson": "projjson"}
+    total = Column("total", "sum of squared distances", functools.partial(certain, error=found.error))
+    scaled = Column("airy_kavrayskiy", "airy_kavrayskiy_scaled", certain, error="error")
     report = Report(
         title=f"{found.projection.name} over {found.region.name} ({size_text(found.region)})",
         lead=lead,
-        tables=[Table(found.standings, standings)],
+        tables=[Table(found.standings, [Column("kind", "map", left=True), "name", total, scaled])],
         notes=[
             "The distance of two maps is the Fisher distortion from the plane of the one to that of the other at the "
             "same point of the ground.",
             "The bound is that of the metrics' means at each point, which no map need have.",
             *found.notes,
-            *([_ELSEWHERE] if crs is not None else []),
+            *([_ELSEWHERE] if found.crs is not None else []),
         ],
         data=found.to_dict,
-        copies={form: Copy(getattr(crs, key) if crs else None, missing) for form, key in copies.items()},
+        copies=_copies(found.crs),
         about=found.projection.name,
         written=[drawn],
     )
@@ -297,20 +283,29 @@ def world_map_command(
         found = designs.world_map(area, **options, progress=progress)
     pipeline = None
     if triangles is not None:
-        try:
+        with drawing(triangles):
             pipeline = found.write_tinshift(triangles, step=corners, overwrite=pictured.overwrite)
-        except FileExistsError as error:
-            refuse(str(error), error)
-        except OSError as error:
-            cannot_write(triangles, error)
     if drawn is not None:
         titles, figures = ["Made to measure"], [found.airy_kavrayskiy]
         drawn.save(plots.heatmap_figure, found.projection, titles=titles, airy_kavrayskiy=figures)
+    columns = [Column("name", "map", left=True), Column("airy_kavrayskiy", "AK", certain, error="error_estimate")]
+    if found.region.name != "globe" and found.until == 90.0:
+        columns.append(Column("over_globe", "over the globe", functools.partial(certain, error=_GOOD)))
+    size, energy = Column("cells", show="{0:d} x {0:d}".format), Column("energy", show="{:.6f}".format)
+    at_nodes = Column("airy_kavrayskiy", "AK at nodes", "{:.6f}".format)
     best = "Airy-Kavrayskiy errors of other maps are at their best scales."
     report = Report(
         title=f"{found.projection.name} ({size_text(found.region)})",
-        lead=[*_world_lead(found)],
-        tables=_world_tables(found),
+        lead=[
+            f"airy_kavrayskiy {certain(found.airy_kavrayskiy, found.error_estimate)}",
+            *([] if found.symmetric == "none" else [f"Symmetric about: {found.symmetric}"]),
+            *covers(found.coverage),
+            *([f"It turns over {per_cent(found.mirrored)} of the region: take more cells."] if found.mirrored else []),
+        ],
+        tables=[
+            Table(found._table(), columns),
+            Table(found.refinements, [size, "unknowns", energy, at_nodes, "steps"]),
+        ],
         notes=[best, f"PROJ: {pipeline}"] if pipeline else [best],
         data=lambda: found.to_dict() | {"pipeline": pipeline},
         written=[triangles, drawn],
@@ -329,27 +324,3 @@ def _cut(text: str) -> float | list[list[float]]:
     if len(values) < 2 or any(len(point) != 2 for point in values):
         refuse(f"Invalid cut '{text}'. It must be a longitude, or two or more points as '-170,40 -70,-62'.")
     return values
-
-
-def _world_lead(found: designs.WorldMap) -> Iterator[str]:
-    yield f"airy_kavrayskiy {certain(found.airy_kavrayskiy, found.error_estimate)}"
-    if found.symmetric != "none":
-        yield f"Symmetric about: {found.symmetric}"
-    yield from covers(found.coverage)
-    if found.mirrored:
-        yield f"It turns over {per_cent(found.mirrored)} of the region: take more cells."
-
-
-def _world_tables(found: designs.WorldMap) -> list[Table]:
-    """The map beside others, and the refinements of its mesh."""
-    maps = [Column("name", "map", left=True), Column("airy_kavrayskiy", "AK", certain, error="error_estimate")]
-    if found.region.name != "globe" and found.until == 90.0:
-        maps.append(Column("over_globe", "over the globe", functools.partial(certain, error=_GOOD)))
-    meshes = [
-        Column("cells", show="{0:d} x {0:d}".format),
-        Column("unknowns", show="{:d}".format),
-        Column("energy", show="{:.6f}".format),
-        Column("airy_kavrayskiy", "AK at nodes", "{:.6f}".format),
-        Column("steps", show="{:d}".format),
-    ]
-    return [Table(found._table(), maps), Table(found.refinements, meshes)]

@@ -12,15 +12,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from projdist import gis, plots, web
-from projdist.answers import compare
+import numpy as np
+
+from projdist import answers, earth, gis, matrices, plots, projections, regions, support, surfaces, web
+from projdist._typing import BoolArray, FloatArray
 from projdist.cli import options as opt
 from projdist.cli.errors import note, progress_bar, refuse, refusing, tell_problems, working
-from projdist.cli.formats import drawing, emit, tell_written
-from projdist.matrices import get_measure
-from projdist.projections import Projection
-from projdist.regions import region_for
-from projdist.support import check_choice
+from projdist.cli.number_format import certain
+from projdist.cli.report import drawing, emit, room_in, takes_blocks, tell_written
 
 _TOLERANCE = 1e-5  # titles show three decimals
 _MOST_PIXELS = 1e8  # along a side; how many there may be in all is for the raster to say
@@ -28,7 +27,7 @@ _MOST_LEVELS = 100
 
 
 def tissot_command(
-    projections: opt.Projections,
+    given: opt.Projections,
     output: str = opt.output("Picture: .png, .svg or .pdf; or layer of polygons: .gpkg, .geojson.", "tissot.png"),
     region: opt.Region = None,
     step: str | None = opt.option("NUMBER", "Degrees between the ellipses."),
@@ -45,8 +44,8 @@ def tissot_command(
         crosses = "" if axes else None
         drawn = {"--grid": grid, "--exaggerate": exaggerate, "--axes": crosses, "--context": context}
         opt.refuse_given(drawn | pictured.given(), "It is for pictures.", f" for '{path}'")
-        area, spacing = opt.region_given(region, projections), opt.number("step", step, 1e-5, 90, " of degrees")
-        projection = _only_map(projections, path)
+        area, spacing = opt.region_given(region, given), opt.number("step", step, 1e-5, 90, " of degrees")
+        projection = _only_map(given, path)
         with drawing(path):
             found = gis.indicatrices(projection, region=area, step=spacing)
             gis.save_layer(found, path, overwrite=pictured.overwrite)
@@ -65,11 +64,11 @@ def tissot_command(
         options["grid"] = tuple(opt.number("grid", word, 1e-4, 90.0, " of degrees") for word in words)
     if exaggerate is not None:
         options["exaggeration"] = "auto" if exaggerate == "auto" else opt.number("exaggeration", exaggerate, 0.1, 1e6)
-    _draw(plots.tissot_figure, projections, region, picture, context, **options)
+    _draw(plots.tissot_figure, given, region, picture, context, **options)
 
 
 def heatmap_command(
-    projections: opt.Projections,
+    given: opt.Projections,
     measure: list[str] | None = opt.option(
         "NAME",
         "See 'projdist list measures'; fisher if none. A raster may have several, with commas.",
@@ -99,10 +98,10 @@ def heatmap_command(
     if path.suffix.lower() in opt.RASTER_SUFFIXES:
         drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--context": context, "--against": against}
         opt.refuse_given(drawn | pictured.given(but="--size"), "It is for pictures.", f" for '{path}'")
-        area = opt.region_given(region, projections)
+        area = opt.region_given(region, given)
         opt.choice("grid", grid, gis.GRIDS)
         pixels, side = _pixels(size), opt.number("resolution", resolution, 1e-12, 1e12)
-        projection = _only_map(projections, path)
+        projection = _only_map(given, path)
         with drawing(path), working("Measuring"):
             found = gis.raster(projection, names, region=area, grid=grid, size=pixels, resolution=side)
             gis.save_raster(found, path, overwrite=pictured.overwrite)
@@ -118,17 +117,17 @@ def heatmap_command(
     options: dict[str, Any] = {"measure": names[0], "levels": _levels(levels), "cmap": cmap}
     if against is not None:
         with refusing():
-            options["against"] = Projection.from_user_input(against)
-    _draw(plots.heatmap_figure, projections, region, picture, context, **options)
+            options["against"] = projections.Projection.from_user_input(against)
+    _draw(plots.heatmap_figure, given, region, picture, context, **options)
 
 
-def _only_map(given: list[str], path: Path) -> Projection:
+def _only_map(given: list[str], path: Path) -> projections.Projection:
     """The projection of a layer or raster, which holds one map, after a check of the libraries that write it."""
     opt.check_libraries(path)
     if len(given) != 1:
         refuse(f"Invalid projections '{' '.join(given)}' for '{path}'. A {path.suffix} file has one map; name one.")
     with refusing():
-        return Projection.from_user_input(given[0])
+        return projections.Projection.from_user_input(given[0])
 
 
 def _pixels(text: str | None) -> int | tuple[int, int] | None:
@@ -172,7 +171,7 @@ def _draw(
     listed = given if other is None else [*given, other]  # for a region that all have
     area = opt.region_given(region, [*given, *([] if other is None else [other.definition])])
     with refusing(), progress_bar("maps measured") as progress:
-        found = compare(listed, area, sort="given", tolerance=_TOLERANCE, progress=progress)
+        found = answers.compare(listed, area, sort="given", tolerance=_TOLERANCE, progress=progress)
     drawn = [one for one in found.results if one.projection is not other]
     if drawn and len(found.results) - len(drawn) == (other is not None):
         maps, figures = [one.projection for one in drawn], [one.airy_kavrayskiy for one in drawn]
@@ -210,7 +209,7 @@ def morph_command(
     room, area = opt.size_of(size, dots), opt.region_given(region, [first, second])
     look = pictured.look()
     with refusing():
-        maps = Projection.from_user_input(first), Projection.from_user_input(second)
+        maps = projections.Projection.from_user_input(first), projections.Projection.from_user_input(second)
     with drawing(path), progress_bar("frames") as progress:
         plots.morph(
             *maps,
@@ -237,7 +236,7 @@ _LAST_PORT = 65535
 
 
 def explore_command(
-    projections: list[str] | None = opt.argument("[PROJECTION...]", "As for compare; Winkel's if there is none.", None),
+    given: list[str] | None = opt.argument("[PROJECTION...]", "As for compare; Winkel's if there is none.", None),
     region: opt.Region = None,
     measure: str = opt.option(
         "NAME", "The measure shown first (see 'projdist list measures').", "fisher", *opt.MEASURE
@@ -246,14 +245,14 @@ def explore_command(
     no_browser: bool = opt.flag("--no-browser", "Print the address and open no browser."),
 ) -> None:
     """See maps live in a browser: drag them, turn their parameters, point at them, ask for better ones."""
-    given = projections or [_FIRST]
+    given = given or [_FIRST]
     if len(given) > _MOST_MAPS:
         refuse(f"Invalid projections. A page has at most {_MOST_MAPS}, and {len(given)} were given.")
     with refusing():
-        maps = [Projection.from_user_input(text) for text in given]
-        chosen = get_measure(measure).name
-        check_choice("measure", chosen, web.SHOWN_MEASURES)
-        place = region_for(opt.region_given(region, given), maps)
+        maps = [projections.Projection.from_user_input(text) for text in given]
+        chosen = matrices.get_measure(measure).name
+        support.check_choice("measure", chosen, web.SHOWN_MEASURES)
+        place = regions.region_for(opt.region_given(region, given), maps)
         web.check_server()
         wanted = 0 if port is None else opt.whole_number("port", port, 0, _LAST_PORT)
     try:
@@ -269,3 +268,89 @@ def explore_command(
         if not no_browser:  # one in the terminal does not return before it is closed
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
         web.serve(site, listening)
+
+
+# ---- the ASCII map -------------------------------------------------------------------------------
+
+
+_WIDEST, _HIGHEST = 64, 18  # characters
+_NARROWEST = 16
+_TALL = 2.0  # a character's height over its width
+_TRIANGLES = 16_000  # of a map: some fifteen for each character
+_PPM_OF_A_PER_CENT = 1e4
+_LAND = 0.02  # of the characters, from which on land is told from sea
+
+
+def sketch_of(projection: projections.Projection, region: regions.Place, output: Path | None = None) -> list[str]:
+    """Lines of an ASCII map of the region: scale errors in four shades, and a legend.
+
+    Empty if the map cannot be drawn, as for a set of points, or in a narrow terminal.
+    """
+    widest = min(_WIDEST, room_in(output) or _WIDEST)
+    if not region.area_km2 or widest < _NARROWEST:
+        return []
+    place = surfaces.shown_part(region)
+    _, south, _, north = place.bounds
+    longest = np.cos(np.radians(max(south, -north, 0.0)))
+    step = np.sqrt(surfaces.longitude_width(place.bounds) * longest * (north - south) / (_TRIANGLES / 2))
+    try:
+        surface = surfaces.surface_of(projection, place, float(step))
+    except ValueError:  # nothing of it is drawn, and the figures say so
+        return []
+    cells, values, land = _in_characters(surface, place, widest)
+    if not np.isfinite(values).any():
+        return []
+    return _drawn(cells, values, land, unicode=takes_blocks(output))
+
+
+def _in_characters(
+    surface: surfaces.Surface, region: regions.Place, widest: int
+) -> tuple[BoolArray, FloatArray, BoolArray]:
+    """Per character (rows, columns): on the map, mean scale error, mostly land."""
+    lon, lat = (values[surface.source] for values in surface.lonlat())
+    measured = surfaces.field(surface, matrices.get_measure("scale_error_ppm"))
+    triangles = surface.triangles[np.isfinite(measured[surface.triangles]).all(axis=1)]
+    triangles = triangles[np.asarray(region.contains(lon[triangles[:, 0]], lat[triangles[:, 0]]))]
+    x, y = surface.x[triangles].mean(axis=1), surface.y[triangles].mean(axis=1)
+    if not x.size:
+        return (np.zeros((1, 1), dtype=bool), np.full((1, 1), np.nan), np.zeros((1, 1), dtype=bool))
+    width, height = max(np.ptp(x), 1e-9), max(np.ptp(y), 1e-9)
+    columns = int(np.clip(_HIGHEST * _TALL * width / height, 1, widest))
+    rows = int(np.clip(round(columns * height / width / _TALL), 1, _HIGHEST))
+    column = np.minimum((columns * (x - x.min()) / width).astype(int), columns - 1)
+    row = np.minimum((rows * (y.max() - y) / height).astype(int), rows - 1)
+    place = row * columns + column
+    count = np.bincount(place, minlength=rows * columns)
+
+    def mean(values: FloatArray) -> FloatArray:
+        """Mean of the triangles' values in each character; NaN without any."""
+        total = np.bincount(place, weights=values, minlength=count.size)
+        return np.divide(total, count, out=np.full(count.size, np.nan), where=count > 0).reshape(rows, columns)
+
+    land = np.ones(len(triangles))  # as all is on other bodies
+    if not surface.domain.projection.is_of_another_body:
+        outline = earth.land_within(surface.domain.region.bounds, surfaces.coast_resolution(surface))
+        first = triangles[:, 0]
+        land *= False if outline.is_empty else regions.get_region(outline).contains(lon[first], lat[first])
+    return (count > 0).reshape(rows, columns), mean(measured[triangles].mean(axis=1)), mean(land) > 0.5
+
+
+def _drawn(cells: BoolArray, values: FloatArray, land: BoolArray, *, unicode: bool) -> list[str]:
+    """Lines of the map and its legend: four shades, each for a quarter of the shaded characters."""
+    shades, sea = ("░▒▓█", "·") if unicode else ("-+x#", ".")
+    apart = land.sum() >= _LAND * cells.sum() and not (land | ~cells).all()
+    shaded = land if apart else cells
+    known = values[shaded & np.isfinite(values)]
+    if not known.size:
+        return []
+    levels = np.quantile(known, [0.25, 0.5, 0.75])
+    picture = np.full(cells.shape, " ")
+    picture[cells] = sea if apart else " "
+    number = np.searchsorted(levels, values)
+    for k, shade in enumerate(shades):
+        picture[shaded & np.isfinite(values) & (number == k)] = shade
+    ends = [*levels, float(known.max())]
+    unit, name = (_PPM_OF_A_PER_CENT, "%") if ends[-1] >= _PPM_OF_A_PER_CENT else (1.0, "ppm")
+    texts = [f"{shade} to {certain(float(f'{end / unit:.2g}'))}" for shade, end in zip(shades, ends, strict=True)]
+    legend = f"Scale error: {', '.join(texts)} {name}{f'; {sea} sea' if apart else ''}"
+    return [*("".join(line).rstrip() for line in picture), legend]

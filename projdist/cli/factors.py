@@ -10,18 +10,15 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from projdist import answers, gis, plots, projections, support
 from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, tell_problems
-from projdist.cli.formats import CSV, TABLE, drawing, present, tell_written
 from projdist.cli.number_format import fixed, label_of, shortened
-from projdist.cli.report import Column, Report, Table
-from projdist.projections import Projection
-from projdist.support import has_decimal_comma, is_number, is_stream, plain, separator_of
+from projdist.cli.report import CSV, TABLE, Column, Report, Table, drawing, present, tell_written
 
 _DECIMALS = {"x": 3, "y": 3, "omega": 6, "theta": 6, "convergence": 6}
 _PROFILE_DECIMALS = _DECIMALS | {"azimuth": 4, "height": 3}
@@ -57,12 +54,14 @@ def factors_command(
         form = opt.format_of(format or TABLE)
     if (coordinates is None) == (at is None):
         refuse("Invalid points. They must be LON LAT..., - for stdin, or --at FILE. See 'projdist factors --help'.")
-    table = path if path is not None and path.suffix.lower() in _TABLE_SUFFIXES and not is_stream(path) else None
+    suffix = None if path is None or support.is_stream(path) else path.suffix.lower()
+    table = path if suffix in _TABLE_SUFFIXES else None
     with refusing():
-        measured = Projection.from_user_input(projection)
+        measured = projections.Projection.from_user_input(projection)
+    frame, found = None, dict[str, Any]()
     if at is not None:
-        if path is not None and not is_stream(path):
-            if path.suffix.lower() not in _SUFFIXES:
+        if suffix is not None:
+            if suffix not in _SUFFIXES:
                 refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}.")
             if form != TABLE:
                 refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
@@ -74,26 +73,28 @@ def factors_command(
                 if table is not None:
                     opt.check_libraries(table)
                 frame = answers.factors(measured, gis.read_points(at), measures=names, prefix=prefix)
-                if table is not None:
-                    _write_frame(measured, frame, table, overwrite)
-                    return
-                header, rows = _frame_rows(measured, frame)
-        named = {"projection": projection, "name": measured.name, "definition": measured.definition}
-        present(factors_report(named | {"results": rows}, header), form, path, overwrite)
-        return
-    with refusing():
-        points = read_points(coordinates or [], sys.stdin)
-    found = answers.factors(measured, points.lon, points.lat, measures=names)
-    result = found.to_dict() | {"projection": projection}
-    if any(points.text):
-        for row, text in zip(result["results"], points.text, strict=True):
-            row["text"] = text
-    if table is not None:
-        opt.check_libraries(table)
-        _write_frame(measured, gis.frame_of(result["results"]), table, overwrite)
+                header, rows = _frame_rows(measured, frame) if table is None else ([], [])
+        found = {"projection": projection, "name": measured.name, "definition": measured.definition, "results": rows}
+        problems = []
     else:
-        present(factors_report(result, ["lon", "lat", *found.columns()]), form, path, overwrite)
-    tell_problems(points.problems)
+        with refusing():
+            points = read_points(coordinates or [], sys.stdin)
+        factors = answers.factors(measured, points.lon, points.lat, measures=names)
+        header, problems = ["lon", "lat", *factors.columns()], points.problems
+        found = factors.to_dict() | {"projection": projection}
+        if any(points.text):
+            for row, text in zip(found["results"], points.text, strict=True):
+                row["text"] = text
+        if table is not None:
+            opt.check_libraries(table)
+            frame = gis.frame_of(found["results"])
+    if table is None:
+        present(factors_report(found, header), form, path, overwrite)
+    else:
+        with drawing(table):
+            gis.save_points(measured, frame, table, overwrite=overwrite)
+        tell_written(table)
+    tell_problems(problems)
 
 
 def factors_report(found: Mapping[str, Any], header: Sequence[str]) -> Report:
@@ -123,7 +124,7 @@ def _cell(name: str, value: Any) -> str:
 
 
 def _measured_text(
-    projection: Projection, at: str, measures: Sequence[str], prefix: str, form: str
+    projection: projections.Projection, at: str, measures: Sequence[str], prefix: str, form: str
 ) -> tuple[list[str], list[dict[str, Any]]]:
     """Header and rows of a text table with measures added; its own cells stay text, with decimal points."""
     read = projections.read_point_table(Path(at), f"Invalid points file '{at}'.")
@@ -134,7 +135,7 @@ def _measured_text(
     projections.check_new_names(header, columns)
     names = [*header, *columns]
     table = [
-        dict(zip(names, [*row, *map(plain, values)], strict=True))
+        dict(zip(names, [*row, *map(support.plain, values)], strict=True))
         for row, *values in zip(rows, *columns.values(), strict=True)
     ]
     if form != CSV:
@@ -143,20 +144,14 @@ def _measured_text(
     return names, table
 
 
-def _frame_rows(projection: Projection, frame: Any) -> tuple[list[str], list[dict[str, Any]]]:
+def _frame_rows(projection: projections.Projection, frame: Any) -> tuple[list[str], list[dict[str, Any]]]:
     """Header and rows of a frame without geometries; cells are numbers, texts or None."""
     table, figures = gis.plain_table(projection, frame), (str, int, float, np.generic, type(None))
     rows = [
-        {name: plain(value) if isinstance(value, figures) else str(value) for name, value in row.items()}
+        {name: support.plain(value) if isinstance(value, figures) else str(value) for name, value in row.items()}
         for row in table.to_dict("records")
     ]
     return [str(name) for name in table.columns], rows
-
-
-def _write_frame(projection: Projection, frame: Any, path: Path, overwrite: bool) -> None:
-    with drawing(path):
-        gis.save_points(projection, frame, path, overwrite=overwrite)
-    tell_written(path)
 
 
 # ---- points --------------------------------------------------------------------------------------
@@ -209,32 +204,20 @@ def read_points(words: Sequence[str], lines: Iterable[str]) -> GivenPoints:
     return points
 
 
-class _Header(NamedTuple):
-    """Column numbers of longitude and latitude, and the separator; None for blanks."""
-
-    columns: tuple[int, int]
-    separator: str | None
-
-
 def _read_lines(points: GivenPoints, lines: Iterable[str]) -> None:
     """Read points from lines, the first of which may be a header."""
-    header: _Header | None = None
-    first = True
+    first, columns, separator = True, None, None
     for number, line in enumerate(lines, start=1):
         text = line.lstrip("\ufeff").strip()
         if not text or text.startswith("#"):
             continue
         try:
             if first:
-                first, separator = False, separator_of(text)
+                first, separator = False, support.separator_of(text)
                 columns = projections.coordinate_columns(_cells(text, separator))
                 if columns is not None:
-                    header = _Header(columns, separator)
                     continue
-            if header is None:
-                _read_line(points, text)
-            else:
-                _read_row(points, text, header)
+            points.add(*(_read_line(text) if columns is None else _read_row(text, columns, separator)))
         except ValueError as error:
             points.problems.append(f"line {number}: {error}")
 
@@ -248,29 +231,30 @@ def _cells(text: str, separator: str | None) -> list[str]:
     return [cell.strip() for cell in support.with_decimal_points([(1, row)])[0][1]]
 
 
-def _read_row(points: GivenPoints, line: str, header: _Header) -> None:
-    """Add the point of a line below a header, the other cells for its label; raises ValueError."""
-    separator = header.separator
+def _read_row(line: str, columns: tuple[int, int], separator: str | None) -> tuple[tuple[float, float], str]:
+    """The point of a line below a header, the other cells for its label; raises ValueError."""
     if separator is None:
         words = line.split()
-        coordinates = [words[place] for place in header.columns] if len(words) > max(header.columns) else [""]
-        if not all(is_number(word) or has_decimal_comma(word) for word in coordinates):
-            separator = separator_of(line)
+        coordinates = [words[place] for place in columns] if len(words) > max(columns) else [""]
+        if not all(support.is_number(word) or support.has_decimal_comma(word) for word in coordinates):
+            separator = support.separator_of(line)
     cells = _cells(line, separator)
-    if len(cells) <= max(header.columns):
+    if len(cells) <= max(columns):
         raise ValueError(f"Invalid point '{shortened(line, _LONGEST)}'. It has no cell for each of lon and lat.")
-    lon, lat = ("nan" if cells[place] in support.MISSING else cells[place] for place in header.columns)
-    points.add(_point(lon, lat), " ".join(cell for k, cell in enumerate(cells) if k not in header.columns))
+    lon, lat = ("nan" if cells[place] in support.MISSING else cells[place] for place in columns)
+    return _point(lon, lat), " ".join(cell for k, cell in enumerate(cells) if k not in columns)
 
 
-def _read_line(points: GivenPoints, line: str) -> None:
-    """Add the point of a line `lon lat [text]`, or with its name first; raises ValueError."""
-    separator = separator_of(line)
+def _read_line(line: str) -> tuple[tuple[float, float], str]:
+    """The point of a line `lon lat [text]`, or with its name first; raises ValueError."""
+    separator = support.separator_of(line)
     if separator in (";", "\t"):
         cells = _cells(line, separator)
-        if len(cells) > 1 and (is_number(cells[1]) or not has_decimal_comma(line.partition(separator)[0])):
+        if len(cells) > 1 and (
+            support.is_number(cells[1]) or not support.has_decimal_comma(line.partition(separator)[0])
+        ):
             line = " ; ".join(cells)
-    elif separator is None and all(map(has_decimal_comma, line.split())):
+    elif separator is None and all(map(support.has_decimal_comma, line.split())):
         raise ValueError(
             f"Invalid point '{shortened(line, _LONGEST)}'. A semicolon must stand between numbers with decimal commas."
         )
@@ -279,9 +263,8 @@ def _read_line(points: GivenPoints, line: str) -> None:
         raise ValueError(f"Invalid point '{shortened(line, _LONGEST)}'. It must be 'lon lat [text]'.")
     rest = re.split(r"\s*[,;]\s*|\s+", words[2]) if len(words) > 2 else []
     if len(rest) == 1 and _angle(words[0]) is None and None not in (_angle(words[1]), _angle(rest[0])):
-        points.add(_point(words[1], rest[0]), words[0])  # its name comes first
-    else:
-        points.add(_point(words[0], words[1]), words[2] if len(words) > 2 else "")
+        return _point(words[1], rest[0]), words[0]  # its name comes first
+    return _point(words[0], words[1]), words[2] if len(words) > 2 else ""
 
 
 _FIGURE = r"(\d+(?:\.\d*)?|\.\d+)"
@@ -356,7 +339,7 @@ def profile_command(
         tables=[Table(rows, [Column(name, show=functools.partial(_profile_cell, name)) for name in rows[0]])],
         notes=[*_notes(found)],
         data=lambda: result,
-        written=[picture] if picture and not is_stream(picture.path) else [],
+        written=[picture] if picture and not support.is_stream(picture.path) else [],
     )
     present(report, *target)
 

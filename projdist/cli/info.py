@@ -1,27 +1,26 @@
-"""The command `info`, with an ASCII map of the scale error."""
+"""The commands that tell what there is: `info` of a projection, `find`, `list` and `tables`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterable, Iterator
 from typing import Any
 
-import numpy as np
-
-from projdist import plots, surfaces
-from projdist._typing import BoolArray, FloatArray
-from projdist.cli import number_format
+from projdist import answers, decisions, earth, field, matrices, numerics, plots, projections, regions, support
 from projdist.cli import options as opt
-from projdist.cli.errors import refusing, working
-from projdist.cli.formats import TABLE, present, room_in, takes_blocks
-from projdist.cli.number_format import certain, first_digit, label_of, per_cent, rounded, size_text, with_error
-from projdist.cli.report import Column, Mapped, Report, Table
-from projdist.decisions import MapInfo, info
-from projdist.earth import land_within, latitude_text, longitude_text
-from projdist.matrices import get_measure
-from projdist.projections import Projection
-from projdist.regions import Box, Place, get_region
-from projdist.support import listed
+from projdist.cli.draw import sketch_of
+from projdist.cli.errors import refuse, refusing, working
+from projdist.cli.number_format import (
+    certain,
+    first_digit,
+    fixed,
+    label_of,
+    per_cent,
+    rounded,
+    shortened,
+    size_text,
+    with_error,
+)
+from projdist.cli.report import TABLE, Column, Mapped, Report, Table, listing, present
 
 _SAME = 5  # codes of CRSs of the same map: how many are named
 _LONGEST = 100  # characters of a text
@@ -51,7 +50,7 @@ def info_command(
     picture = opt.picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
     area = opt.region_given(region, [projection])
     with refusing(), working("Measuring"):
-        found = info(projection, area)
+        found = decisions.info(projection, area)
     if picture is not None:
         shown: dict[str, Any] = {"measure": _MEASURE, "airy_kavrayskiy": [found.airy_kavrayskiy.raw]}
         picture.save(plots.heatmap_figure, found.projection, region=found.region, **shown)
@@ -79,22 +78,22 @@ def info_command(
 # ---- the card -------------------------------------------------------------------------------
 
 
-def _card(found: MapInfo) -> Iterator[tuple[str, str | None]]:
+def _card(found: decisions.MapInfo) -> Iterator[tuple[str, str | None]]:
     """Rows (label, text) of the card; unknown facts have no text."""
     stated, definition = found.crs_metadata, found.projection.definition
     yield "kind", stated.kind
     if stated.deprecated:
-        instead = f"; use {listed(stated.replaced_by, 'or')} instead" if stated.replaced_by else ""
+        instead = f"; use {support.listed(stated.replaced_by, 'or')} instead" if stated.replaced_by else ""
         yield "status", f"deprecated{instead}"
     kept = [f"{_KEEPS[name]} ({name}, to {first_digit(found.departures[name])})" for name in found.keeps]
-    yield "keeps", f"{listed(kept, 'and') if kept else 'neither angles, areas nor distances'}, as measured"
+    yield "keeps", f"{support.listed(kept, 'and') if kept else 'neither angles, areas nor distances'}, as measured"
     if found.promises and found.promises not in found.keeps:
         yield "should keep", f"{_KEEPS[found.promises]}, by its method: it is not {found.promises} as measured"
     yield "area of use", _short(stated.area_name)
     if found.projection.area_of_use is not None:
         west, south, east, north = found.projection.area_of_use
-        longitudes = f"{longitude_text(west)} to {longitude_text(east)}"
-        yield "bounds", f"{longitudes}, {latitude_text(south)} to {latitude_text(north)}"
+        longitudes = f"{earth.longitude_text(west)} to {earth.longitude_text(east)}"
+        yield "bounds", f"{longitudes}, {earth.latitude_text(south)} to {earth.latitude_text(north)}"
     yield "made for", _short(stated.scope)
     yield "datum", stated.datum
     yield "based on", stated.geographic_crs
@@ -120,13 +119,13 @@ def _card(found: MapInfo) -> Iterator[tuple[str, str | None]]:
 def _short(text: str | None) -> str:
     """Text shortened to `_LONGEST` characters, or to the colon before a list."""
     text = " ".join((text or "").split()).rstrip(".")
-    return text if len(text) <= _LONGEST else number_format.shortened(text.partition(": ")[0], _LONGEST)
+    return text if len(text) <= _LONGEST else shortened(text.partition(": ")[0], _LONGEST)
 
 
 # ---- the errors -----------------------------------------------------------------------------
 
 
-def _errors(found: MapInfo) -> Table:
+def _errors(found: decisions.MapInfo) -> Table:
     rows = [{"name": _TITLES[name], **spread.to_dict()} for name, spread in found.measures.items()]
     columns = [
         Column("name", "measure"),
@@ -136,7 +135,7 @@ def _errors(found: MapInfo) -> Table:
         Column("at", "largest at", of=_place, left=True),
     ]
     area = found.projection.area_of_use
-    where = "its area of use" if area and found.region == Box(*area) else found.region.name
+    where = "its area of use" if area and found.region == regions.Box(*area) else found.region.name
     return Table(rows, columns, f"Over {where} ({size_text(found.region)})")
 
 
@@ -149,10 +148,10 @@ def _place(row: Any) -> str:
     lon, lat, least, most = (row[key] for key in ("max_lon", "max_lat", "min", "max"))
     if None in (lon, lat, least, most) or _figure(most, row["max_error"]) == _figure(least, row["min_error"]):
         return "-"
-    return f"{longitude_text(round(lon, 2))} {latitude_text(round(lat, 2))}"
+    return f"{earth.longitude_text(round(lon, 2))} {earth.latitude_text(round(lat, 2))}"
 
 
-def _notes(found: MapInfo) -> Iterator[str]:
+def _notes(found: decisions.MapInfo) -> Iterator[str]:
     AK = found.airy_kavrayskiy
     yield (
         f"Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b): {with_error(AK.raw, AK.error)}, after the best "
@@ -164,84 +163,152 @@ def _notes(found: MapInfo) -> Iterator[str]:
         yield "-: the measure has no bound, or its mean diverges."
 
 
-# ---- the ASCII map -------------------------------------------------------------------------------
+# ---- find ----
 
 
-_WIDEST, _HIGHEST = 64, 18  # characters
-_NARROWEST = 16
-_TALL = 2.0  # a character's height over its width
-_TRIANGLES = 16_000  # of a map: some fifteen for each character
-_PPM_OF_A_PER_CENT = 1e4
-_LAND = 0.02  # of the characters, from which on land is told from sea
+_LONGEST_AREA = 48  # characters of the name of an area
+_MOST = 100_000
 
 
-def sketch_of(projection: Projection, region: Place, output: Path | None = None) -> list[str]:
-    """Lines of an ASCII map of the region: scale errors in four shades, and a legend.
-
-    Empty if the map cannot be drawn, as for a set of points, or in a narrow terminal.
-    """
-    widest = min(_WIDEST, room_in(output) or _WIDEST)
-    if not region.area_km2 or widest < _NARROWEST:
-        return []
-    place = surfaces.shown_part(region)
-    _, south, _, north = place.bounds
-    longest = np.cos(np.radians(max(south, -north, 0.0)))
-    step = np.sqrt(surfaces.longitude_width(place.bounds) * longest * (north - south) / (_TRIANGLES / 2))
-    try:
-        surface = surfaces.surface_of(projection, place, float(step))
-    except ValueError:  # nothing of it is drawn, and the figures say so
-        return []
-    cells, values, land = _in_characters(surface, place, widest)
-    if not np.isfinite(values).any():
-        return []
-    return _drawn(cells, values, land, unicode=takes_blocks(output))
-
-
-def _in_characters(surface: surfaces.Surface, region: Place, widest: int) -> tuple[BoolArray, FloatArray, BoolArray]:
-    """Per character (rows, columns): on the map, mean scale error, mostly land."""
-    lon, lat = (values[surface.source] for values in surface.lonlat())
-    measured = surfaces.field(surface, get_measure(_MEASURE))
-    triangles = surface.triangles[np.isfinite(measured[surface.triangles]).all(axis=1)]
-    triangles = triangles[np.asarray(region.contains(lon[triangles[:, 0]], lat[triangles[:, 0]]))]
-    x, y = surface.x[triangles].mean(axis=1), surface.y[triangles].mean(axis=1)
-    if not x.size:
-        return (np.zeros((1, 1), dtype=bool), np.full((1, 1), np.nan), np.zeros((1, 1), dtype=bool))
-    width, height = max(np.ptp(x), 1e-9), max(np.ptp(y), 1e-9)
-    columns = int(np.clip(_HIGHEST * _TALL * width / height, 1, widest))
-    rows = int(np.clip(round(columns * height / width / _TALL), 1, _HIGHEST))
-    column = np.minimum((columns * (x - x.min()) / width).astype(int), columns - 1)
-    row = np.minimum((rows * (y.max() - y) / height).astype(int), rows - 1)
-    place = row * columns + column
-    count = np.bincount(place, minlength=rows * columns)
-
-    def mean(values: FloatArray) -> FloatArray:
-        """Mean of the triangles' values in each character; NaN without any."""
-        total = np.bincount(place, weights=values, minlength=count.size)
-        return np.divide(total, count, out=np.full(count.size, np.nan), where=count > 0).reshape(rows, columns)
-
-    land = np.ones(len(triangles))  # as all is on other bodies
-    if not surface.domain.projection.is_of_another_body:
-        outline, first = land_within(surface.domain.region.bounds, surfaces.coast_resolution(surface)), triangles[:, 0]
-        land *= False if outline.is_empty else get_region(outline).contains(lon[first], lat[first])
-    return (count > 0).reshape(rows, columns), mean(measured[triangles].mean(axis=1)), mean(land) > 0.5
+def find_command(
+    words: list[str] = opt.argument("WORDS...", "In any order, of names, areas of use, methods; or a code."),
+    authority: str = opt.option("NAMES", "Only of EPSG, ESRI, IGNF or IAU_2015, with commas.", ""),
+    deprecated: bool = opt.flag("--deprecated", "Deprecated ones, too."),
+    limit: str = opt.option("NUMBER", "How many to print.", "10"),
+    format: opt.Format = "table",
+) -> None:
+    """Find projected CRSs and named maps by words, the likeliest first."""
+    form, most = opt.format_of(format), opt.whole_number("limit", limit, 1, _MOST)
+    chosen = [name for name in authority.split(",") if name.strip()]
+    with refusing():
+        found = projections.find_crs(" ".join(words), authorities=chosen, deprecated=deprecated, limit=most)
+    if not found.results:
+        refuse(f"Nothing is found for '{support.shown(found.text)}'. {found.advice}", code=1)
+    rows = found.rows()
+    columns = [
+        Column("code", left=True),
+        Column("name", of=lambda row: f"{row['name']} (deprecated)" if row["deprecated"] else row["name"], left=True),
+        Column(
+            "area_name",
+            "area of use",
+            of=lambda row: shortened(row["area_name"].rstrip(".") or "-", _LONGEST_AREA),
+            left=True,
+        ),
+    ]
+    more = found.total - len(rows)
+    notes = [f"{more:,} more: --limit {found.total} shows all."] if more else []
+    present(Report(tables=[Table(rows, columns)], notes=notes, data=found.to_dict, rows=lambda: rows), form)
 
 
-def _drawn(cells: BoolArray, values: FloatArray, land: BoolArray, *, unicode: bool) -> list[str]:
-    """Lines of the map and its legend: four shades, each for a quarter of the shaded characters."""
-    shades, sea = ("░▒▓█", "·") if unicode else ("-+x#", ".")
-    apart = land.sum() >= _LAND * cells.sum() and not (land | ~cells).all()
-    shaded = land if apart else cells
-    known = values[shaded & np.isfinite(values)]
-    if not known.size:
-        return []
-    levels = np.quantile(known, [0.25, 0.5, 0.75])
-    picture = np.full(cells.shape, " ")
-    picture[cells] = sea if apart else " "
-    number = np.searchsorted(levels, values)
-    for k, shade in enumerate(shades):
-        picture[shaded & np.isfinite(values) & (number == k)] = shade
-    ends = [*levels, float(known.max())]
-    unit, name = (_PPM_OF_A_PER_CENT, "%") if ends[-1] >= _PPM_OF_A_PER_CENT else (1.0, "ppm")
-    texts = [f"{shade} to {certain(float(f'{end / unit:.2g}'))}" for shade, end in zip(shades, ends, strict=True)]
-    legend = f"Scale error: {', '.join(texts)} {name}{f'; {sea} sea' if apart else ''}"
-    return [*("".join(line).rstrip() for line in picture), legend]
+# ---- lists ---------------------------------------------------------------------------------------
+
+
+def list_command(
+    what: str = opt.argument("projections|measures|figures|criteria|indices", "What to list."),
+    format: opt.Format = "table",
+) -> None:
+    """List the projections, measures, figures, criteria or published indices that there are."""
+    rows = _LISTS[opt.choice("list", what, _LISTS)]()
+    present(listing(rows), opt.format_of(format))
+
+
+def _rows(found: Iterable[Any], **columns: str) -> list[dict[str, str]]:
+    """Rows of things, whose columns are attributes of theirs."""
+    return [{name: getattr(one, attribute) for name, attribute in columns.items()} for one in found]
+
+
+def _criterion_rows() -> list[dict[str, str]]:
+    """Statistics of a measure, and the published indices."""
+    statistics = {name: (criterion.__doc__ or "").partition("\n")[0] for name, criterion in numerics.CRITERIA.items()}
+    statistics["pNN"] = "Weighted percentile."
+    rows = [{"name": name, "group": "statistics", "definition": text} for name, text in statistics.items()]
+    indices = _index_rows()
+    return [dict.fromkeys(indices[0], "") | row for row in rows] + indices
+
+
+def _index_rows() -> list[dict[str, str]]:
+    same = {name: name for name in ("name", "symbol", "group", "definition", "normalisation")}
+    return _rows(answers.INDICES.values(), **same, scale="scale_dependence", source="source")
+
+
+_LISTS = {
+    "projections": lambda: [
+        {
+            "name": name,
+            "kind": "name" if name in projections.NAMES or name in projections.WORLD_MAPS else "PROJ id",
+            "needs": ", ".join(projections.needed_parameters(name)),
+            "definition": definition,
+        }
+        for name, definition in projections.projection_names().items()
+    ],
+    "measures": lambda: [
+        *_rows(matrices.MEASURES.values(), name="name", symbol="symbol", unit="unit", description="description"),
+        {"name": "scale@AZIMUTH", "symbol": "", "unit": "", "description": "Scale in an azimuth, degrees."},
+    ],
+    # Figures by which maps are ranked and optimised.
+    "figures": lambda: _rows(
+        field.FIGURES.values(), name="name", unit="unit", definition="description", source="source"
+    ),
+    "criteria": _criterion_rows,
+    "indices": _index_rows,
+}
+
+
+# ---- published -----------------------------------------------------------------------------------
+
+
+def tables_command(
+    name: str | None = opt.argument("[NAME]", f"{', '.join(answers.TABLES)}; without it, the list of them.", None),
+    format: str | None = opt.file_format(),
+    output: opt.Output = None,
+    overwrite: opt.Overwrite = False,
+) -> None:
+    """Print a table of the literature beside the same figures computed anew, and what explains the differences."""
+    target = opt.target(format, output, overwrite)
+    with refusing(), working("Computing"):
+        if name is None:
+            report = listing([{"name": table, "source": source} for table, source in answers.TABLES.items()])
+        else:
+            report = _tables_report(answers.tables(name).to_dict())
+    present(report, *target)
+
+
+def _tables_report(found: dict[str, Any]) -> Report:
+    rows = found["results"]
+    explanations = {row["convention"]: row["explanation"] for row in rows if row["convention"]}
+
+    def verdict(row: Any) -> str:
+        return "yes" if row["reproduced"] else "otherwise" if row["explained"] else "no"
+
+    places = [] if rows[0]["lat"] is None else [Column(key, show="{:.9g}".format) for key in ("lon", "lat")]
+    columns: list[Column | str] = [
+        "projection",
+        *places,
+        "measure",
+        Column("published", of=lambda row: f"{row['published']:.{row['decimals']}f}"),
+        Column("value", "ours", of=lambda row: _published("value", row)),
+        Column("error", show=first_digit),
+        Column("difference", of=lambda row: _published("difference", row, "+")),
+        Column("reproduced", "comes out", of=verdict, left=True),
+    ]
+    if explanations:
+        otherwise = Column("value_by_convention", "otherwise", of=lambda row: _published("value_by_convention", row))
+        columns += [otherwise, "convention"]
+    notes = [
+        "Comes out: ours agrees to half a unit of the last digit printed.",
+        *(f"{convention}: {text}" for convention, text in explanations.items()),
+        *sorted({f"Source: {row['source']} ({row['status']})." for row in rows}),
+    ]
+    of_the_globe = {row["definition"]: row["projection"] for row in rows if row["lat"] is None}
+    return Report(
+        title=found["source"],
+        tables=[Table(rows, columns, keys=2 + len(places))],
+        notes=notes,
+        data=lambda: found,
+        maps=Mapped([*of_the_globe], [*of_the_globe.values()], "globe") if of_the_globe else None,
+    )
+
+
+def _published(key: str, row: Any, sign: str = "") -> str:
+    """Figure with two decimals more than the published one."""
+    return "" if row[key] is None else fixed(row[key], row["decimals"] + 2, sign)

@@ -8,17 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from projdist import gis, plots
+from projdist import designs, gis, matrices, plots, support
 from projdist._typing import FloatArray
 from projdist.applications import oldmaps
 from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, working
-from projdist.cli.formats import drawing, present
 from projdist.cli.number_format import fixed
-from projdist.cli.report import Column, Columns, Report, Table
-from projdist.designs import mean_plane_map
-from projdist.matrices import get_measure
-from projdist.support import tell
+from projdist.cli.report import Column, Columns, Report, Table, drawing, present
 
 SHEETS, LAYERS = (".tif", ".tiff"), (".gpkg",)
 PANELS = ("tissot", "heatmap", "rotation", "scale", "grid")
@@ -92,60 +88,41 @@ def oldmap_command(
         return
     opt.choice("measure", measure, DRAWN_MEASURES)
     panels = [opt.choice("panel", word.strip(), PANELS) for text in draw or [] for word in text.split(",")]
-    written: OldMapFile | opt.PictureFile | None
+    path, picture = None, None
     if output is not None and Path(output).suffix.lower() in (*SHEETS, *LAYERS):
         opt.refuse_given(of_pictures, "It is for pictures.", f" for '{output}'")
-        written = OldMapFile(output, image=image, by=by, resolution=resolution, overwrite=pictured.overwrite)
-    else:
-        of_layers = {"--by": by, "--resolution": resolution}
-        opt.refuse_given(of_layers, "It needs a sheet or layers to write: -o FILE.tif or FILE.gpkg.")
-        written = opt.picture_of(output, pictured, beside=(*SHEETS, *LAYERS), **drawn, image=image)
-    with refusing():
-        found = fitted(points[0])
-    if isinstance(written, OldMapFile):
-        written.save(found)
-    elif written is not None:
-        shown: dict[str, Any] = {"draw": panels or PANELS[:_USUAL], "measure": measure, "image": image}
-        written.save(plots.old_map_figure, found, **shown)
-    present(_report(found, points[0], written), form)
-
-
-class OldMapFile:
-    """Path and options of a rectified scan or of layers; invalid ones end the command with 2."""
-
-    def __init__(
-        self, output: str, *, image: str | None, by: str | None, resolution: str | None, overwrite: bool
-    ) -> None:
-        self.path = opt.file_of_kind(output, (*SHEETS, *LAYERS), overwrite)
-        self._overwrite, self._image = overwrite, image
-        self._is_sheet = self.path.suffix.lower() in SHEETS
-        allowed = [name for name in oldmaps.RECTIFIED_BY if self._is_sheet or name != "fit"]
-        usual = "fit" if self._is_sheet else "mdt"
-        self._by = usual if by is None else opt.choice("rectification", by, allowed)
-        self._resolution = opt.number("resolution", resolution, 1e-6, 1e7, " of metres")
-        if not self._is_sheet:
+        path = opt.file_of_kind(output, (*SHEETS, *LAYERS), pictured.overwrite)
+        is_sheet = path.suffix.lower() in SHEETS
+        allowed = [name for name in oldmaps.RECTIFIED_BY if is_sheet or name != "fit"]
+        method = opt.choice("rectification", by or ("fit" if is_sheet else "mdt"), allowed)
+        side = opt.number("resolution", resolution, 1e-6, 1e7, " of metres")
+        if not is_sheet:
             of_sheets = {"--image": image, "--resolution": resolution}
             opt.refuse_given(of_sheets, "It is for pictures and rectified scans.", f" for '{output}'")
         elif image is None:
             refuse(f"Invalid output '{output}'. It needs a scan: --image FILE.")
-        elif self.path.exists() and Path(image).exists() and self.path.samefile(image):
+        elif path.exists() and Path(image).exists() and path.samefile(image):
             refuse(f"Invalid output '{output}'. It is the scan.")
-        opt.check_libraries(self.path)
-
-    def __str__(self) -> str:
-        """The path, as reports name what was written."""
-        return str(self.path)
-
-    def save(self, found: oldmaps.OldMap) -> None:
-        """Write the file, with a notice if it has no CRS; failure ends the command."""
-        with drawing(self.path), working("Drawing"):
-            if self._image is not None:
-                sheet = oldmaps.rectify(found, self._image, by=self._by, resolution=self._resolution)
-                gis.save_sheet(sheet, self.path, crs=found.points.crs, overwrite=self._overwrite)
+        opt.check_libraries(path)
+    else:
+        of_layers = {"--by": by, "--resolution": resolution}
+        opt.refuse_given(of_layers, "It needs a sheet or layers to write: -o FILE.tif or FILE.gpkg.")
+        picture = opt.picture_of(output, pictured, beside=(*SHEETS, *LAYERS), **drawn, image=image)
+    with refusing():
+        found = fitted(points[0])
+    if path is not None:
+        with drawing(path), working("Drawing"):
+            if image is not None:
+                sheet = oldmaps.rectify(found, image, by=method, resolution=side)
+                gis.save_sheet(sheet, path, crs=found.points.crs, overwrite=pictured.overwrite)
             else:
-                gis.save_layers(gis.old_map_layers(found, by=self._by), self.path, overwrite=self._overwrite)
+                gis.save_layers(gis.old_map_layers(found, by=method), path, overwrite=pictured.overwrite)
         if found.points.crs is None:
-            tell(f"'{self.path}' has no CRS, but metres of a plane without a name; --crs states it.")
+            support.tell(f"'{path}' has no CRS, but metres of a plane without a name; --crs states it.")
+    if picture is not None:
+        shown: dict[str, Any] = {"draw": panels or PANELS[:_USUAL], "measure": measure, "image": image}
+        picture.save(plots.old_map_figure, found, **shown)
+    present(_report(found, points[0], path or picture), form)
 
 
 # ---- several maps --------------------------------------------------------------------------------
@@ -154,11 +131,11 @@ class OldMapFile:
 def _several_report(given: Sequence[str], maps: Sequence[oldmaps.OldMap], by: str) -> Report:
     """Report with one row per rectified map, and one for their mean."""
     ground = oldmaps.common_ground(maps, by=by)
-    mean = mean_plane_map(ground.x, ground.y, ground.jacobians, area=ground.area)
+    mean = designs.mean_plane_map(ground.x, ground.y, ground.jacobians, area=ground.area)
     nearest = mean.jacobian(ground.x, ground.y)
 
     def mean_square(jacobian: FloatArray) -> float:
-        return float(ground.area @ get_measure("fisher")(jacobian) ** 2)
+        return float(ground.area @ matrices.get_measure("fisher")(jacobian) ** 2)
 
     measured = [
         {
@@ -172,16 +149,15 @@ def _several_report(given: Sequence[str], maps: Sequence[oldmaps.OldMap], by: st
     ]
     common, own = mean_square(nearest), float(np.mean([mean_square(field) for field in ground.jacobians]))
     rows = [*measured, {"map": "their mean", "distortion": common}]
-    columns: Columns = [
-        "map",
-        Column("points", show="{:,}".format),
-        Column("left_out", "left out", "{:,}".format),
-        Column("distortion", "mean Dist_F^2", _rounded),
-        Column("from_mean", "from the mean", _rounded),
-    ]
+
+    def rounded(square: float) -> str:
+        return f"{square if square > _ROUNDING else 0.0:.4g}"
+
+    counts = [Column("points", show="{:,}".format), Column("left_out", "left out", "{:,}".format)]
+    squares = [Column("distortion", "mean Dist_F^2", rounded), Column("from_mean", "from the mean", rounded)]
     return Report(
         title=f"{len(maps)} old maps, each after its {by}",
-        tables=[Table(rows, columns)],
+        tables=[Table(rows, ["map", *counts, *squares])],
         notes=[
             "Mean Dist_F^2: over the ground that all maps show, from the ground to a map, and from the mean to it. The "
             "mean is the map nearest to all: what they have in common.",
@@ -194,17 +170,13 @@ def _several_report(given: Sequence[str], maps: Sequence[oldmaps.OldMap], by: st
     )
 
 
-def _rounded(square: float) -> str:
-    return f"{square if square > _ROUNDING else 0.0:.4g}"
-
-
 # ---- one map -------------------------------------------------------------------------------------
 
 
 _NAMES = {"mdt": "MDT", "affine": "affine, least squares", "helmert": "Helmert, least squares"}
 
 
-def _report(found: oldmaps.OldMap, given: str, written: opt.PictureFile | OldMapFile | None) -> Report:
+def _report(found: oldmaps.OldMap, given: str, written: object) -> Report:
     data = found.to_dict()
     rectifications = [{"map": _NAMES[name]} | row for name, row in data["rectifications"].items()]
     columns: Columns = [

@@ -10,14 +10,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from projdist import answers, decisions, plots
+from projdist import answers, decisions, plots, projections, regions
 from projdist.cli import options as opt
 from projdist.cli.errors import progress_bar, refuse, refusing, working
-from projdist.cli.formats import CSV, HTML, JSON, TABLE, drawing, present
 from projdist.cli.number_format import change, covers, first_digit, rounded, size_text
-from projdist.cli.report import Column, Columns, Copy, Mapped, Report, Table
-from projdist.projections import Projection, ProjectionLike, number_text
-from projdist.regions import Box, Place, PointSet
+from projdist.cli.report import CSV, HTML, JSON, TABLE, Column, Copy, Mapped, Report, Table, drawing, present
 
 _OPTIMUM_FORMS = (TABLE, "proj", "wkt", JSON, HTML)
 _LDP_FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV, HTML)
@@ -69,7 +66,7 @@ def optimize_command(
             progress=progress,
         )
     name = found.projection.name
-    maps: list[ProjectionLike] = [found.projection, *(one.definition for one in found.baselines)]
+    maps: list[projections.ProjectionLike] = [found.projection, *(one.definition for one in found.baselines)]
     report = Report(
         title=f"{name} for {found.region.name} ({size_text(found.region)})",
         lead=[*_optimum_lead(found)],
@@ -88,7 +85,7 @@ def optimize_command(
     present(report, *target)
 
 
-def _best_existing(region: Place, criterion: str) -> str:
+def _best_existing(region: regions.Place, criterion: str) -> str:
     """The code of the best existing CRS by the criterion of an optimisation; raises ValueError."""
     best = decisions.recommend(region, criterion=criterion, limit=1).results
     if not best:
@@ -98,7 +95,7 @@ def _best_existing(region: Place, criterion: str) -> str:
 
 def _optimum_lead(found: decisions.Optimum) -> Iterator[str]:
     """Parameters and figures of the optimum."""
-    yield from (f"{name:8} {number_text(value)}" for name, value in found.parameters.items())
+    yield from (f"{name:8} {projections.number_text(value)}" for name, value in found.parameters.items())
     yield f"Airy-Kavrayskiy {_shown(found.airy_kavrayskiy)}"
     if found.criterion != "airy_kavrayskiy":
         yield f"{found.criterion} {_shown(found.value, found.error_estimate)} {found.unit}".rstrip()
@@ -132,7 +129,7 @@ def _optimum_tables(found: decisions.Optimum) -> Iterator[Table]:
     yield Table(rows, ["map", value, Column("against_this", "against this", change), "definition"])
     if found.roundings:
         costs = [{"step": one.step, "cost": 1.0 + one.loss} | one.parameters for one in found.roundings]
-        parameters = [Column(name, show=number_text) for name in found.roundings[0].parameters]
+        parameters = [Column(name, show=projections.number_text) for name in found.roundings[0].parameters]
         step = Column("step", "rounded to", "{:g} deg".format)
         yield Table(costs, [step, Column("cost", "costs", change), *parameters])
 
@@ -177,7 +174,7 @@ def ldp_command(
     """Design a low-distortion projection: grid distances as on the ground, at ellipsoidal heights."""
     target = opt.page_target(format, output, pictured.overwrite, _LDP_FORMS)
     area = opt.region_of(region)
-    own = isinstance(area, PointSet) and area.height is not None
+    own = isinstance(area, regions.PointSet) and area.height is not None
     if (heights is not None) + (height is not None) > 1 or not (own or heights or height):
         refuse("Invalid heights. There must be either --heights FILE or --height METRES.")
     picture = opt.picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
@@ -202,16 +199,16 @@ def ldp_command(
     # A page shows the design and its baselines, with scales on the ground at the mean height.
     mean = float(np.average(found.height, weights=found.weight))
     at = f"at {mean:,.0f} m" if np.ptp(found.height) < 0.5 else f"at the mean height, {mean:,.0f} m"
-    maps: list[ProjectionLike] = [found.projection, *(against or [])]
+    maps: list[projections.ProjectionLike] = [found.projection, *(against or [])]
     labels = [found.family, *(label for label, _ in found.baselines)]
     titles = [f"{label}, on the ground {at}" for label, _ in zip(labels, maps, strict=False)]
-    place = Box.between(found.region.bounds) if isinstance(found.region, PointSet) else found.region
+    place = regions.Box.between(found.region.bounds) if isinstance(found.region, regions.PointSet) else found.region
     copies = {"proj": found.proj, "wkt": found.wkt, "esri": found.esri}
     points = {"lon": found.lon, "lat": found.lat, "height": found.height, "ppm": found.ppm}
     report = Report(
         title=f"{found.projection.name} for {found.region.name} ({size_text(found.region)}), by {found.criterion}",
         lead=[
-            f"{key:6} {_degrees(value) if key in _ANGLES else number_text(value)}"
+            f"{key:6} {_degrees(value) if key in _ANGLES else projections.number_text(value)}"
             for key, value in found.parameters.items()
         ],
         tables=[_ldp_table(found)],
@@ -246,8 +243,8 @@ def _degrees(value: float) -> str:
     seconds: Any = round(abs(value) * 3600.0, 5)
     minutes, seconds = divmod(seconds, 60.0)
     degrees, minutes = divmod(int(minutes), 60)
-    sign, shown = "-" if value < 0 else "", number_text(round(seconds, 5)).zfill(2)
-    return f"{sign}{degrees}°{minutes:02d}'{shown}\"  ({number_text(round(value, 9))})"
+    sign, shown = "-" if value < 0 else "", projections.number_text(round(seconds, 5)).zfill(2)
+    return f"{sign}{degrees}°{minutes:02d}'{shown}\"  ({projections.number_text(round(value, 9))})"
 
 
 def _ldp_table(found: decisions.LDP) -> Table:
@@ -305,7 +302,7 @@ def correct_command(
     opt.choice("constraint", constraint, answers.CONSTRAINTS)
     picture = opt.picture_of(output, pictured, step=step, beside=(opt.PAGE_SUFFIX,))
     with refusing():
-        measured = Projection.from_user_input(projection)
+        measured = projections.Projection.from_user_input(projection)
         if local is not None:
             if criterion != "mean":
                 refuse("Invalid option '--criterion' with --local. Local corrections are by the mean.")
@@ -338,7 +335,11 @@ def correct_command(
 
 
 def _present_local(
-    projection: Projection, region: Place | None, radius: str, picture: opt.PictureFile | None, form: str
+    projection: projections.Projection,
+    region: regions.Place | None,
+    radius: str,
+    picture: opt.PictureFile | None,
+    form: str,
 ) -> None:
     """Draw the field of local corrections, or print it as JSON."""
     if form not in (TABLE, JSON):
@@ -375,11 +376,12 @@ def _correction_table(result: answers.Correction) -> Table:
         else:
             continue
         rows.append({"map": name, "value": value, "error": result.error_estimate} | more)
-    columns: Columns = ["map", Column("value", "Airy-Kavrayskiy", rounded, error="error")]
-    if result.spread is not None:
-        columns.append(Column("mean", "mean distortion", rounded, error="mean_error"))
-        columns.append(Column("half", "half the area below", rounded, error="half_error"))
-    return Table(rows, columns)
+    spreads = [
+        Column("mean", "mean distortion", rounded, error="mean_error"),
+        Column("half", "half the area below", rounded, error="half_error"),
+    ]
+    airy = Column("value", "Airy-Kavrayskiy", rounded, error="error")
+    return Table(rows, ["map", airy, *(spreads if result.spread is not None else [])])
 
 
 def _correction_notes(result: answers.Correction) -> Iterator[str]:

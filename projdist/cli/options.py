@@ -12,13 +12,9 @@ from typing import Annotated, Any, NamedTuple, overload
 
 import typer
 
-from projdist import gis, plots
+from projdist import gis, matrices, plots, projections, regions, support
 from projdist.cli.errors import cannot_write, fail, refuse, refusing, working
-from projdist.cli.formats import FORMATS, HTML, TABLE, drawing
-from projdist.matrices import get_measure
-from projdist.projections import Projection, ProjectionError
-from projdist.regions import Place, get_region, region_for, weighted_points
-from projdist.support import is_stream, notices_kept, refuse_existing
+from projdist.cli.report import FORMATS, HTML, TABLE, drawing
 
 
 def argument(metavar: str, help: str, default: Any = ...) -> Any:
@@ -140,7 +136,7 @@ def measure_names(given: list[str] | None) -> list[str]:
     names = names_of(given)
     with refusing():
         for name in names:
-            get_measure(name)
+            matrices.get_measure(name)
     return names
 
 
@@ -176,33 +172,33 @@ def number(name: str, text: str | None, low: float, high: float, unit: str = "")
     return value
 
 
-def region_given(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> Place | None:
+def region_given(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> regions.Place | None:
     """Region of `--region`, None for the default of the maps; with weights the default is the globe."""
     return None if text is None and weight is None else region_of("globe" if text is None else text, weight, maps)
 
 
-def region_of(text: str, weight: str | None = None, maps: Iterable[str] = ()) -> Place:
+def region_of(text: str, weight: str | None = None, maps: Iterable[str] = ()) -> regions.Place:
     """Region of a text, possibly weighted; prints notes on repairs."""
     known = []
-    with notices_kept():  # they are left to the measuring
+    with support.notices_kept():  # they are left to the measuring
         for one in maps:
-            with contextlib.suppress(ProjectionError):
-                known.append(Projection.from_user_input(one))
+            with contextlib.suppress(projections.ProjectionError):
+                known.append(projections.Projection.from_user_input(one))
     with refusing():
         if weight is not None:
             region = _weighted(text, weight)
         else:
-            region = region_for(text, known) if known else get_region(text)
+            region = regions.region_for(text, known) if known else regions.get_region(text)
     for note in region.notes:
         fail(note)
     return region
 
 
-def _weighted(text: str, weight: str) -> Place:
+def _weighted(text: str, weight: str) -> regions.Place:
     """A region with the weights of a raster or a column."""
     path, mark, band = weight.partition("#")
     if Path(path).suffix.lower() not in RASTER_SUFFIXES:
-        return weighted_points(text, weight)
+        return regions.weighted_points(text, weight)
     if mark and not band.isdecimal():
         raise ValueError(f"Invalid band '{band}' of '{path}'. It must be a number.")
     return gis.weighted(text, path, band=int(band or 1))
@@ -238,7 +234,7 @@ def target(
     """
     path = None if output is None else output_file(output, overwrite)
     stated = None if text is None else format_of(text, forms)
-    suffix = "" if path is None or is_stream(path) else path.suffix.lower()
+    suffix = "" if path is None or support.is_stream(path) else path.suffix.lower()
     told = _TOLD_BY.get(suffix)
     if suffix not in (*_OF_ANY, *others) and told not in forms:
         allowed = [*(known for known, form in _TOLD_BY.items() if form in forms), *others, *filter(None, _OF_ANY)]
@@ -269,7 +265,7 @@ def output_file(text: str, overwrite: bool) -> Path:
         if not path.parent.is_dir():
             refuse(f"Invalid output '{text}'. There is no directory '{path.parent}'.")
         if not overwrite:
-            refuse_existing(path)
+            support.refuse_existing(path)
     except FileExistsError as error:
         refuse(str(error), error)
     except OSError as error:

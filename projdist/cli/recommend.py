@@ -7,19 +7,22 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
-from projdist import decisions, designs, gis, plots
+from projdist import decisions, designs, field, gis, plots, projections
 from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, executor_opened, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing
-from projdist.cli.formats import TABLE, drawing, present, tell_written
 from projdist.cli.number_format import area_text, certain, change, per_cent, rounded, shortened, size_text
-from projdist.cli.report import Column, Columns, Mapped, Report, Row, Table
-from projdist.field import get_figure
-from projdist.projections import OF_A_SPHERE, check_authorities
+from projdist.cli.report import TABLE, Column, Columns, Mapped, Report, Row, Table, drawing, present, tell_written
 
 _DRAWN = 4  # maps in the picture
 _KINDS = ("conformal", "equal-area")  # purposes that have a limit of their own
 _ROUNDING = 1e-6  # of an angle, degrees
+_REJECTED = {
+    "Its area of use": "whose area of use holds too little of the region",
+    "It can be projected": "that project too little of it",
+    decisions.INTERRUPTED: "that are interrupted",
+    projections.OF_A_SPHERE: "on a sphere",
+}
 _LONGEST = 40  # characters of the name of an area, up to its first full stop
 
 
@@ -110,9 +113,12 @@ def _report(result: decisions.Recommendation, mapped: Mapped, picture: opt.Pictu
     if own:
         name, definition = Column("method", "name", "custom {}".format), Column("proj", "definition")
         tables.append(Table(own, [name, *_figures(result.criterion), definition]))
+    share, value = Column("share", "in area", per_cent), Column("value", result.criterion, certain)
+    columns: Columns = ["code", Column("name", "zone"), share, value, "max_scale_error_ppm"]
+    tables += [Table(one.zones, columns, _zones_text(len(one.zones), one)) for one in result.zones]
     return Report(
         title=f"{result.region.name} ({size_text(result.region)}), {result.purpose}, by {result.criterion}",
-        tables=[*tables, *(_zones(system, result.criterion) for system in result.zones)],
+        tables=tables,
         notes=[*_notes(result)],
         data=result.to_dict,
         rows=lambda: finite_rows,
@@ -124,6 +130,10 @@ def _report(result: decisions.Recommendation, mapped: Mapped, picture: opt.Pictu
 
 def _columns(result: decisions.Recommendation) -> Iterator[Column | str]:
     """Columns of existing CRSs."""
+
+    def made_for(row: Row) -> str:
+        return "national" if row["national"] else "continent or world" if row["wide"] else ""
+
     yield from ("code", "name")
     yield Column("method", show=lambda method: method.replace("_", " "))
     yield Column("ranked", "ranks by", certain)
@@ -135,12 +145,18 @@ def _columns(result: decisions.Recommendation) -> Iterator[Column | str]:
     if result.custom:
         yield Column("ratio_to_custom", "against custom", change)
     yield from ("cut_km", "coverage", "share_in_area_of_use")
-    yield Column("national", "made for", of=_made_for, left=True)
+    yield Column("national", "made for", of=made_for, left=True)
     yield Column("area_of_use", "area of use", lambda text: shortened(text.partition(". ")[0].rstrip("."), _LONGEST))
 
 
 def _figures(criterion: str) -> Iterator[Column | str]:
     """Columns of the figures of a CRS."""
+
+    def span(row: Row) -> str:
+        """Range of areal scales with certain decimals: `0.99920 .. 1.00426`."""
+        ends = ((row[f"{end}_areal_scale"], row[f"{end}_areal_scale_error"]) for end in ("min", "max"))
+        return " .. ".join("inf" if math.isinf(value) else rounded(value, max(error, 1e-5)) for value, error in ends)
+
     yield Column("value", criterion, certain, error=f"{criterion}_error")
     yield from ("max_scale_error_ppm", "mean_scale_error_ppm")
     yield Column(
@@ -149,15 +165,8 @@ def _figures(criterion: str) -> Iterator[Column | str]:
         lambda degrees, error: "0" if abs(degrees) < _ROUNDING else certain(degrees, error),
         error="max_omega_error",
     )
-    yield Column("max_areal_scale", "areal scale", of=_span)
+    yield Column("max_areal_scale", "areal scale", of=span)
     yield "keeps"
-
-
-def _zones(system: decisions.ZoneSystem, criterion: str) -> Table:
-    """Table of a zone system, titled with its largest scale error."""
-    share, value = Column("share", "in area", per_cent), Column("value", criterion, certain)
-    columns: Columns = ["code", Column("name", "zone"), share, value, "max_scale_error_ppm"]
-    return Table(system.zones, columns, _zones_text(len(system.zones), system))
 
 
 def _zones_text(count: int, system: decisions.ZoneSystem | designs.AtlasZones) -> str:
@@ -208,32 +217,17 @@ def _notes(result: decisions.Recommendation) -> Iterator[str]:
     if result.custom:
         yield "Custom: the best of each family that suits the region, on WGS 84; against custom: of them all."
     yield from (f"No custom {one.name}: {one.reason}" for one in result.not_custom)
-    reasons = Counter(_kind(rejected.reason) for rejected in result.rejected)
+
+    def of_kind(reason: str) -> str:
+        """Kind of a reason for rejection, in the plural."""
+        return next(
+            (words for start, words in _REJECTED.items() if reason.startswith(start)), "that PROJ cannot compute"
+        )
+
+    reasons = Counter(of_kind(rejected.reason) for rejected in result.rejected)
     counts = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
     tried = f"{result.candidates} CRSs were tried, {result.maps} different maps serve the purpose."
     yield f"{tried} Rejected (listed in JSON): {counts}." if counts else tried
-
-
-def _kind(reason: str) -> str:
-    """Kind of a reason for rejection, in the plural."""
-    if reason.startswith("Its area of use"):
-        return "whose area of use holds too little of the region"
-    if reason.startswith("It can be projected"):
-        return "that project too little of it"
-    if reason == decisions.INTERRUPTED:
-        return "that are interrupted"
-    return "on a sphere" if reason.startswith(OF_A_SPHERE) else "that PROJ cannot compute"
-
-
-def _span(row: Row) -> str:
-    """Range of areal scales with certain decimals: `0.99920 .. 1.00426`."""
-    ends = ((row[f"{end}_areal_scale"], row[f"{end}_areal_scale_error"]) for end in ("min", "max"))
-    return " .. ".join("inf" if value == float("inf") else rounded(value, max(error, 1e-5)) for value, error in ends)
-
-
-def _made_for(row: Row) -> str:
-    """Extent that the CRS is made for: national, or continent or world."""
-    return "national" if row["national"] else "continent or world" if row["wide"] else ""
 
 
 # ---- many regions --------------------------------------------------------------------------------
@@ -246,8 +240,8 @@ def _recommend_regions(
     criterion = options["criterion"]
     with refusing():
         decisions.get_purpose(options["purpose"])
-        get_figure(criterion)
-        check_authorities(options["authorities"])
+        field.get_figure(criterion)
+        projections.check_authorities(options["authorities"])
     areas = regions_given(regions, {"a region": region})
     found = work.run(decisions.recommend, areas, None, options)
     rows = [[{"region": one.region, "area_km2": one.area_km2, **row} for row in one.rows] for one in found.results]
@@ -344,7 +338,8 @@ def _place_report(entry: designs.AtlasEntry) -> Report:
     columns: Columns = [
         Column("purpose", show=lambda name: name or "-"),
         "what",
-        Column("projection", "map", of=_map, left=True),
+        # The code of the map, or the name of its family in place of a long PROJ string.
+        Column("projection", "map", of=lambda row: row["name" if row["projection"].startswith("+") else "projection"]),
         Column("airy_kavrayskiy", show=certain),
         "over_limit",
         Column("saves", show=_saved),
@@ -359,11 +354,6 @@ def _place_report(entry: designs.AtlasEntry) -> Report:
         data=entry.to_dict,
         rows=lambda: rows,
     )
-
-
-def _map(row: Row) -> str:
-    """Code of the map, or name of its family in place of a long PROJ string."""
-    return str(row["name"] if row["projection"].startswith("+") else row["projection"])
 
 
 def _saved(share: float) -> str:

@@ -127,7 +127,7 @@ def test_a_cluster_that_goes_away(tmp_path, monkeypatch):
     def gone(*_, **__):
         raise ConnectionError("The executor does not answer any more.")
 
-    monkeypatch.setattr("projdist.cli.batches.batch", gone)
+    monkeypatch.setattr("projdist.answers.batch", gone)
     result = run(*COMPARE, "-o", str(tmp_path / "a.csv"))
     assert (result.exit_code, result.stdout) == (1, "")
     assert result.stderr == (

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import projdist
 from projdist.cli.app import app
 from projdist.cli.data import check_report
-from projdist.cli.formats import render
+from projdist.cli.report import render
 
 geopandas = pytest.importorskip("geopandas")
 GDAL = pytest.importorskip("pyogrio").__gdal_version__

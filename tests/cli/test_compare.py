@@ -16,8 +16,8 @@ from tables import each
 from projdist import factors, summarize
 from projdist.cli.compare import comparison_report
 from projdist.cli.factors import factors_report
-from projdist.cli.formats import render
 from projdist.cli.number_format import rounded
+from projdist.cli.report import render
 
 COMPARE_KEYS = [
     "projection",

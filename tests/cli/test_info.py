@@ -11,7 +11,7 @@ import pytest
 from commands import parse_markdown, refused, run, run_json, run_ok, told
 from tables import each
 
-from projdist.cli.info import _drawn, sketch_of
+from projdist.cli.draw import _drawn, sketch_of
 from projdist.projections import Projection
 from projdist.regions import get_region
 

@@ -64,9 +64,7 @@ def test_other_forms(form: str) -> None:
         (["robin", "moll", "--region", "globe"], "Invalid region 'globe'"),
         (["robin", "igh"], "It is cut within"),
         pytest.param(
-            ["aitoff", "moll", "--degree", "3", "--format", "wkt"],
-            "JSON has its coefficients",
-            marks=pytest.mark.slow,
+            ["aitoff", "moll", "--degree", "3", "--format", "wkt"], "JSON has its coefficients", marks=pytest.mark.slow
         ),
     ],
 )

@@ -74,11 +74,7 @@ def test_a_comparison_of_nothing_has_no_maps() -> None:
     assert "<canvas" not in result.stdout
 
 
-TABLES_ONLY = {
-    "tables": ("tables",),
-    "factors": ("factors", "eqc", "10", "50"),
-    "list": ("list", "measures"),
-}
+TABLES_ONLY = {"tables": ("tables",), "factors": ("factors", "eqc", "10", "50"), "list": ("list", "measures")}
 
 
 @pytest.mark.parametrize("command", TABLES_ONLY)

@@ -247,7 +247,7 @@ def test_nobody_answers(error, code, message, monkeypatch):
         raise error
         yield
 
-    monkeypatch.setattr("projdist.cli.batches.open_executor", missing)
+    monkeypatch.setattr("projdist.support.open_executor", missing)
     assert run(ISLAND, "--executor", "dask://localhost:1") == (code, "", f"projdist: {message}\n")
 
 

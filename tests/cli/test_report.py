@@ -9,9 +9,8 @@ import pytest
 import typer
 from commands import parse_markdown
 
-from projdist.cli.formats import FORMATS, _bars, render
 from projdist.cli.number_format import certain, change, first_digit, fixed, label_of, per_cent, rounded
-from projdist.cli.report import Column, Copy, Report, Table, listing
+from projdist.cli.report import FORMATS, Column, Copy, Report, Table, _bars, listing, render
 
 ROWS = [{"name": "a|b*", "figure": 0.25, "error": 1e-3}, {"name": "c", "figure": None, "error": None}]
 COLUMNS = [Column("name"), Column("figure", "fig", rounded, error="error", unit="m", best=True)]

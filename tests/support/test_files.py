@@ -14,7 +14,7 @@ from full_disks import room_for
 from tables import each
 
 from projdist import Notice
-from projdist.cli import formats
+from projdist.cli import report
 from projdist.support import rows_of_text, separator_of
 from projdist.support.files import is_stream, replacing
 
@@ -182,9 +182,9 @@ def test_what_cannot_be_printed(error, message, monkeypatch, capsys):
     def failing(*_):
         raise error
 
-    monkeypatch.setattr(formats, "write", failing)
+    monkeypatch.setattr(report, "write", failing)
     with pytest.raises(typer.Exit) as ended:
-        formats.emit("text", None)
+        report.emit("text", None)
     assert (ended.value.exit_code, capsys.readouterr().err) == (2, message)
 
 
@@ -194,14 +194,14 @@ def test_a_closed_pipe_is_no_error(monkeypatch):
     def failing(*_):
         raise OSError(errno.EPIPE, "Broken pipe")
 
-    monkeypatch.setattr(formats, "write", failing)
+    monkeypatch.setattr(report, "write", failing)
     with pytest.raises(BrokenPipeError):
-        formats.emit("text", None)
+        report.emit("text", None)
 
 
 def test_pictures_without_memory(capsys):
     """Say what would help."""
-    with pytest.raises(typer.Exit), formats.drawing(Path("x.png")):
+    with pytest.raises(typer.Exit), report.drawing(Path("x.png")):
         raise MemoryError
     assert capsys.readouterr().err.startswith("projdist: Invalid picture 'x.png'. It needs more memory than there is")
 
