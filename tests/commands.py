@@ -1,9 +1,11 @@
 """Commands run in this process or one of their own, and what they print, read back."""
 
 import csv
+import functools
 import io
 import json
 import re
+from collections.abc import Callable
 from html.parser import HTMLParser
 
 import pytest
@@ -16,42 +18,47 @@ QUICK = ["--tolerance", "1e-3"]
 HIDDEN = ["+proj=ortho +lat_0=90 +R=6371000", "--region", "box:0,-40,40,-10"]
 
 
-def run(*words: str, stdin: str | bytes = "") -> Result:
-    result = CliRunner().invoke(app, list(words), input=stdin)
+def run(*words: object, stdin: str | bytes = "") -> Result:
+    result = CliRunner().invoke(app, [*map(str, words)], input=stdin)
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
     assert "Traceback" not in result.output
     return result
 
 
-def told(*words: str) -> tuple[int, str, str]:
+def told(*words: object) -> tuple[int, str, str]:
     """Exit code, standard output and standard error."""
     result = run(*words)
     return result.exit_code, result.stdout, result.stderr
 
 
-def run_ok(*words: str, stdin: str | bytes = "") -> str:
+def run_ok(*words: object, stdin: str | bytes = "") -> str:
     result = run(*words, stdin=stdin)
     assert (result.exit_code, result.stderr) == (0, "")
     return result.stdout
 
 
-def run_json(*words: str, stdin: str = "", code: int = 0) -> dict:
+def run_json(*words: object, stdin: str = "", code: int = 0) -> dict:
     result = run(*words, "--format", "json", stdin=stdin)
-    assert result.exit_code == code, result.stderr
+    assert (result.exit_code, result.stderr if code == 0 else "") == (code, ""), result.stderr
     return json.loads(result.stdout, parse_constant=lambda text: pytest.fail(f"{text} is not JSON"))
 
 
-def refused(*words: str, stdin: str = "") -> str:
-    """The one line of a usage error, which ends with 2 and prints nothing else."""
+def refused(*words: object, stdin: str = "", code: int = 2) -> str:
+    """The one line of an error, which ends with 2 or another code and prints nothing else."""
     result = run(*words, stdin=stdin)
-    assert (result.exit_code, result.stdout) == (2, "")
+    assert (result.exit_code, result.stdout) == (code, "")
     assert re.fullmatch(r"projdist: [^\n]+\n", result.stderr)
     return result.stderr
 
 
-def refusal(*words: str) -> str:
+def refusal(*words: object, code: int = 2) -> str:
     """What is refused, and why, without the name of the program."""
-    return refused(*words).removeprefix("projdist: ").rstrip("\n")
+    return refused(*words, code=code).removeprefix("projdist: ").rstrip("\n")
+
+
+def command(name: str) -> tuple[Callable, ...]:
+    """`told`, `run_ok`, `run_json` and `refusal` of a command."""
+    return tuple(functools.partial(one, name) for one in (told, run_ok, run_json, refusal))
 
 
 def parse_markdown(text: str) -> list[dict[str, str]]:

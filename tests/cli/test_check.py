@@ -1,20 +1,19 @@
 """The command `check`: formats, limits and their exit code, files, and what is refused."""
 
-import csv
-import io
 import json
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from commands import command, parse_csv
 from shapely import LineString, Point, box
 from tables import each
-from typer.testing import CliRunner
 
 import projdist
-from projdist.cli.app import app
 from projdist.cli.data import check_report
 from projdist.cli.report import render
+
+run, run_ok, run_json, refusal = command("check")
 
 geopandas = pytest.importorskip("geopandas")
 GDAL = pytest.importorskip("pyogrio").__gdal_version__
@@ -23,13 +22,6 @@ BOX = {"name": ["Germany", "a road", "a tower"], "area_note": [1, 2, 3]}
 SHAPES = [box(5.9, 47.3, 15.0, 55.1), LineString([(8, 50), (9, 51)]), Point(10, 50)]
 QUICK = ["--no-recommend"]
 IN_UTM = ["--crs", "EPSG:25832", *QUICK]
-
-
-def run(*words):
-    """Exit code, standard output and standard error."""
-    result = CliRunner().invoke(app, ["check", *map(str, words)])
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 @pytest.fixture(scope="module")
@@ -52,9 +44,7 @@ def data(frame, tmp_path_factory):
 
 def test_json(data, frame):
     """The dictionary of the Python function, the data's name, and the worst features."""
-    code, out, err = run(data / "data.geojson", *IN_UTM, "--format", "json", "--worst", "1")
-    assert (code, err) == (0, "")
-    found = json.loads(out)
+    found = run_json(data / "data.geojson", *IN_UTM, "--worst", "1")
     assert found.pop("data") == str(data / "data.geojson")
     assert found.pop("worst") == found["results"][:1]
     assert found == projdist.check(frame, "EPSG:25832", purpose=None).to_dict()
@@ -63,8 +53,7 @@ def test_json(data, frame):
 
 def test_table(data):
     """Totals, the worst features by name, and what was not measured."""
-    code, out, err = run(data / "data.geojson", "--crs", "EPSG:3857", *QUICK)
-    assert (code, err) == (0, "")
+    out = run_ok(data / "data.geojson", "--crs", "EPSG:3857", *QUICK)
     assert "(WGS 84): 2 of 3 features, 551,499 km2" in out
     for text in ("2.553403", "+155.3 %", "Germany", "a road", "Points only: 1 feature(s)."):
         assert text in out
@@ -73,14 +62,12 @@ def test_table(data):
 
 def test_csv_and_markdown(data):
     """A row a feature with all figures; the tables."""
-    code, out, _ = run(data / "data.geojson", *IN_UTM, "--format", "csv", "--id", "area_note")
-    assert code == 0
-    rows = list(csv.DictReader(io.StringIO(out)))
+    out = run_ok(data / "data.geojson", *IN_UTM, "--format", "csv", "--id", "area_note")
+    rows = parse_csv(out)
     assert [row["name"] for row in rows] == ["1", "2", "3"]
     assert float(rows[0]["area_error"]) == pytest.approx(0.00029, abs=5e-6)
     assert (rows[2]["area_error"], rows[2]["note"]) == ("", "points only")
-    code, out, _ = run(data / "data.geojson", *IN_UTM, "--format", "markdown")
-    assert code == 0
+    out = run_ok(data / "data.geojson", *IN_UTM, "--format", "markdown")
     assert out.startswith("| map | name | measured | area ratio |")
     assert "+285.4 ppm" in out
 
@@ -89,8 +76,7 @@ def test_csv_and_markdown(data):
 def test_files(file, data):
     """GeoPackages with layers, GeoParquet; a Shapefile in a projected CRS is checked in that."""
     words = QUICK if file == "data.shp" else IN_UTM
-    code, out, err = run(data / file, *words)
-    assert (code, err) == (0, "")
+    out = run_ok(data / file, *words)
     assert "ETRS89 / UTM zone 32N" in out
     assert "1.00028" in out
 
@@ -146,9 +132,9 @@ def test_data_that_go_on_past_a_whole_turn(tmp_path):
 def test_data_of_no_place(tmp_path):
     """Metres in a file that says degrees end the command in one line."""
     geopandas.GeoDataFrame(geometry=[box(1000, 40, 1010, 50)], crs="EPSG:4326").to_file(tmp_path / "data.gpkg")
-    code, out, err = run(tmp_path / "data.gpkg", "--crs", "EPSG:3857", *QUICK)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert err.endswith("but coordinates that are no longitudes and latitudes in degrees.\n")
+    assert refusal(tmp_path / "data.gpkg", "--crs", "EPSG:3857", *QUICK).endswith(
+        "but coordinates that are no longitudes and latitudes in degrees."
+    )
 
 
 @pytest.mark.parametrize("suffix", [".gpkg", ".geojson"])
@@ -161,13 +147,13 @@ def test_layer(suffix, data, tmp_path, frame):
     assert layer["name"].tolist() == BOX["name"]
     assert layer["length_error"][:2].tolist() == pytest.approx(truth["length_error"][:2].tolist())
     assert layer.geometry.geom_equals_exact(frame.geometry, 1e-9).all()
-    code, out, err = run(data / "data.geojson", *IN_UTM, "-o", path)
-    assert (code, out) == (2, "")
-    assert err == f"projdist: Invalid output '{path}'. It exists; --overwrite replaces it.\n"
+    assert (
+        refusal(data / "data.geojson", *IN_UTM, "-o", path)
+        == f"Invalid output '{path}'. It exists; --overwrite replaces it."
+    )
     # A file of a check can be checked again, its errors are replaced; one column alone is the user's.
     again = tmp_path / f"again{suffix}"
-    code, out, err = run(path, "--crs", "EPSG:3857", *QUICK, "-o", again)
-    assert (code, err) == (0, "")
+    out = run_ok(path, "--crs", "EPSG:3857", *QUICK, "-o", again)
     assert out.endswith(f"Wrote: {again}\n")
     second = geopandas.read_file(again)
     truth = projdist.check(frame, "EPSG:3857", purpose=None).features
@@ -236,18 +222,15 @@ def test_features_that_are_broken(other, extra, said, tmp_path, monkeypatch):
 def test_files_that_are_broken(text, tmp_path):
     """One line, not too long, and 2."""
     (tmp_path / "x.geojson").write_text(text)
-    code, out, err = run(tmp_path / "x.geojson", *IN_UTM)
-    assert (code, out) == (2, "")
-    assert err.startswith("projdist: Invalid data file")
-    assert err.count("\n") == 1
-    assert len(err) < 500
+    said = refusal(tmp_path / "x.geojson", *IN_UTM)
+    assert said.startswith("Invalid data file")
+    assert len(said) < 490
 
 
 @pytest.mark.slow
 def test_recommended(data):
     """The second row is the recommended CRS, with the same data in it."""
-    code, out, err = run(data / "data.geojson", "--crs", "EPSG:3857", "--purpose", "equal-area")
-    assert (code, err) == (0, "")
+    out = run_ok(data / "data.geojson", "--crs", "EPSG:3857", "--purpose", "equal-area")
     assert "1.000000" in out
     assert "The second line: the recommended CRS" in out
 
@@ -264,9 +247,7 @@ def test_a_crs_that_is_none(crs, said, tmp_path):
     """GeoJSON that states nonsense is refused (GDAL takes it for WGS 84); a feature may have a property crs."""
     text = '{{"type":"FeatureCollection",{}"features":[{}]}}'
     (tmp_path / "x.geojson").write_text(text.format(f'"crs" : {crs},', PARCEL))
-    code, out, err = run(tmp_path / "x.geojson", *IN_UTM)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert said in err
+    assert said in refusal(tmp_path / "x.geojson", *IN_UTM)
     own = feature("Polygon", "[[[8,48],[9,48],[9,49],[8,48]]]", f'{{"crs":{crs}}}')
     (tmp_path / "x.geojson").write_text(text.format("", own))
     assert run(tmp_path / "x.geojson", *IN_UTM)[::2] == (0, "")

@@ -1,27 +1,19 @@
 """The command `clouds`: formats, options, files, and what is refused."""
 
-import csv
-import io
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from commands import command, parse_csv
 
 from projdist.applications.pointclouds import column_weights, read_cloud, register
-from projdist.cli.app import app
+
+run, run_ok, run_json, refusal = command("clouds")
 
 RNG = np.random.default_rng(1)
 POINTS = RNG.normal(size=(12, 3))
 CLOUDS = POINTS @ (np.eye(3) + 0.2 * RNG.normal(size=(3, 3, 3))) + 0.05 * RNG.normal(size=(3, 12, 3))
-
-
-def run(*words: str) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error."""
-    result = CliRunner().invoke(app, ["clouds", *words])
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 def saved(path: Path, points: np.ndarray, head: str = "x,y,z") -> str:
@@ -37,8 +29,7 @@ def files(tmp_path: Path) -> list[str]:
 
 def test_json(files: list[str]) -> None:
     """What the library answers."""
-    code, out, err = run(*files, "--format", "json")
-    assert (code, err) == (0, "")
+    out = run_ok(*files, "--format", "json")
     clouds = [read_cloud(file).points for file in files]
     assert json.loads(out) == register(clouds, names=files).to_dict()
 
@@ -46,10 +37,9 @@ def test_json(files: list[str]) -> None:
 @pytest.mark.parametrize("form", ["table", "markdown", "csv"])
 def test_formats(files: list[str], form: str) -> None:
     """Each cloud, each choice of a frame, and what the figures mean."""
-    code, out, err = run(*files, "-f", form)
-    assert (code, err) == (0, "")
+    out = run_ok(*files, "-f", form)
     if form == "csv":
-        assert [row["name"] for row in csv.DictReader(io.StringIO(out))] == files
+        assert [row["name"] for row in parse_csv(out)] == files
         return
     for word in (
         "3 clouds in 3 dimensions, by rows (symmetric), in the frame mdt: rms 0.0",
@@ -66,7 +56,7 @@ def test_formats(files: list[str], form: str) -> None:
 @pytest.mark.parametrize(("frame", "number"), [("2", 1), ("b.csv", 1), ("last", 2), ("first", 0), ("central", 1)])
 def test_frame(files: list[str], frame: str, number: int) -> None:
     """A frame is a word, a file's name, or a number from 1."""
-    data = json.loads(run(*files, "--frame", frame, "-f", "json")[1])
+    data = run_json(*files, "--frame", frame)
     assert data["reference"] == files[number]
     np.testing.assert_allclose(data["clouds"][number]["matrix"], np.eye(3), atol=1e-12)
 
@@ -74,8 +64,7 @@ def test_frame(files: list[str], frame: str, number: int) -> None:
 def test_moved_files(files: list[str], tmp_path: Path) -> None:
     """The moved clouds are files of the same names in a directory; they are not replaced unless asked."""
     folder = tmp_path / "out"
-    code, out, err = run(*files, "-o", str(folder))
-    assert (code, err) == (0, "")
+    out = run_ok(*files, "-o", str(folder))
     assert out.endswith(f"Wrote: {folder}\n")
     found = register([read_cloud(file).points for file in files])
     for file, points in zip(files, found.aligned, strict=True):
@@ -93,16 +82,16 @@ def test_ids_are_used_where_all_have_them(tmp_path: Path) -> None:
         saved(tmp_path / f"{k}.csv", np.hstack([names, cloud])[RNG.permutation(12)], "id,x,y,z")
         for k, cloud in enumerate(CLOUDS)
     ]
-    data = json.loads(run(*files, "-f", "json")[1])
+    data = run_json(*files)
     assert data["correspond"] == "id"
     assert data["rms"] == pytest.approx(register(CLOUDS).rms_total, rel=1e-9)
-    assert json.loads(run(*files, "-f", "json", "--correspond", "rows")[1])["rms"] > 2 * data["rms"]
+    assert json.loads(run(*files, "--correspond", "rows", "-f", "json")[1])["rms"] > 2 * data["rms"]
 
 
 def test_closest_points(tmp_path: Path) -> None:
     """--correspond icp needs neither order nor ids."""
     files = [saved(tmp_path / f"{k}.csv", RNG.permutation(POINTS @ (np.eye(3) * (1 + 0.05 * k)))) for k in range(3)]
-    data = json.loads(run(*files, "-f", "json", "--correspond", "icp")[1])
+    data = run_json(*files, "--correspond", "icp")
     assert data["rms"] < 1e-12
 
 
@@ -138,9 +127,7 @@ def test_refused(files: list[str], tmp_path: Path) -> None:
         (*files, "-o", "no/where"): "Invalid output 'no/where'. There is no directory 'no'.",
         (*files, "nothing.csv"): "Invalid cloud 'nothing.csv'. The file cannot be read: No such file or directory.",
     }.items():
-        code, out, err = run(*words)
-        assert (code, out, err.count("\n")) == (2, "", 1), words
-        assert err.startswith(f"projdist: {said}"), err
+        assert refusal(*words).startswith(said)
     assert not (tmp_path / "out").exists()
 
 
@@ -155,17 +142,14 @@ def test_wrong_partners(tmp_path):
             cloud[[3, 8]] = cloud[[8, 3]]
         files.append(tmp_path / f"{k}.csv")
         np.savetxt(files[-1], cloud, delimiter=",", header="x,y", comments="")
-    words = ["clouds", *map(str, files)]
-    told = CliRunner().invoke(app, words)
-    assert told.exit_code == 0
-    assert "Wrong partners, which a robust fit leaves out" in told.stderr
-    assert "Farthest from where the others have them" in told.stdout
-    data = json.loads(CliRunner().invoke(app, [*words, "--robust", "--format", "json"]).stdout)
+    code, out, err = run(*files)
+    assert code == 0
+    assert "Wrong partners, which a robust fit leaves out" in err
+    assert "Farthest from where the others have them" in out
+    data = json.loads(run(*files, "--robust", "--format", "json")[1])
     assert {one["point"] for one in data["wrong"]} == {"4", "9"}
     assert data["rms"] < 0.02
-    refused = CliRunner().invoke(app, [*words, "--robust", "--correspond", "icp"])
-    assert refused.exit_code == 2
-    assert "Invalid robust with the correspondence icp." in refused.stderr
+    assert "Invalid robust with the correspondence icp." in refusal(*files, "--robust", "--correspond", "icp")
 
 
 @pytest.mark.slow
@@ -185,13 +169,11 @@ def test_weights(tmp_path: Path) -> None:
     (tmp_path / "ids.csv").write_text("\n".join(["id;weight", *lines[::-1]]))
     expected = register(CLOUDS, weights=counts)
     for words in (("quality",), (str(tmp_path / "ids.csv"),)):
-        code, out, err = run(*files, "-f", "json", "--weights", *words)
-        assert (code, err) == (0, "")
-        data = json.loads(out)
+        data = run_json(*files, "--weights", *words)
         assert (data["weighted"], data["dimension"]) == (True, 3)
         assert data["rms"] == pytest.approx(expected.rms_total, rel=1e-9)
     plain = [saved(tmp_path / f"plain{k}.csv", cloud) for k, cloud in enumerate(CLOUDS)]
-    assert json.loads(run(*plain, "-f", "json", "--weights", str(tmp_path / "rows.txt"))[1])["rms"] == pytest.approx(
+    assert run_json(*plain, "--weights", str(tmp_path / "rows.txt"))["rms"] == pytest.approx(
         expected.rms_total, rel=1e-9
     )
     assert ", by weights: rms " in run(*files, "--weights", "quality")[1]
@@ -208,9 +190,7 @@ def test_weights(tmp_path: Path) -> None:
         (files, str(tmp_path / "few.csv"), f"Invalid weights '{tmp_path / 'few.csv'}'. It has none for the id 'p1' of"),
         (files, str(tmp_path / "rows.txt"), f"Invalid weights '{tmp_path / 'rows.txt'}'. By ids it must have two"),
     ]:
-        code, out, err = run(*clouds, "--weights", word)
-        assert (code, out, err.count("\n")) == (2, "", 1), word
-        assert err.startswith(f"projdist: {said}"), err
+        assert refusal(*clouds, "--weights", word).startswith(said)
     code, _, err = run(*plain, "--weights", str(tmp_path / "rows.txt"), "--correspond", "icp")
     assert (code, "With the correspondence icp they must be a column of clouds." in err) == (2, True)
 

@@ -1,4 +1,4 @@
-"""The command `compare`: what is printed and written, and what it says of projections that fail."""
+"""The command `compare`: what is printed and written, what it says of projections that fail, and `--indices`."""
 
 import io
 import json
@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pyproj
 import pytest
-from commands import FORMATS, HIDDEN, QUICK, parse_csv, parse_markdown, run, run_json, run_ok
+from commands import FORMATS, HIDDEN, QUICK, parse_csv, parse_markdown, refused, run, run_json, run_ok
 from tables import each
 
 from projdist import factors, summarize
+from projdist.answers.published_indices import indices
 from projdist.cli.compare import comparison_report
 from projdist.cli.factors import factors_report
 from projdist.cli.number_format import rounded
@@ -409,3 +410,68 @@ def test_modes() -> None:
     assert float(row["mode_1_share"]) == pytest.approx(1.0, abs=1e-9)
     found = run_json("compare", "mercator", "--modes")["results"][0]
     assert found == summarize("mercator", modes=True).to_dict() | {"projection": "mercator"}
+
+
+# ---- published indices ---------------------------------------------------------------------------
+
+
+COARSE = ("--tolerance", "1e-4")
+
+
+def with_indices(*arguments: str) -> str:
+    return run_ok("compare", "eqc", "moll", "--indices", "I,canters", *COARSE, *arguments)
+
+
+@pytest.mark.slow
+def test_json_has_each_index_by_name() -> None:
+    """The figures are those of the library, in full."""
+    rows = {row["projection"]: row["indices"] for row in json.loads(with_indices("-f", "json"))["results"]}
+    assert rows["eqc"] == indices("eqc", names=["I", "canters"], tolerance=1e-4).to_dict()["indices"]
+    assert list(rows["moll"]) == ["isotropy", "canters_ab", "canters_ar", "canters_an"]
+
+
+def test_csv_has_a_column_a_figure() -> None:
+    """The value has the name of the index, the others follow it."""
+    (first, _) = parse_csv(with_indices("-f", "csv"))
+    assert float(first["isotropy"]) == pytest.approx(0.5212, abs=1e-4)
+    assert float(first["canters_ar_best_scale"]) < 1.0
+
+
+@pytest.mark.parametrize("form", ["table", "markdown"])
+def test_tables_have_symbols(form: str) -> None:
+    """Columns are headed by symbols; one at the best scale only where that matters."""
+    text = with_indices("-f", form)
+    assert all(head in text for head in (" I ", " Dab ", " Dab best ", " Dan "))
+    assert " I best " not in text
+    assert "Best: an index at the scale that makes it best." in text
+
+
+@pytest.mark.slow
+def test_a_row_of_goldberg_and_gott() -> None:
+    """Six figures and their score; errors above the last digit stand in brackets."""
+    out = run_ok("compare", "eqc", "--indices", "goldberg-gott", *COARSE, "-f", "markdown")
+    head, _, row = (line.strip("| ").split(" | ") for line in out.splitlines()[:3])
+    assert head[-7:] == [*"IAFSDB", "score"]
+    # D of the plate carree, .449 in the literature, with a standard error of 5e-5.
+    assert re.fullmatch(r"0\.44[89]\d{2}\(\d\)", row[-3])
+    assert "In brackets: the error" in out
+
+
+def test_sorted_by_an_index() -> None:
+    """--sort takes the name of an index asked for."""
+    results = json.loads(with_indices("-f", "json", "--sort", "canters_ar"))["results"]
+    assert [row["projection"] for row in results] == ["moll", "eqc"]
+    assert "one of the indices asked for" in refused("compare", "eqc", "--sort", "isotropy")
+
+
+def test_an_unknown_index_is_one_line() -> None:
+    """It says what is allowed, and what is near."""
+    assert "Invalid index 'cantres'. Did you mean canters" in refused("compare", "eqc", "--indices", "cantres")
+
+
+def test_what_published_figures_are_of() -> None:
+    """Under the table, and in JSON by a key, stands of what part of the globe the published figures are."""
+    note = "I, A: most published figures come out over |lat| <= 88 only, and these here are for the whole region."
+    arguments = ("compare", "plate-carree", "--tolerance", "1e-4", "--indices", "I,A,airy_kavrayskiy")
+    assert note in run_ok(*arguments)
+    assert run_json(*arguments)["published_over"] == {"isotropy": "|lat| <= 88", "area": "|lat| <= 88"}

@@ -4,12 +4,13 @@ import json
 
 import numpy as np
 import pytest
+from commands import command
 from matplotlib.image import imread
 from pyproj import CRS, Transformer
-from typer.testing import CliRunner
 
 from projdist import correct
-from projdist.cli.app import app
+
+run, run_ok, run_json, refusal = command("correct")
 
 KEYS = {
     "matrix",
@@ -28,18 +29,9 @@ EUROPE = ["--region", "box:-10,35,40,70"]
 SEA = ["--region", "box:-40,30,-30,40"]  # no land takes no time
 
 
-def run(*words):
-    """Exit code, standard output and standard error."""
-    result = CliRunner().invoke(app, ["correct", *words])
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, result.stdout, result.stderr
-
-
 def test_json():
     """All figures at full precision, under the keys that programs rely on."""
-    code, out, err = run("moll", "--format", "json")
-    assert (code, err) == (0, "")
-    data = json.loads(out)
+    data = run_json("moll")
     assert data.keys() >= KEYS
     assert data["projection"] == "moll"
     assert data == correct("moll").to_dict()
@@ -47,8 +39,7 @@ def test_json():
 
 def test_table():
     """The four errors, the matrix, what it means, and where the exports are."""
-    code, out, err = run("plate-carree")
-    assert (code, err) == (0, "")
+    out = run_ok("plate-carree")
     for text in (
         "0.521240",
         "0.421347",
@@ -65,13 +56,13 @@ def test_table():
 @pytest.mark.slow
 def test_median():
     """The mean distortion and what half of the area is below, for the map as it is, after the MDT, and corrected."""
-    code, out, err = run("robinson", "--criterion", "median")
-    assert (code, err) == (0, "")
+    out = run_ok("robinson", "--criterion", "median")
     for text in ("half the area below", "corrected (median), measured again", "0.1652", "0.2473"):
         assert text in out
     assert "best scale" not in out
-    code, out, _ = run("robinson", "--criterion", "median", "--format", "json")
-    assert json.loads(out) == correct("robinson", criterion="median").to_dict() | {"projection": "robinson"}
+    assert run_json("robinson", "--criterion", "median") == correct("robinson", criterion="median").to_dict() | {
+        "projection": "robinson"
+    }
 
 
 @pytest.mark.parametrize(
@@ -84,28 +75,25 @@ def test_median():
 )
 def test_median_options(options, said):
     """What does not go together is refused in a line."""
-    code, out, err = run("robinson", *options)
-    assert (code, out) == (2, "")
-    assert said in err
+    assert said in refusal("robinson", *options)
 
 
 def test_proj_and_wkt():
     """What is printed is what pyproj reads."""
     truth = correct("moll").corrected(10.0, 50.0)
-    code, out, err = run("moll", "--format", "proj")
-    assert (code, err) == (0, "")
+    out = run_ok("moll", "--format", "proj")
     np.testing.assert_allclose(Transformer.from_pipeline(out.strip()).transform(10.0, 50.0), truth, atol=2e-9)
-    code, out, err = run("moll", "--format", "wkt")
-    assert (code, err) == (0, "")
+    out = run_ok("moll", "--format", "wkt")
     crs = CRS.from_wkt(out)
     assert crs.name == "Mollweide, corrected"
 
 
 def test_no_wkt():
     """Where there is no WKT2 the reason is said, with exit code 1."""
-    code, out, err = run("+proj=pipeline +step +proj=moll +R=1", "--format", "wkt")
-    assert (code, out) == (1, "")
-    assert err == "projdist: Invalid format 'wkt' for Mollweide. Mollweide is no CRS, but a function or a pipeline.\n"
+    assert (
+        refusal("+proj=pipeline +step +proj=moll +R=1", "--format", "wkt", code=1)
+        == "Invalid format 'wkt' for Mollweide. Mollweide is no CRS, but a function or a pipeline."
+    )
 
 
 @pytest.mark.parametrize(
@@ -119,7 +107,7 @@ def test_no_wkt():
 )
 def test_options(words, determinant, vertical):
     """Constraints and north do what they say."""
-    data = json.loads(run("laea", *EUROPE, "--format", "json", *words)[1])
+    data = run_json("laea", *EUROPE, *words)
     M = np.array(data["matrix"])
     if determinant is not None:
         assert np.linalg.det(M) == pytest.approx(determinant, rel=1e-12)
@@ -132,8 +120,7 @@ def test_options(words, determinant, vertical):
 def test_pictures(words, tmp_path):
     """Before and after, or the field of local corrections, as a picture."""
     path = tmp_path / "x.png"
-    code, out, err = run("moll", *SEA, "-o", str(path), *words, "--size", "5,4", "--dpi", "50")
-    assert (code, err) == (0, "")
+    out = run_ok("moll", *SEA, "-o", str(path), *words, "--size", "5,4", "--dpi", "50")
     assert out.endswith(f"Wrote: {path}\n")
     assert imread(path).shape[:2] == (200, 250)
 
@@ -150,7 +137,7 @@ def test_local_json(tmp_path):
 @pytest.mark.slow
 def test_local_json_alone():
     """The values can be had without a picture."""
-    data = json.loads(run("moll", *SEA, "--local", "300", "--format", "json")[1])
+    data = run_json("moll", *SEA, "--local", "300")
     assert data["name"] == "Mollweide"
     assert len(data["results"]) > 10
 

@@ -1,7 +1,5 @@
-"""The command line's files for GIS programs, and the rule that no file is overwritten unless asked."""
+"""Files for GIS programs, `convert`, and the rule that no file is overwritten unless asked."""
 
-import csv
-import io
 import json
 import os
 import sys
@@ -10,12 +8,14 @@ from pathlib import Path
 import numpy as np
 import pyproj
 import pytest
+import shapely
+from commands import parse_csv, run_ok
 from commands import refusal as refused
-from commands import run_ok
 from commands import told as run
 
 import projdist
-from projdist import factors
+from projdist import factors, gis
+from projdist.cli import data
 
 geopandas = pytest.importorskip("geopandas")
 pd = pytest.importorskip("pandas")
@@ -151,9 +151,7 @@ def test_wrong_words(words: str, message: str, points: Path) -> None:
 def test_projections_that_fail(points: Path) -> None:
     """Exit code 1, as everywhere."""
     for words in ("heatmap nosuch -o x.tif", "tissot nosuch -o x.gpkg", "factors nosuch --at p.csv"):
-        code, out, err = run(*words.split())
-        assert (code, out) == (1, "")
-        assert err.startswith("projdist: Invalid projection 'nosuch'.")
+        assert refused(*words.split(), code=1).startswith("Invalid projection 'nosuch'.")
 
 
 @pytest.mark.parametrize(
@@ -180,8 +178,8 @@ def test_csv_needs_no_library(points: Path, monkeypatch: pytest.MonkeyPatch) -> 
     for library in ("pandas", "geopandas", "pyogrio", "pyarrow"):
         monkeypatch.setitem(sys.modules, library, None)
     assert run_ok("factors", "EPSG:2056", "--at", "p.csv", "-m", "airy", "-o", "o.csv") == "Wrote: o.csv\n"
-    rows = list(csv.DictReader(io.StringIO((points / "o.csv").read_text())))
-    for row, before in zip(rows, csv.DictReader(io.StringIO(POINTS)), strict=True):
+    rows = parse_csv((points / "o.csv").read_text())
+    for row, before in zip(rows, parse_csv(POINTS), strict=True):
         assert {name: row[name] for name in before} == before
         truth = factors("EPSG:2056", float(row["lon"]), float(row["lat"]), measures=["airy"])
         assert float(row["convergence"]) == truth.convergence
@@ -294,10 +292,60 @@ def test_tables_of_points(name: str, text: str, output: str | None, tmp_path: Pa
     truth = pyproj.Proj("EPSG:25832").get_factors(11.5, 48.25).meridional_scale
     words = ["factors", "EPSG:25832", "--at", name]
     if output is None:
-        (row,) = csv.DictReader(io.StringIO(run_ok(*words, "-f", "csv")))
+        (row,) = parse_csv(run_ok(*words, "-f", "csv"))
     else:
         run_ok(*words, "-o", output)
         (row,) = (pd.read_csv if output == "o.csv" else geopandas.read_file)(output).to_dict("records")
     assert float(row["h"]) == pytest.approx(truth, rel=1e-9)
     region = projdist.get_region(f"points:{name}")
     assert (region.lon.tolist(), region.lat.tolist()) == ([11.5], [48.25])
+
+
+# ---- convert -------------------------------------------------------------------------------------
+
+
+geopandas = pytest.importorskip("geopandas")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a map made to measure and a point."""
+    monkeypatch.chdir(tmp_path)
+    run_ok("design", "country:CH", "--degree", "2", "--base", "EPSG:3035", "--against", "EPSG:2056", "-o", "map.wkt")
+    frame = geopandas.GeoDataFrame({"name": ["a"]}, geometry=geopandas.points_from_xy([8.0], [47.0]), crs="EPSG:4326")
+    frame.to_file(tmp_path / "data.geojson")
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_there_and_back(folder: Path) -> None:
+    """The CRS that other programs do not read is beside the file, which a line says; the data come back by either."""
+    code, out, err = run("convert", "data.geojson", "--to", "map.wkt", "-o", "new.shp")
+    assert (code, out) == (0, "Wrote: new.shp\nWrote: new.wkt\n")
+    assert err.startswith(
+        "projdist: Note: Other programs than projdist do not understand this CRS in 'new.shp'. It is in"
+    )
+    assert err.count("\n") == 1
+    for k, source in enumerate((["--from", "new.wkt"], [])):
+        name = f"{k}.gpkg"
+        assert run_ok("convert", "new.shp", *source, "--to", "EPSG:4326", "-o", name) == f"Wrote: {name}\n"
+        back = shapely.get_coordinates(geopandas.read_file(name).geometry.array)
+        assert back.ravel() == pytest.approx([8.0, 47.0], abs=1e-8)
+
+
+def test_refused_conversions(folder: Path) -> None:
+    """One line each, and no file."""
+    words = ("convert", "data.geojson", "--to", "map.wkt")
+    assert refused("convert", "data.geojson", "-o", "x.gpkg") == "Invalid option '--to'. It must name a CRS."
+    assert refused(*words) == "Invalid option '--output'. It must name a file."
+    assert "Its suffix must be" in refused(*words, "-o", "x.kml")
+    assert "Invalid resampling 'lanczo'" in refused(*words, "-o", "x.tif", "--resampling", "lanczo")
+    assert "Invalid distance '-1'" in refused(*words, "-o", "x.gpkg", "--densify", "-1")
+    assert "Invalid CRS 'EPSG:0'" in refused("convert", "data.geojson", "--to", "EPSG:0", "-o", "x.gpkg")
+    assert not list(folder.glob("x.*"))
+
+
+def test_words_of_conversions() -> None:
+    """Those of the command, which loads nothing for its help, are the library's."""
+    assert data._RESAMPLINGS == gis.RESAMPLINGS
+    assert set(data._CONVERTED_SUFFIXES) == set(gis.CONVERTED_SUFFIXES)

@@ -1,14 +1,12 @@
-"""The command `info`: a card of one map."""
+"""The commands `info` and `find`."""
 
-import csv
-import io
 import math
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from commands import parse_markdown, refused, run, run_json, run_ok, told
+from commands import parse_csv, parse_markdown, refusal, refused, run, run_json, run_ok
 from tables import each
 
 from projdist.cli.draw import _drawn, sketch_of
@@ -42,7 +40,7 @@ def test_deprecated_ones_are_said() -> None:
 def test_formats(tmp_path: Path) -> None:
     """JSON has all, CSV a row, Markdown tables without the characters; a picture and a page are files."""
     assert run_json("info", "EPSG:32633")["keeps"] == ["conformal"]
-    (row,) = csv.DictReader(io.StringIO(run_ok("info", "mollweide", "-f", "csv")))
+    (row,) = parse_csv(run_ok("info", "mollweide", "-f", "csv"))
     assert (row["keeps"], row["kind"], row["code"]) == ("equal-area", "PROJ string", "")
     text = run_ok("info", "EPSG:2056", "-f", "markdown")
     assert parse_markdown(text.partition("\nParameters")[0])[0] == {"what": "kind", "it is": "projected CRS"}
@@ -116,7 +114,47 @@ def test_other_bodies() -> None:
         (["tissot", "EPSG:3857", "IAU_2015:49910", "-o", "never.png"], 1, "Invalid maps 'EPSG:3857' and 'IAU_2015:4"),
         (["compare", "EPSG:3857", "IAU_2015:49910", "--regions", "box:0,0,1,1"], 1, "Invalid maps 'EPSG:3857' and "),
     ):
-        found, out, err = told(*words)
-        assert (found, out) == (code, "")
-        assert err.startswith(f"projdist: {line}")
-        assert err.count("\n") == 1
+        assert refusal(*words, code=code).startswith(line)
+
+
+# ---- find ----------------------------------------------------------------------------------------
+
+
+def test_a_table_of_hits() -> None:
+    """The likeliest first, and how many more there are."""
+    text = run_ok("find", "lambert", "93", "--limit", "2")
+    assert "│ EPSG:2154 │ RGF93 v1 / Lambert-93 │ France      │" in text
+    assert re.search(r"\n\d+ more: --limit \d+ shows all\.\n$", text)
+    assert "(deprecated)" in run_ok("find", "2036")
+    assert "more" not in run_ok("find", "EPSG:3035")
+
+
+def test_formats_of_hits() -> None:
+    found = run_json("find", "utm 33", "--authority", "EPSG", "--limit", "1")
+    assert [hit["code"] for hit in found["results"]] == ["EPSG:32633"]
+    (row,) = parse_csv(run_ok("find", "EPSG:3035", "-f", "csv"))
+    assert (row["code"], row["west"], row["deprecated"]) == ("EPSG:3035", "-35.58", "False")
+    assert parse_markdown(run_ok("find", "EPSG:3035", "-f", "markdown"))[0]["code"] == "EPSG:3035"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", ["table", "json", "csv"])
+def test_nothing(form: str) -> None:
+    """One line, and 1."""
+    result = run("find", "amersfort", "-f", form)
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr == "projdist: Nothing is found for 'amersfort'. Did you mean 'amersfoort'?\n"
+
+
+USAGE = {
+    "find": "Missing argument 'WORDS...'",
+    "find utm --limit 0": "Invalid limit '0'",
+    "find utm --authority EPGS": r"Invalid authority 'EPGS'. Did you mean EPSG\?",
+    "find !!": "Invalid search '!!'. It must have a word or a number.",
+    "find utm -f xml": "Invalid format 'xml'",
+}
+
+
+@pytest.mark.parametrize("line", USAGE)
+def test_wrong_searches(line: str) -> None:
+    assert re.search(USAGE[line], refused(*line.split()))

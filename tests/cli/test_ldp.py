@@ -1,36 +1,27 @@
 """The command `ldp`: formats, options, pictures, and what is refused."""
 
-import csv
-import io
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import command, parse_csv
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.text import Text
 from pyproj import CRS
 from tables import each
-from typer.testing import CliRunner
 
 from projdist import plots
-from projdist.cli.app import app
 from projdist.decisions import LDP, distortion_ppm, ldp
 from projdist.decisions.ground import statistics_of
 from projdist.decisions.low_distortion import goal_of
 from projdist.plots.map_drawing import GroundMap
 
+run, run_ok, run_json, refusal = command("ldp")
+
 SEA = "box:-40,30,-39.5,30.4"  # no land takes no time
 QUICK = ["--families", "tmerc"]
-
-
-def run(*words: str) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error."""
-    result = CliRunner().invoke(app, ["ldp", *words])
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 @pytest.fixture
@@ -54,17 +45,14 @@ def test_small_places_have_an_area() -> None:
 @pytest.mark.slow
 def test_json() -> None:
     """What the library answers."""
-    code, out, err = run(SEA, "--height", "250", *QUICK, "--format", "json")
-    assert (code, err) == (0, "")
-    assert json.loads(out) == ldp(SEA, height=250.0, families=["tmerc"]).to_dict()
+    assert run_json(SEA, "--height", "250", *QUICK) == ldp(SEA, height=250.0, families=["tmerc"]).to_dict()
 
 
 @pytest.mark.slow
 def test_table(heights: Path) -> None:
     """Parameters in degrees, minutes and seconds; statistics of all maps; that heights are ellipsoidal."""
     words = ["--against", "EPSG:32624", "--criterion", "rms_scale_error_ppm", *QUICK]
-    code, out, err = run(SEA, "--heights", str(heights), *words)
-    assert (code, err) == (0, "")
+    out = run_ok(SEA, "--heights", str(heights), *words)
     for words in (
         "lon_0",
         "°",
@@ -86,7 +74,7 @@ def test_other_forms(heights: Path) -> None:
     wkt = run(*common, "-f", "wkt", "--geodetic", "EPSG:6318", "--name", "My LDP")[1]
     assert CRS.from_wkt(wkt).name == "My LDP"
     assert run(*common, "-f", "esri")[1].startswith("PROJCS[")
-    rows = list(csv.DictReader(io.StringIO(run(*common, "-f", "csv")[1])))
+    rows = parse_csv(run(*common, "-f", "csv")[1])
     assert len(rows) == 100
     assert list(rows[0]) == ["lon", "lat", "height", "ppm"]
 
@@ -98,8 +86,7 @@ def test_pictures(tmp_path: Path, heights: Path, kind: str) -> None:
     """A field of colour for level ground, dots for points."""
     path = tmp_path / "ppm.png"
     ground = ["--height", "500"] if kind == "level" else ["--heights", str(heights)]
-    code, out, err = run(SEA, *ground, *QUICK, "-o", str(path), "--size", "4,4", "--dpi", "60")
-    assert (code, err) == (0, "")
+    out = run_ok(SEA, *ground, *QUICK, "-o", str(path), "--size", "4,4", "--dpi", "60")
     assert out.endswith(f"Wrote: {path}\n")
     picture = imread(path)
     assert picture.shape[:2] == (240, 240)
@@ -135,12 +122,12 @@ def known(level: LDP, monkeypatch: pytest.MonkeyPatch) -> LDP:
 def test_forms_of_an_answer(known: LDP) -> None:
     """JSON, PROJ, two kinds of WKT, the points as CSV; a form that there is not ends with 1."""
     words = [SEA, "--height", "250"]
-    assert json.loads(run(*words, "-f", "json")[1]) == known.to_dict()
+    assert run_json(*words) == known.to_dict()
     assert known.to_dict()["height"] == {"min": 250.0, "max": 250.0, "kind": "ellipsoidal"}
     assert run(*words, "-f", "proj")[1] == f"{known.proj}\n"
     assert CRS.from_wkt(run(*words, "-f", "wkt")[1]) == CRS.from_wkt(known.wkt)
     assert run(*words, "-f", "esri")[1].startswith("PROJCS[")
-    rows = list(csv.DictReader(io.StringIO(run(*words, "-f", "csv")[1])))
+    rows = parse_csv(run(*words, "-f", "csv")[1])
     assert list(rows[0]) == ["lon", "lat", "height", "ppm"]
     assert [float(row["ppm"]) for row in rows] == known.ppm.tolist()
 
@@ -148,9 +135,7 @@ def test_forms_of_an_answer(known: LDP) -> None:
 def test_a_form_that_there_is_not(level: LDP, monkeypatch: pytest.MonkeyPatch) -> None:
     """Esri has no such map: said in a line, with 1."""
     monkeypatch.setattr("projdist.decisions.ldp", lambda *_, **__: replace(level, esri=None))
-    code, out, err = run(SEA, "--height", "250", "-f", "esri")
-    assert (code, out, err.count("\n")) == (1, "", 1)
-    assert err.startswith("projdist: Invalid format 'esri' for ")
+    assert refusal(SEA, "--height", "250", "-f", "esri", code=1).startswith("Invalid format 'esri' for ")
 
 
 @pytest.mark.slow
@@ -210,10 +195,7 @@ def test_simpler_maps(level: LDP) -> None:
 )
 def test_refused(words: list[str], message: str) -> None:
     """Wrong usage ends with 2 and one line."""
-    code, out, err = run(SEA, *words)
-    assert (code, out) == (2, "")
-    assert err.startswith(f"projdist: {message}")
-    assert err.count("\n") == 1
+    assert refusal(SEA, *words).startswith(message)
 
 
 def test_failures() -> None:

@@ -1,17 +1,15 @@
 """The command `mosaic`: formats, the report, and what is refused."""
 
-import csv
-import io
 import json
 import re
 
 import numpy as np
 import pytest
+from commands import command, parse_csv
 from mosaic_pictures import cut, maps, save
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, write_csv
 from panorama_pictures import cameras, common_directions, picture
 from PIL import Image
-from typer.testing import CliRunner
 
 from projdist.applications.mosaics import (
     Georeference,
@@ -21,17 +19,11 @@ from projdist.applications.mosaics import (
     world_file,
     write_world_file,
 )
-from projdist.cli.app import app
 from projdist.gis import save_geotiff
 
+run, run_ok, run_json, refusal = command("mosaic")
+
 KEYS = {"frames", "matrices", "rms_pixels", "left_out", "resultant_length"}
-
-
-def run(*words: str) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error."""
-    result = CliRunner().invoke(app, ["mosaic", *words])
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 @pytest.fixture
@@ -45,22 +37,18 @@ def test_json_and_report(points, tmp_path):
     """What the library answers, printed and written; a file is not replaced unasked."""
     report = tmp_path / "report.json"
     words = ["--correspondences", str(points), "--report", str(report), "--format", "json"]
-    code, out, err = run(*words)
-    assert (code, err) == (0, "")
+    out = run_ok(*words)
     expected = mosaic(read_correspondences(points)).to_dict()
     assert json.loads(out) == json.loads(report.read_text()) == expected
     assert set(expected) >= KEYS
-    code, out, err = run(*words)
-    assert (code, out) == (2, "")
-    assert "It exists; --overwrite replaces it." in err
+    assert "It exists; --overwrite replaces it." in refusal(*words)
     assert run(*words, "--overwrite", "--frame", "first", "--weights", "1,2,3")[0] == 0
     assert json.loads(report.read_text())["matrices"][0] == np.eye(3).tolist()
 
 
 def test_table(points):
     """Dist_F of each image in each frame, the reference images, the sums."""
-    code, out, err = run("--correspondences", str(points), "--rotation", "log", "--tolerance", "5")
-    assert (code, err) == (0, "")
+    out = run_ok("--correspondences", str(points), "--rotation", "log", "--tolerance", "5")
     for words in ("3 images, affine", "first (0)", "last (2)", "central (", "best (", "mdt", "all", "pixels RMS"):
         assert words in out
     assert "| image |" in run("--correspondences", str(points), "--format", "markdown")[1]
@@ -68,7 +56,7 @@ def test_table(points):
 
 def test_csv(points):
     """A row an image."""
-    rows = list(csv.DictReader(io.StringIO(run("--correspondences", str(points), "-f", "csv")[1])))
+    rows = parse_csv(run("--correspondences", str(points), "-f", "csv")[1])
     assert list(rows[0]) == ["image", "first", "last", "central", "best", "mdt"]
     assert [row["image"] for row in rows] == ["0", "1", "2"]
     assert float(rows[0]["first"]) == 0
@@ -80,9 +68,7 @@ def test_homographies_and_sizes(tmp_path):
         tmp_path / "h.csv", common_points(homographies(np.random.default_rng(2), count=3), SIZES[:3]), 1, False
     )
     words = ["--correspondences", str(path), "--model", "homography"]
-    code, out, err = run(*words, "--sizes", "300x200", "-f", "json")
-    assert (code, err) == (0, "")
-    assert json.loads(out)["sizes"] == [[300, 200]] * 3
+    assert run_json(*words, "--sizes", "300x200")["sizes"] == [[300, 200]] * 3
     assert run(*words)[0] == 2
 
 
@@ -179,10 +165,7 @@ def test_the_model_that_the_points_ask_for(tmp_path):
 )
 def test_refused(points, words, code, message):
     """Wrong usage ends with 2, what cannot be registered with 1; either in one line."""
-    result = run("--correspondences", str(points), *words)
-    assert result[:2] == (code, "")
-    assert message in result[2]
-    assert result[2].count("\n") == 1
+    assert message in refusal("--correspondences", str(points), *words, code=code)
 
 
 @pytest.fixture
@@ -198,8 +181,7 @@ def test_a_camera_that_turns(turned, tmp_path):
     """Where the pictures look, and the map that distorts least what they see; with one of one's own, too."""
     report = tmp_path / "report.json"
     words = ["--correspondences", str(turned[1]), "--model", "rotation"]
-    code, out, err = run(*words, "--report", str(report))
-    assert (code, err) == (0, "")
+    out = run_ok(*words, "--report", str(report))
     assert "3 images, rotation" in out
     found = json.loads(report.read_text())
     assert found["focals"][0] == pytest.approx(210.0, abs=5 * found["focal_errors"][0])
@@ -207,9 +189,7 @@ def test_a_camera_that_turns(turned, tmp_path):
     errors = {row["projection"]: row["airy_kavrayskiy_scaled"] for row in found["projections"]}
     assert min(errors, key=errors.get) == "this one"
     assert set(errors) == {"this one", "plate carrée", "Mercator", "cylindrical", "stereographic", "plane (gnomonic)"}
-    code, out, err = run(*words, "--projection", "mollweide", "--focal", "free", "-f", "json")
-    assert (code, err) == (0, "")
-    own = json.loads(out)
+    own = run_json(*words, "--projection", "mollweide", "--focal", "free")
     assert own["projection"].startswith("+proj=moll")
     assert len(set(own["focals"])) == 3
     lines = run(*words, "--projection", "mollweide", "-f", "csv")[1].splitlines()
@@ -282,10 +262,7 @@ def test_a_panorama(turned, tmp_path):
 )
 def test_panoramas_refused(turned, words, code, message):
     """Options that do not go together, and what cannot be."""
-    result = run("--correspondences", str(turned[1]), *words)
-    assert result[:2] == (code, "")
-    assert message in result[2]
-    assert result[2].count("\n") == 1
+    assert message in refusal("--correspondences", str(turned[1]), *words, code=code)
 
 
 @pytest.mark.slow
@@ -301,8 +278,7 @@ def test_images(tmp_path):
     assert found["images"] == ["sheet0.png", "sheet1.png", "sheet2.png", "sheet3.png"]
     assert found["left_out"] == ["sheet3.png"]
     table = write_csv(tmp_path / "points.csv", common_points(H, np.array([[300.0, 240.0]] * 3)))
-    code, out, err = run(*sheets[:3], "--correspondences", str(table))
-    assert (code, err) == (0, "")
+    out = run_ok(*sheets[:3], "--correspondences", str(table))
     assert "first (sheet0.png)" in out
 
 
@@ -317,8 +293,7 @@ def test_picture(tmp_path):
     table = write_csv(tmp_path / "points.csv", common_points(H, np.array([[300.0, 240.0]] * 2)))
     words = [*map(str, sheets), "--correspondences", str(table)]
     picture, report = tmp_path / "m.png", tmp_path / "report.json"
-    code, out, err = run(*words, "-o", str(picture), "--report", str(report), "--crop", "--blend", "feather")
-    assert (code, err) == (0, "")
+    out = run_ok(*words, "-o", str(picture), "--report", str(report), "--crop", "--blend", "feather")
     assert out.endswith(f"Wrote: {picture}\nWrote: {report}\n")
     assert "Georeference: the mean of 2 sheets by least squares of their corners" in out
     written = json.loads(report.read_text())["picture"]
@@ -343,9 +318,7 @@ def test_picture(tmp_path):
         (["--crop"], "Invalid option '--crop'. It needs a mosaic to draw: -o FILE."),
         (["--pixels", "10"], "Invalid pixels '10'."),
     ):
-        result = run(*words, *more)
-        assert result[:2] == (2, "")
-        assert message in result[2]
+        assert message in refusal(*words, *more)
     assert not picture.exists()
     code, out, err = run(*words, "-o", str(tmp_path / "small.jpg"), "--pixels", "1e4")
     assert code == 0
@@ -359,8 +332,7 @@ def test_compare(points, tmp_path):
     """The frames side by side, of images or of their rims."""
     figure = tmp_path / "frames.png"
     words = ["--correspondences", str(points), "--compare", str(figure)]
-    code, out, err = run(*words)
-    assert (code, err) == (0, "")
+    out = run_ok(*words)
     assert out.endswith(f"Wrote: {figure}\n")
     with Image.open(figure) as image:
         assert min(image.size) > 500
@@ -396,18 +368,15 @@ def test_images_refused(tmp_path, points):
         ([*sheets, "--correspondences", str(points)], 2, "Invalid images. There are 2; the correspondences are for 3."),
         (sheets, 1, "Invalid images. No two of them have anything in common."),
     ):
-        result = run(*words)
-        assert result[:2] == (code, "")
-        assert message in result[2]
-        assert result[2].count("\n") == 1
+        assert message in refusal(*words, code=code)
 
 
 def test_no_file():
     """Without a file there is nothing to do."""
     assert run()[0] == 2
-    code, out, err = run("--correspondences", "none.csv")
-    assert (code, out) == (2, "")
-    assert err.startswith("projdist: Invalid correspondences 'none.csv'. It cannot be read as text")
+    assert refusal("--correspondences", "none.csv").startswith(
+        "Invalid correspondences 'none.csv'. It cannot be read as text"
+    )
 
 
 @pytest.mark.parametrize(

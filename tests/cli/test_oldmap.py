@@ -1,18 +1,15 @@
 """The command `oldmap`: formats, pictures, and what is refused."""
 
-import csv
-import io
-import json
-
 import numpy as np
 import pytest
+from commands import command, parse_csv
 from matplotlib.image import imread
 from PIL import Image
-from typer.testing import CliRunner
 
 from projdist import old_map, plots, read_control_points
 from projdist.cli import oldmap
-from projdist.cli.app import app
+
+run, run_ok, run_json, refusal = command("oldmap")
 
 QUICK = ["--model", "polynomial2"]
 PIPELINE = "+proj=pipeline +step +proj=merc +step +proj=affine +s11=2"
@@ -28,24 +25,14 @@ def points(tmp_path):
     return path
 
 
-def run(*words):
-    """Exit code, standard output and standard error."""
-    result = CliRunner().invoke(app, ["oldmap", *map(str, words)])
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, result.stdout, result.stderr
-
-
 def test_json(points):
     """All figures at full precision, as the library has them."""
-    code, out, err = run(points, "--format", "json")
-    assert (code, err) == (0, "")
-    assert json.loads(out) == old_map(read_control_points(points)).to_dict()
+    assert run_json(points) == old_map(read_control_points(points)).to_dict()
 
 
 def test_table(points):
     """The three rectifications, the fit, folds, outliers and what is to be noted."""
-    code, out, err = run(points, *QUICK, "--scan-dpi", "300")
-    assert (code, err) == (0, "")
+    out = run_ok(points, *QUICK, "--scan-dpi", "300")
     for text in (
         "25 control points, polynomial2",
         "mean Dist_F^2",
@@ -63,17 +50,15 @@ def test_table(points):
 
 def test_markdown(points):
     """A table that a page can hold."""
-    code, out, err = run(points, *QUICK, "--format", "markdown")
-    assert (code, err) == (0, "")
+    out = run_ok(points, *QUICK, "--format", "markdown")
     assert out.startswith("| map | mean Dist_F^2 | RMS at points, m | m per unit | ± | stretch |")
     assert out.count("\n| ") == 4
 
 
 def test_csv(points):
     """A row a control point, at full precision."""
-    code, out, err = run(points, *QUICK, "--format", "csv")
-    assert (code, err) == (0, "")
-    rows = list(csv.DictReader(io.StringIO(out)))
+    out = run_ok(points, *QUICK, "--format", "csv")
+    rows = parse_csv(out)
     expected = old_map(read_control_points(points), model="polynomial2").to_dict()["points"]
     assert len(rows) == 25
     assert float(rows[7]["fisher"]) == expected[7]["fisher"]
@@ -100,7 +85,7 @@ def test_folds_and_outliers_are_named(tmp_path):
 
 def test_smoothing(points):
     """A smoothing that is given is used; without one it is found."""
-    data = json.loads(run(points, "--smoothing", "0.5", "--format", "json")[1])
+    data = run_json(points, "--smoothing", "0.5")
     assert data["smoothing"] == 0.5
 
 
@@ -108,7 +93,7 @@ def test_longitudes_and_latitudes(tmp_path):
     """With a CRS the truth may be in degrees."""
     path = tmp_path / "p.csv"
     path.write_text("x_old,y_old,lon,lat\n0,0,7,47\n100,0,8,47\n0,100,7,48\n100,100,8,48\n", encoding="utf-8")
-    data = json.loads(run(path, *QUICK[:1], "affine", "--crs", "EPSG:32632", "--format", "json")[1])
+    data = run_json(path, *QUICK[:1], "affine", "--crs", "EPSG:32632")
     # A degree of latitude is 111.2 km long at 47.5 degrees, one of longitude 75.3 km.
     assert data["rectifications"]["affine"]["scale"] == pytest.approx(np.sqrt(1112.0 * 753.0), rel=2e-3)
     code, _, err = run(path, "--crs", "nosuch")
@@ -120,8 +105,7 @@ def test_picture(points, tmp_path):
     """The panels that are asked for, in the size that is asked for; the table says where."""
     path = tmp_path / "x.png"
     words = ["-o", path, "--size", "8,4", "--dpi", "50", "--draw", "grid,heatmap", "-m", "areal_scale"]
-    code, out, err = run(points, *QUICK, *words)
-    assert (code, err) == (0, "")
+    out = run_ok(points, *QUICK, *words)
     assert f"Wrote: {path}" in out
     assert imread(path).shape[:2] == (200, 400)
     assert run(points, *QUICK, *words)[0] == 2
@@ -134,8 +118,7 @@ def test_sheet(points, tmp_path):
     rasterio = pytest.importorskip("rasterio")
     Image.fromarray(np.full((400, 400), 99, np.uint8)).save(tmp_path / "scan.png")
     words = ["--image", tmp_path / "scan.png", "-o", tmp_path / "x.tif"]
-    code, out, err = run(points, *QUICK, *words, "--crs", "EPSG:21781", "--resolution", "100")
-    assert (code, err) == (0, "")
+    out = run_ok(points, *QUICK, *words, "--crs", "EPSG:21781", "--resolution", "100")
     assert out.endswith(f"Wrote: {tmp_path / 'x.tif'}\n")
     with rasterio.open(tmp_path / "x.tif") as sheet:
         assert (sheet.crs.to_epsg(), sheet.count, sheet.res) == (21781, 2, (100.0, 100.0))
@@ -156,8 +139,7 @@ def test_sheet(points, tmp_path):
 def test_layers(points, tmp_path):
     """Displacements and isolines as layers of a GeoPackage in the CRS."""
     pyogrio = pytest.importorskip("pyogrio")
-    code, out, err = run(points, *QUICK, "-o", tmp_path / "x.gpkg", "--crs", "EPSG:21781")
-    assert (code, err) == (0, "")
+    out = run_ok(points, *QUICK, "-o", tmp_path / "x.gpkg", "--crs", "EPSG:21781")
     assert out.endswith(f"Wrote: {tmp_path / 'x.gpkg'}\n")
     layers = dict(pyogrio.list_layers(tmp_path / "x.gpkg"))
     assert layers == dict.fromkeys(["displacements", "fisher", "areal_scale", "scale", "rotation"], "LineString")
@@ -203,18 +185,13 @@ def test_wrong_words(words, text, points, tmp_path, monkeypatch):
     pytest.importorskip("geopandas")
     pytest.importorskip("rasterio")
     monkeypatch.chdir(tmp_path)
-    code, out, err = run(points.name, *(words if "--model" in words or "--smoothing" in words else [*words, *QUICK]))
-    assert (code, out) == (2, "")
-    assert text in err
-    assert err.count("\n") == 1
+    assert text in refusal(points.name, *(words if "--model" in words or "--smoothing" in words else [*words, *QUICK]))
     assert [path.name for path in tmp_path.iterdir()] == [points.name]
 
 
 def test_no_file():
     """A file that is not there."""
-    code, out, err = run("nosuch.csv")
-    assert (code, out) == (2, "")
-    assert "Invalid points file 'nosuch.csv'. It cannot be read as text: No such file" in err
+    assert "Invalid points file 'nosuch.csv'. It cannot be read as text: No such file" in refusal("nosuch.csv")
 
 
 # ---- several maps ---------------------------------------------------------------------------
@@ -238,9 +215,7 @@ def sheets(tmp_path):
 @pytest.mark.slow
 def test_several(sheets):
     """ln of the scale is even in [-g / 2, g / 2]: mean square g^2 / 12; half of it is common, as scales' logs add."""
-    code, out, err = run(*sheets, "--model", "polynomial3", "--format", "json")
-    assert (code, err) == (0, "")
-    found = json.loads(out)
+    found = run_json(*sheets, "--model", "polynomial3")
     square = GROWTH**2 / 12.0
     cubic = 0.02  # a cubic's derivative is the exponential's to 1 % there
     for row in found["maps"]:
@@ -253,7 +228,7 @@ def test_several(sheets):
     assert "2 old maps, each after its affine" in table
     assert "their mean" in table
     assert "In common is 50" in table
-    rows = list(csv.DictReader(io.StringIO(run(*sheets, "--format", "csv")[1])))
+    rows = parse_csv(run(*sheets, "--format", "csv")[1])
     assert [row["map"] for row in rows] == [*map(str, sheets), "their mean"]
 
 
@@ -268,9 +243,7 @@ def test_several(sheets):
     ],
 )
 def test_what_is_of_one_map(sheets, words, message):
-    code, out, err = run(*sheets, *words)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert message in err
+    assert message in refusal(*sheets, *words)
 
 
 def test_a_map_is_given_once(sheets):
@@ -286,8 +259,7 @@ def test_maps_without_distortion(sheets, tmp_path):
     paths = [tmp_path / "one.csv", tmp_path / "two.csv"]
     for path, stretch in zip(paths, (1.0, 1.1), strict=True):
         np.savetxt(path, np.hstack([table[:, 2:] * [stretch, 1.0] / 100.0, table[:, 2:]]), delimiter=",")
-    code, out, err = run(*paths)
-    assert (code, err) == (0, "")
+    out = run_ok(*paths)
     assert "The maps have no distortion but what is rounding." in out
     assert "e-" not in out
 
@@ -298,6 +270,4 @@ def test_no_common_ground(sheets, tmp_path):
     table = np.loadtxt(sheets[0], delimiter=",", skiprows=1) + np.array([0.0, 0.0, 5e5, 5e5])
     far = tmp_path / "far.csv"
     np.savetxt(far, table, delimiter=",")
-    code, out, err = run(sheets[0], far)
-    assert (code, out) == (2, "")
-    assert "Invalid old maps. There is no ground that all of them show." in err
+    assert "Invalid old maps. There is no ground that all of them show." in refusal(sheets[0], far)

@@ -7,15 +7,16 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from commands import command
 from pyproj import CRS
 from tables import each
-from typer.testing import CliRunner
 
 from projdist import optimize, recommend, summarize
-from projdist.cli.app import app
 from projdist.cli.optimize import _best_existing
 from projdist.decisions.optimization import Optimum
 from projdist.regions import get_region
+
+run, run_ok, run_json, refusal = command("optimize")
 
 SQUARE = "box:5,47,15,55"
 KEYS = {
@@ -33,19 +34,10 @@ KEYS = {
 }
 
 
-def run(*words: str) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error."""
-    result = CliRunner().invoke(app, ["optimize", *words])
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, result.stdout, result.stderr
-
-
 @pytest.mark.slow
 def test_json() -> None:
     """What the library answers."""
-    code, out, err = run("lcc", SQUARE, "--round", "0.5", "--format", "json")
-    assert (code, err) == (0, "")
-    answer = json.loads(out)
+    answer = run_json("lcc", SQUARE, "--round", "0.5")
     assert set(answer) >= KEYS
     assert answer == optimize("lcc", SQUARE, round_to=0.5).to_dict()
 
@@ -53,13 +45,11 @@ def test_json() -> None:
 @pytest.mark.slow
 def test_against() -> None:
     """A projection, or the best existing CRS: the last of the baselines, with the figure that recommend has."""
-    code, out, err = run("laea", SQUARE, "--against", "EPSG:4839", "--against", "robinson", "--format", "json")
-    assert (code, err) == (0, "")
+    out = run_ok("laea", SQUARE, "--against", "EPSG:4839", "--against", "robinson", "--format", "json")
     *_, one, other = json.loads(out)["baselines"]
     assert (one["definition"], other["name"]) == ("EPSG:4839", "Robinson")
     assert one["value"] == pytest.approx(summarize("EPSG:4839", SQUARE).airy_kavrayskiy, rel=1e-5)
-    code, out, err = run("laea", SQUARE, "--against", "recommend", "--criterion", "max_omega", "--format", "json")
-    assert (code, err) == (0, "")
+    out = run_ok("laea", SQUARE, "--against", "recommend", "--criterion", "max_omega", "--format", "json")
     (best,) = recommend(SQUARE, criterion="max_omega", limit=1).results
     last = json.loads(out)["baselines"][-1]
     assert last["definition"] == best.code
@@ -69,16 +59,15 @@ def test_against() -> None:
 @pytest.mark.slow
 def test_against_what_does_not_show_the_region() -> None:
     """It is said, with exit code 1."""
-    code, out, err = run("lcc", SQUARE, "--against", "+proj=ortho +lat_0=0 +lon_0=100 +R=6371000")
-    assert (code, out) == (1, "")
-    assert err.endswith(f"to compare with. It shows 50 % of {SQUARE}.\n")
+    assert refusal("lcc", SQUARE, "--against", "+proj=ortho +lat_0=0 +lon_0=100 +R=6371000", code=1).endswith(
+        f"to compare with. It shows 50 % of {SQUARE}."
+    )
 
 
 @pytest.mark.slow
 def test_proj_and_wkt(tmp_path: Path) -> None:
     """Forms for other programs, also in a file."""
-    code, out, _ = run("lcc", SQUARE, "--free", "lat_1, lat_2", "-f", "proj")
-    assert code == 0
+    out = run_ok("lcc", SQUARE, "--free", "lat_1, lat_2", "-f", "proj")
     assert out.startswith("+proj=lcc +ellps=WGS84")
     path = tmp_path / "best.wkt"
     assert run("lcc", SQUARE, "-f", "wkt", "-o", str(path))[:2] == (0, f"Wrote: {path}\n")
@@ -93,7 +82,7 @@ def best() -> Optimum:
 def test_forms_of_an_answer(best: Optimum, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """JSON, PROJ, WKT, also in a file; where there is no WKT the reason, with 1."""
     monkeypatch.setattr("projdist.decisions.optimize", lambda *_, **__: best)
-    assert json.loads(run("lcc", SQUARE, "-f", "json")[1]) == best.to_dict()
+    assert run_json("lcc", SQUARE) == best.to_dict()
     assert run("lcc", SQUARE, "-f", "proj")[1] == f"{best.proj}\n"
     assert run("lcc", SQUARE, "-f", "wkt")[1] == f"{best.wkt}\n"
     path = tmp_path / "best.wkt"
@@ -137,8 +126,7 @@ def test_the_best_existing(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_table() -> None:
     """The report names the parameters, the rule of thumb, UTM, and what rounding costs."""
-    code, out, err = run("tmerc", SQUARE, "--criterion", "max_scale_error_ppm", "--ellipsoid", "GRS80")
-    assert (code, err) == (0, "")
+    out = run_ok("tmerc", SQUARE, "--criterion", "max_scale_error_ppm", "--ellipsoid", "GRS80")
     for words in (
         "lon_0",
         "k_0",
@@ -155,8 +143,7 @@ def test_table() -> None:
 @pytest.mark.slow
 def test_templates() -> None:
     """A PROJ string with ranges is one word of the command line."""
-    code, out, _ = run("+proj=tmerc +lon_0={12..15} +ellps=GRS80", SQUARE)
-    assert code == 0
+    out = run_ok("+proj=tmerc +lon_0={12..15} +ellps=GRS80", SQUARE)
     assert "lon_0 is at the end of its range." in out
 
 
@@ -181,10 +168,7 @@ def test_templates() -> None:
 )
 def test_refused(words: list[str], message: str) -> None:
     """Wrong usage ends with 2 and one line."""
-    code, out, err = run(*words)
-    assert (code, out) == (2, "")
-    assert err.startswith(f"projdist: {message}")
-    assert err.count("\n") == 1
+    assert refusal(*words).startswith(message)
 
 
 def test_failures() -> None:
@@ -197,8 +181,7 @@ def test_failures() -> None:
 @pytest.mark.slow
 def test_a_criterion_that_vanishes() -> None:
     """It is said, and what is compared is the error that has decided."""
-    code, out, err = run("lcc", SQUARE, "--criterion", "max_omega")
-    assert (code, err) == (0, "")
+    out = run_ok("lcc", SQUARE, "--criterion", "max_omega")
     assert "max_omega vanishes for all of lcc: the least Airy-Kavrayskiy error has decided." in out
     assert "airy_kavrayskiy" in out
 
@@ -206,6 +189,7 @@ def test_a_criterion_that_vanishes() -> None:
 @pytest.mark.slow
 def test_no_bound() -> None:
     """One line, and exit code 1."""
-    code, out, err = run("merc", "globe", "--criterion", "max_scale_error_ppm")
-    assert (code, out) == (1, "")
-    assert err == "projdist: Invalid criterion 'max_scale_error_ppm' for merc over globe. It is not finite there.\n"
+    assert (
+        refusal("merc", "globe", "--criterion", "max_scale_error_ppm", code=1)
+        == "Invalid criterion 'max_scale_error_ppm' for merc over globe. It is not finite there."
+    )

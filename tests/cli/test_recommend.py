@@ -1,7 +1,6 @@
 """The command `recommend`: formats, options, the picture, words, and what is refused."""
 
 import contextlib
-import csv
 import io
 import json
 import time
@@ -9,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from commands import command, parse_csv
 from matplotlib.image import imread
 from tables import each
-from typer.testing import CliRunner
 
 from projdist import recommend
 from projdist.cli.app import app
@@ -22,15 +21,10 @@ from projdist.decisions.recommendation import Custom
 from projdist.decisions.zones import Zone, ZoneSystem
 from projdist.regions import GLOBE
 
+run, run_ok, run_json, refusal = command("recommend")
+
 ISLAND = "box:-7.2,61.3,-6.2,62.5"
 QUICK = ["--authority", "EPSG", "--limit", "3"]
-
-
-def run(*words):
-    """Exit code, standard output and standard error."""
-    result = CliRunner().invoke(app, ["recommend", *words])
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, result.stdout, result.stderr
 
 
 @pytest.fixture(scope="module")
@@ -40,16 +34,13 @@ def found():
 
 def test_json(found):
     """The dictionary of the Python function, and no progress bar where there is no terminal."""
-    code, out, err = run(ISLAND, *QUICK, "--format", "json")
-    assert (code, err) == (0, "")
-    assert json.loads(out) == found.to_dict()
+    assert run_json(ISLAND, *QUICK) == found.to_dict()
 
 
 @pytest.mark.slow
 def test_table(found):
     """Every candidate with its columns; below, what draws the same map, and what was rejected."""
-    code, out, err = run(ISLAND, *QUICK)
-    assert (code, err) == (0, "")
+    out = run_ok(ISLAND, *QUICK)
     assert out.startswith(f"{ISLAND} (")
     for one in found.results:
         assert one.code in out
@@ -75,16 +66,15 @@ def test_custom(tmp_path):
     words = [*QUICK, "--purpose", "conformal", "--custom"]
     expected = recommend(ISLAND, authorities=["EPSG"], limit=3, purpose="conformal", custom=True)
     path = tmp_path / "best.png"
-    code, out, err = run(ISLAND, *words, "-o", str(path), "--dpi", "50")
-    assert (code, err) == (0, "")
+    out = run_ok(ISLAND, *words, "-o", str(path), "--dpi", "50")
     assert path.exists()
     for one in expected.custom:
         assert f"custom {one.family} " in out
         assert one.proj in out
     for one in expected.results:
         assert f"{100 * (one.ratio_to_custom - 1):+.2f} %" in out
-    assert json.loads(run(ISLAND, *words, "--format", "json")[1]) == expected.to_dict()
-    rows = list(csv.DictReader(io.StringIO(run(ISLAND, *words, "--format", "csv")[1])))
+    assert run_json(ISLAND, *words) == expected.to_dict()
+    rows = parse_csv(run(ISLAND, *words, "--format", "csv")[1])
     assert [row["proj"] for row in rows] == [*[""] * 3, *(one.proj for one in expected.custom)]
     assert [float(row["ratio_to_custom"]) for row in rows[:3]] == [one.ratio_to_custom for one in expected.results]
     assert expected.custom[0].proj in run(ISLAND, *words, "--format", "markdown")[1]
@@ -93,8 +83,7 @@ def test_custom(tmp_path):
 @pytest.mark.slow
 def test_uninterrupted():
     """Cuts have a column where there are any."""
-    code, out, err = run("globe", "--limit", "1", "--authority", "ESRI", "--uninterrupted")
-    assert (code, err) == (0, "")
+    out = run_ok("globe", "--limit", "1", "--authority", "ESRI", "--uninterrupted")
     for text in ("cuts km", "20,015", "that are interrupted"):
         assert text in out
     assert "cuts" not in run(ISLAND, *QUICK)[1]
@@ -109,9 +98,8 @@ def known(found, monkeypatch):
 
 def test_forms_of_an_answer(known):
     """Rows of CSV have their numbers in full and nothing where there is none, tables begin with the codes."""
-    code, out, err = run(ISLAND, *QUICK, "--format", "csv")
-    assert (code, err) == (0, "")
-    rows = list(csv.DictReader(io.StringIO(out)))
+    out = run_ok(ISLAND, *QUICK, "--format", "csv")
+    rows = parse_csv(out)
     assert [row["code"] for row in rows] == [one.code for one in known.results]
     assert [float(row["value"]) for row in rows] == [one.value for one in known.results]
     assert {row["ratio_to_custom"] for row in rows} == {""}
@@ -128,7 +116,7 @@ def test_the_limit(known):
     for one in known.results:
         assert f"| x {one.value / known.limit:.3g} |" in out
     assert f"over {known.limit:.3g}, about what the best of all maps" in run(ISLAND, *QUICK)[1]
-    rows = list(csv.DictReader(io.StringIO(run(ISLAND, *QUICK, "--format", "csv")[1])))
+    rows = parse_csv(run(ISLAND, *QUICK, "--format", "csv")[1])
     assert [float(row["over_limit"]) for row in rows] == [one.value / known.limit for one in known.results]
 
 
@@ -186,8 +174,7 @@ def rich(found, monkeypatch):
 def test_all_that_an_answer_may_have(rich):
     """Cuts, zones and custom projections have columns and tables, in Markdown, too; what has no bound says so."""
     for form in ("table", "markdown"):
-        code, out, err = run(ISLAND, "--format", form)
-        assert (code, err) == (0, "")
+        out = run_ok(ISLAND, "--format", form)
         for text in (
             "+100.00 %",
             "cuts km",
@@ -206,10 +193,10 @@ def test_all_that_an_answer_may_have(rich):
     table = run(ISLAND)[1]
     assert "1 national zones, each in its part at most 73.04 ppm" in table
     assert "1 zones of the world" in table
-    rows = list(csv.DictReader(io.StringIO(run(ISLAND, "--format", "csv")[1])))
+    rows = parse_csv(run(ISLAND, "--format", "csv")[1])
     assert [row["proj"] for row in rows] == [*[""] * len(rich.results), "+proj=laea +lat_0=62"]
     assert rows[-1]["max_omega"] == ""
-    data = json.loads(run(ISLAND, "--format", "json")[1])
+    data = run_json(ISLAND)
     assert data["custom"][0]["max_omega"] is None
     assert data["custom"][0]["parameters"] == {"lat_0": 62.0}
 
@@ -221,8 +208,7 @@ def test_what_a_picture_shows(rich, tmp_path, monkeypatch):
     monkeypatch.setattr(
         "projdist.cli.options.PictureFile.save", lambda _, draw, *shown, **options: draw(*shown, **options)
     )
-    code, _, err = run(ISLAND, "-o", str(tmp_path / "x.png"))
-    assert (code, err) == (0, "")
+    run_ok(ISLAND, "-o", tmp_path / "x.png")
     ((maps, options),) = drawn
     assert maps == [rich.results[0].code, "+proj=laea +lat_0=62"]
     assert options["titles"] == [rich.results[0].code, "custom laea"]
@@ -255,8 +241,7 @@ def test_nobody_answers(error, code, message, monkeypatch):
 def test_options():
     """Every option that narrows the candidates reaches the function."""
     words = ["--purpose", "conformal", "--criterion", "max_omega", "--datum", "ETRS89", "--intersects", "--deprecated"]
-    code, out, err = run(ISLAND, *QUICK, *words, "--format", "json")
-    assert (code, err) == (0, "")
+    out = run_ok(ISLAND, *QUICK, *words, "--format", "json")
     options = {"purpose": "conformal", "criterion": "max_omega", "datum": "ETRS89", "area": "intersects"}
     expected = recommend(ISLAND, authorities=["EPSG"], limit=3, deprecated=True, **options)
     assert json.loads(out) == expected.to_dict()
@@ -275,8 +260,7 @@ def test_what_is_drawn():
 def test_picture(tmp_path):
     """Heat maps of the best, in a picture that is no blank."""
     path = tmp_path / "comparison.png"
-    code, out, err = run(ISLAND, *QUICK, "-o", str(path), "--dpi", "50")
-    assert (code, err) == (0, "")
+    out = run_ok(ISLAND, *QUICK, "-o", str(path), "--dpi", "50")
     assert out.endswith(f"Wrote: {path}\n")
     picture = imread(path)
     assert picture.shape[1] > picture.shape[0] * 0.8
@@ -304,10 +288,7 @@ def test_picture(tmp_path):
 )
 def test_refused(words, message):
     """Wrong words are one line, with exit code 2."""
-    code, out, err = run(*words)
-    assert (code, out) == (2, "")
-    assert err.startswith(f"projdist: {message}")
-    assert err.count("\n") == 1
+    assert refusal(*words).startswith(message)
 
 
 class Terminal(io.StringIO):
@@ -367,6 +348,7 @@ def test_words_for_what_cannot_be_counted(monkeypatch):
 
 def test_nothing_serves():
     """Where no CRS serves the purpose that is said, with exit code 1."""
-    code, out, err = run(ISLAND, "--purpose", "equidistant", "--contains", "--authority", "IGNF")
-    assert (code, out) == (1, "")
-    assert err == f"projdist: No CRS serves the region '{ISLAND}' with these options.\n"
+    assert (
+        refusal(ISLAND, "--purpose", "equidistant", "--contains", "--authority", "IGNF", code=1)
+        == f"No CRS serves the region '{ISLAND}' with these options."
+    )

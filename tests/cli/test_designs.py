@@ -1,0 +1,239 @@
+"""The commands `design`, `mean-map` and `world-map`: formats, options, what they write, and what is refused."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import refusal, run_json, run_ok
+from commands import told as run
+from matplotlib.image import imread
+from pyproj import CRS, Transformer
+from tables import each
+
+from projdist import Projection, design, mean_map, summarize, world_map
+from projdist.designs import Design
+
+SWISS = ("country:CH", "--degree", "2", "--base", "EPSG:2056", "--against", "EPSG:21781")
+
+
+def test_json() -> None:
+    """What the library answers."""
+    assert (
+        run_json("design", *SWISS) == design("country:CH", degree=2, base="EPSG:2056", against="EPSG:21781").to_dict()
+    )
+
+
+def test_table() -> None:
+    """The figures, the map to compare with, the degrees, and what is to be known."""
+    out = run_ok("design", *SWISS, "--name", "Mine")
+    assert out.startswith("Mine (41,324 km2)\nDegree 2 on +proj=somerc")
+    for words in (
+        "made to measure",
+        "given",
+        "EPSG:21781",
+        "The image does not cover itself.",
+        "limit",
+        "There and back",
+    ):
+        assert words in out
+
+
+@pytest.fixture(scope="module")
+def made() -> Design:
+    return design("country:CH", degree=2, base="EPSG:2056", against=())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", ["proj", "wkt", "wkt-derived", "projjson"])
+def test_formats_that_programs_read(form: str, made: Design) -> None:
+    """They are the same map."""
+    out = run_ok(
+        "design", "country:CH", "--degree", "2", "--base", "EPSG:2056", "--against", "EPSG:21781", "--format", form
+    )
+    x, y = Projection.from_user_input(out.strip())(8.5, 47.5)
+    truth = made.projection(8.5, 47.5)
+    assert (x, y) == (pytest.approx(truth[0], abs=1e-8), pytest.approx(truth[1], abs=1e-8))
+
+
+def test_a_file_is_a_projection(tmp_path: Path) -> None:
+    """As any other: for the library, for pyproj, and for the other commands."""
+    path = tmp_path / "map.wkt"
+    code, out, _ = run("design", *SWISS, "-o", str(path))
+    assert (code, out) == (0, f"Wrote: {path}\n")
+    assert CRS.from_wkt(path.read_text()).is_projected
+    rows = run_json("compare", path, "EPSG:2056", "-r", "country:CH")["results"]
+    assert rows[0]["projection"] == str(path)
+    assert rows[0]["airy_kavrayskiy"] == summarize(str(path), "country:CH").airy_kavrayskiy < rows[1]["airy_kavrayskiy"]
+
+
+@pytest.mark.slow
+def test_picture(tmp_path: Path) -> None:
+    """Beside the best existing map; the file is told."""
+    path = tmp_path / "map.png"
+    out = run_ok("design", *SWISS, "--picture", str(path), "--size", "6,3", "--dpi", "50")
+    assert out.endswith(f"Wrote: {path}\n")
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_the_best_existing_crs_is_the_usual_rival() -> None:
+    """That of `recommend`, for the kind of the map."""
+    out = run_ok("design", "box:7.5,46.5,8.5,47.5", "--kind", "conformal", "--degree", "2", "--format", "json")
+    assert [(one["kind"], one["name"]) for one in json.loads(out)["rivals"]][1] == ("best existing", "EPSG:2056")
+
+
+@each(
+    ("words", "message"),
+    [
+        (("--kind", "nice"), "Invalid kind 'nice'. It must be one of any, conformal, equal-area."),
+        (("--degree", "many"), "Invalid degree 'many'. It must be auto, or a whole number."),
+        (("--degree", "0"), "Invalid degree '0'. It must be auto, or a whole number from 1 to 20."),
+        (("--balance", "x"), "Invalid balance 'x'. It must be a number."),
+        (("--background", "2"), "Invalid background '2.0'. It must be a number from 0 to 0.5."),
+        (("--north", "7"), "Invalid north '7'. It must be LON,LAT in degrees."),
+        (("--symmetric", "up"), "Invalid symmetry 'up'. It must be none, meridian, equator or both."),
+        (("--base", "EPSG:3857", "--kind", "equal-area"), "It must be equal-area at scale 1."),
+        (("--datum", "WGS 85"), "Invalid geographic CRS 'WGS 85'."),
+        (("-o", "map.png"), "Its suffix must be"),
+        (("--size", "3,4"), "Invalid option '--size'. It needs a picture to draw to"),
+    ],
+)
+def test_what_is_refused(words: tuple[str, ...], message: str) -> None:
+    """In one line, with an exit code that is not 0."""
+    code, out, err = run("design", "country:CH", "--against", "EPSG:2056", *words)
+    assert code in (1, 2)
+    assert out == ""
+    assert len(err.strip().splitlines()) == 1
+    assert message in err
+
+
+def test_the_world_is_refused() -> None:
+    """It must be cut, which is another task."""
+    code, _, err = run("design", "globe")
+    assert code == 2
+    assert "It reaches 180 degrees from its middle" in err
+
+
+# ---- mean maps -----------------------------------------------------------------------------------
+
+
+BETWEEN = ["EPSG:3035", "EPSG:25832", "--region", "box:6,46,10,47.5", "--degree", "3"]
+
+
+def test_json_of_a_mean() -> None:
+    """What the library answers."""
+    out = run_ok("mean-map", *BETWEEN, "--weights", "1,2", "--format", "json")
+    found = mean_map(["EPSG:3035", "EPSG:25832"], region="box:6,46,10,47.5", degree=3, weights=[1, 2])
+    assert json.loads(out) == found.to_dict()
+
+
+@pytest.mark.slow
+def test_table_of_a_mean() -> None:
+    """The bound, the mean, the average and the maps; which distance it is."""
+    out = run_ok("mean-map", *BETWEEN, "--weights", "1,2", "--name", "Between two")
+    for words in ("Between two over", "Weights 1, 2", "bound", "mean", "average", "EPSG:25832", "same point of the"):
+        assert words in out
+
+
+@pytest.mark.slow
+def test_wkt_and_picture(tmp_path: Path) -> None:
+    """A CRS in a file, and the mean beside the average."""
+    code, _, err = run(
+        "mean-map", *BETWEEN, "-o", str(tmp_path / "mean.wkt"), "--picture", str(tmp_path / "mean.png"), "--dpi", "40"
+    )
+    assert code == 0, err
+    assert CRS.from_wkt((tmp_path / "mean.wkt").read_text()).is_projected
+    assert imread(tmp_path / "mean.png").std() > 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", ["proj", "wkt-derived", "projjson"])
+def test_other_forms(form: str) -> None:
+    """Each is read by PROJ."""
+    out = run_ok("mean-map", *BETWEEN, "--format", form)
+    assert out.startswith("+proj=pipeline") if form == "proj" else CRS.from_user_input(out)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["robin", "moll", "--weights", "1,x"], "Invalid weights '1,x'. They must be numbers with commas"),
+        (["robin", "moll", "--degree", "x"], "Invalid degree 'x'"),
+        (["robin", "moll", "--region", "globe"], "Invalid region 'globe'"),
+        (["robin", "igh"], "It is cut within"),
+        pytest.param(
+            ["aitoff", "moll", "--degree", "3", "--format", "wkt"], "JSON has its coefficients", marks=pytest.mark.slow
+        ),
+    ],
+)
+def test_refused_means(words: list[str], told: str) -> None:
+    """In one line, with exit code 2 or 1."""
+    code, out, err = run("mean-map", *words)
+    assert code in (1, 2)
+    assert out == ""
+    assert told in err
+    assert err.count("\n") == 1
+
+
+# ---- maps of the world ---------------------------------------------------------------------------
+
+
+QUICK = ("--cells", "8", "--against", "robin")
+
+
+@pytest.mark.slow
+def test_table_of_the_world() -> None:
+    out = run_ok("world-map", *QUICK, "--cut", "-169")
+    assert out.startswith("World map, cut at -169 (510,065,622 km2)\nairy_kavrayskiy 0.327")
+    for words in ("Symmetric about: both", "Robinson", "8 x 8"):
+        assert words in out
+
+
+def test_json_of_the_world() -> None:
+    """What the library answers."""
+    out = run_ok("world-map", "continent:Africa", *QUICK, "--elsewhere", "0.1", "--format", "json")
+    found = world_map("continent:Africa", elsewhere=0.1, cells=8, against="robin")
+    assert json.loads(out) == found.to_dict() | {"pipeline": None}
+
+
+def test_points(tmp_path: Path) -> None:
+    """Weighted points are a region."""
+    path = tmp_path / "towns.csv"
+    path.write_text("lon,lat,people\n20,45,100\n21,46,300\n25,44,50\n")
+    out = run_ok("world-map", f"points:{path}", "--weight", "people", *QUICK)
+    assert "(3 points)" in out
+
+
+@pytest.mark.slow
+def test_files(tmp_path: Path) -> None:
+    """Triangles that PROJ runs, and a picture; nothing is overwritten unasked."""
+    triangles, picture = tmp_path / "world.json", tmp_path / "world.png"
+    words = (*QUICK, "--tinshift", str(triangles), "--picture", str(picture), "--dpi", "30")
+    out = run_ok("world-map", *words)
+    assert f"Wrote: {triangles}" in out
+    pipeline = out.split("PROJ: ")[1].split("\n")[0]
+    assert np.isfinite(Transformer.from_pipeline(pipeline).transform(10.0, 50.0)).all()
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    code, _, err = run("world-map", *words)
+    assert (code, "It exists" in err) == (2, True)
+
+
+@each(
+    ("words", "message"),
+    [
+        (("--cut", "1,2"), "Invalid cut '1,2'. It must be a longitude, or two or more points as '-170,40 -70,-62'."),
+        (("--cut", "x"), "Invalid cut 'x'."),
+        (("--cells", "7"), "Invalid number of cells '7'."),
+        (("--cells", "x"), "Invalid number of cells 'x'."),
+        (("--elsewhere", "0"), "Invalid weight elsewhere '0'. It must be a number within 0.0001 and 1."),
+        (("--until", "95"), "Invalid end '95'."),
+        (("--symmetric", "x"), "Invalid symmetry 'x'."),
+        (("--weight", "pop.tif"), "Invalid weight 'pop.tif' without a region."),
+        (("--tinshift", "x.txt"), "Invalid file of triangles 'x.txt'. Its suffix must be .json"),
+        (("nowhere",), "Invalid region 'nowhere'"),
+    ],
+)
+def test_refused_worlds(words: tuple[str, ...], message: str) -> None:
+    """In one line, with exit code 2."""
+    assert refusal("world-map", *words).startswith(message)
