@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from commands import parse_csv, refusal, run, run_json, run_ok
+from tables import each
 
 import projdist
 
@@ -37,7 +38,6 @@ def here(monkeypatch, request):
 
 
 def write(path: Path) -> Path:
-    """A file of two regions and a feature that is none."""
     squares = {"A": [0, -40], "B": [8, 50]}
     features = [
         {
@@ -93,7 +93,6 @@ def test_what_fails_is_named(tmp_path):
 
 
 def test_a_layer(tmp_path):
-    """Has the regions with their best maps."""
     geopandas = pytest.importorskip("geopandas")
     path = write(tmp_path / "parts.geojson")
     for name in ("a.gpkg", "a.geojson"):
@@ -122,8 +121,6 @@ def test_a_partial_file_that_is_asked_for_stays(tmp_path):
 
 
 def test_a_cluster_that_goes_away(tmp_path, monkeypatch):
-    """Is told in a line, with where the results are that there are."""
-
     def gone(*_, **__):
         raise ConnectionError("The executor does not answer any more.")
 
@@ -178,7 +175,7 @@ def test_ctrl_c_and_the_same_command(tmp_path):
     assert os.listdir(tmp_path) == ["all.csv"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "message"),
     [
         ("compare moll --regions countries -r globe", "Invalid option '--regions'. It cannot be used with --region."),
@@ -208,7 +205,6 @@ def test_ctrl_c_and_the_same_command(tmp_path):
     ],
 )
 def test_refused(words, message, tmp_path, monkeypatch):
-    """In one line, before the work."""
     pytest.importorskip("geopandas")
     monkeypatch.chdir(tmp_path)
     assert refusal(*words.split()).startswith(message)

@@ -121,16 +121,12 @@ def test_what_cannot_be_drawn_is_above_every_limit(data):
 
 
 def test_data_that_go_on_past_a_whole_turn(tmp_path):
-    """Bounds from 170 to 370 have a map on the page."""
+    """Bounds from 170 to 370 have a map on the page; metres in a file that says degrees end the command in one line."""
     shapes = [box(lon, 40, lon + 20, 50) for lon in range(170, 351, 20)]
     geopandas.GeoDataFrame(geometry=shapes, crs="EPSG:4326").to_file(tmp_path / "data.gpkg")
     words = (tmp_path / "data.gpkg", "--crs", "EPSG:3832", *QUICK)
     assert run(*words, "-o", tmp_path / "page.html")[0] == 0
     assert "9 of 10 features" in run(*words)[1]
-
-
-def test_data_of_no_place(tmp_path):
-    """Metres in a file that says degrees end the command in one line."""
     geopandas.GeoDataFrame(geometry=[box(1000, 40, 1010, 50)], crs="EPSG:4326").to_file(tmp_path / "data.gpkg")
     assert refusal(tmp_path / "data.gpkg", "--crs", "EPSG:3857", *QUICK).endswith(
         "but coordinates that are no longitudes and latitudes in degrees."
@@ -177,7 +173,7 @@ PARCEL = feature("Polygon", "[[[8,48],[9,48],[9,49],[8,48]]]")
 CIRCLE = "Of 'x.geojson' GDAL says: Unsupported geometry type detected." if GDAL >= (3, 11) else ""
 
 
-@pytest.mark.parametrize(
+@each(
     ("other", "extra", "said"),
     [
         (
@@ -209,7 +205,7 @@ def test_features_that_are_broken(other, extra, said, tmp_path, monkeypatch):
     assert err.count("\n") == bool(said)
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         f'{{"type":"FeatureCollection","features":[{PARCEL}',
@@ -220,7 +216,6 @@ def test_features_that_are_broken(other, extra, said, tmp_path, monkeypatch):
     ],
 )
 def test_files_that_are_broken(text, tmp_path):
-    """One line, not too long, and 2."""
     (tmp_path / "x.geojson").write_text(text)
     said = refusal(tmp_path / "x.geojson", *IN_UTM)
     assert said.startswith("Invalid data file")
@@ -235,7 +230,7 @@ def test_recommended(data):
     assert "The second line: the recommended CRS" in out
 
 
-@pytest.mark.parametrize(
+@each(
     ("crs", "said"),
     [
         ("{}", "its crs must have properties with the name of a CRS, a text."),

@@ -23,12 +23,10 @@ def saved(path: Path, points: np.ndarray, head: str = "x,y,z") -> str:
 
 @pytest.fixture
 def files(tmp_path: Path) -> list[str]:
-    """Three clouds."""
     return [saved(tmp_path / name, cloud) for name, cloud in zip(("a.csv", "b.csv", "c.csv"), CLOUDS, strict=True)]
 
 
 def test_json(files: list[str]) -> None:
-    """What the library answers."""
     out = run_ok(*files, "--format", "json")
     clouds = [read_cloud(file).points for file in files]
     assert json.loads(out) == register(clouds, names=files).to_dict()
@@ -41,15 +39,8 @@ def test_formats(files: list[str], form: str) -> None:
     if form == "csv":
         assert [row["name"] for row in parse_csv(out)] == files
         return
-    for word in (
-        "3 clouds in 3 dimensions, by rows (symmetric), in the frame mdt: rms 0.0",
-        "Dist_F",
-        "12 of 12",
-        "best",
-        "mdt",
-        "the mean of all",
-        *files,
-    ):
+    head = "3 clouds in 3 dimensions, by rows (symmetric), in the frame mdt: rms 0.0"
+    for word in (head, "Dist_F", "12 of 12", "best", "mdt", "the mean of all", *files):
         assert word in out
 
 
@@ -76,7 +67,7 @@ def test_moved_files(files: list[str], tmp_path: Path) -> None:
 
 
 def test_ids_are_used_where_all_have_them(tmp_path: Path) -> None:
-    """With a column id in all files the rows may stand in any order; --correspond rows looks at rows."""
+    """With a column id in all files rows may stand in any order; --correspond rows looks at rows, icp at neither."""
     names = np.arange(12)[:, None]
     files = [
         saved(tmp_path / f"{k}.csv", np.hstack([names, cloud])[RNG.permutation(12)], "id,x,y,z")
@@ -86,10 +77,6 @@ def test_ids_are_used_where_all_have_them(tmp_path: Path) -> None:
     assert data["correspond"] == "id"
     assert data["rms"] == pytest.approx(register(CLOUDS).rms_total, rel=1e-9)
     assert json.loads(run(*files, "--correspond", "rows", "-f", "json")[1])["rms"] > 2 * data["rms"]
-
-
-def test_closest_points(tmp_path: Path) -> None:
-    """--correspond icp needs neither order nor ids."""
     files = [saved(tmp_path / f"{k}.csv", RNG.permutation(POINTS @ (np.eye(3) * (1 + 0.05 * k)))) for k in range(3)]
     data = run_json(*files, "--correspond", "icp")
     assert data["rms"] < 1e-12
@@ -108,7 +95,6 @@ def test_warnings_and_what_is_left_out(files: list[str], tmp_path: Path) -> None
 
 
 def test_refused(files: list[str], tmp_path: Path) -> None:
-    """Each wrong word is one line, and ends with 2."""
     other = tmp_path / "other"
     other.mkdir()
     twin, short = saved(other / "a.csv", CLOUDS[1]), saved(tmp_path / "short.csv", CLOUDS[0][:9])

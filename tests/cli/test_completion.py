@@ -128,7 +128,6 @@ def test_a_shell_completes(shell: str, line: str, tmp_path: Path) -> None:
 @pytest.mark.skipif(shutil.which("fish") is None, reason="needs fish")
 @pytest.mark.parametrize("line", TYPED)
 def test_fish_completes(line: str, tmp_path: Path) -> None:
-    """The same, as fish itself tells."""
     (tmp_path / "projdist").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m projdist "$@"\n')
     (tmp_path / "projdist").chmod(0o755)
     asked = f"projdist completion fish | source; complete --do-complete '{line.rstrip()}'"

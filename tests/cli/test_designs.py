@@ -9,7 +9,6 @@ from commands import refusal, run_json, run_ok
 from commands import told as run
 from matplotlib.image import imread
 from pyproj import CRS, Transformer
-from tables import each
 
 from projdist import Projection, design, mean_map, summarize, world_map
 from projdist.designs import Design
@@ -18,7 +17,6 @@ SWISS = ("country:CH", "--degree", "2", "--base", "EPSG:2056", "--against", "EPS
 
 
 def test_json() -> None:
-    """What the library answers."""
     assert (
         run_json("design", *SWISS) == design("country:CH", degree=2, base="EPSG:2056", against="EPSG:21781").to_dict()
     )
@@ -28,15 +26,8 @@ def test_table() -> None:
     """The figures, the map to compare with, the degrees, and what is to be known."""
     out = run_ok("design", *SWISS, "--name", "Mine")
     assert out.startswith("Mine (41,324 km2)\nDegree 2 on +proj=somerc")
-    for words in (
-        "made to measure",
-        "given",
-        "EPSG:21781",
-        "The image does not cover itself.",
-        "limit",
-        "There and back",
-    ):
-        assert words in out
+    shown = ("made to measure", "given", "EPSG:21781", "The image does not cover itself.", "limit", "There and back")
+    assert [words for words in shown if words not in out] == []
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +38,6 @@ def made() -> Design:
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["proj", "wkt", "wkt-derived", "projjson"])
 def test_formats_that_programs_read(form: str, made: Design) -> None:
-    """They are the same map."""
     out = run_ok(
         "design", "country:CH", "--degree", "2", "--base", "EPSG:2056", "--against", "EPSG:21781", "--format", form
     )
@@ -83,38 +73,6 @@ def test_the_best_existing_crs_is_the_usual_rival() -> None:
     assert [(one["kind"], one["name"]) for one in json.loads(out)["rivals"]][1] == ("best existing", "EPSG:2056")
 
 
-@each(
-    ("words", "message"),
-    [
-        (("--kind", "nice"), "Invalid kind 'nice'. It must be one of any, conformal, equal-area."),
-        (("--degree", "many"), "Invalid degree 'many'. It must be auto, or a whole number."),
-        (("--degree", "0"), "Invalid degree '0'. It must be auto, or a whole number from 1 to 20."),
-        (("--balance", "x"), "Invalid balance 'x'. It must be a number."),
-        (("--background", "2"), "Invalid background '2.0'. It must be a number from 0 to 0.5."),
-        (("--north", "7"), "Invalid north '7'. It must be LON,LAT in degrees."),
-        (("--symmetric", "up"), "Invalid symmetry 'up'. It must be none, meridian, equator or both."),
-        (("--base", "EPSG:3857", "--kind", "equal-area"), "It must be equal-area at scale 1."),
-        (("--datum", "WGS 85"), "Invalid geographic CRS 'WGS 85'."),
-        (("-o", "map.png"), "Its suffix must be"),
-        (("--size", "3,4"), "Invalid option '--size'. It needs a picture to draw to"),
-    ],
-)
-def test_what_is_refused(words: tuple[str, ...], message: str) -> None:
-    """In one line, with an exit code that is not 0."""
-    code, out, err = run("design", "country:CH", "--against", "EPSG:2056", *words)
-    assert code in (1, 2)
-    assert out == ""
-    assert len(err.strip().splitlines()) == 1
-    assert message in err
-
-
-def test_the_world_is_refused() -> None:
-    """It must be cut, which is another task."""
-    code, _, err = run("design", "globe")
-    assert code == 2
-    assert "It reaches 180 degrees from its middle" in err
-
-
 # ---- mean maps -----------------------------------------------------------------------------------
 
 
@@ -122,7 +80,6 @@ BETWEEN = ["EPSG:3035", "EPSG:25832", "--region", "box:6,46,10,47.5", "--degree"
 
 
 def test_json_of_a_mean() -> None:
-    """What the library answers."""
     out = run_ok("mean-map", *BETWEEN, "--weights", "1,2", "--format", "json")
     found = mean_map(["EPSG:3035", "EPSG:25832"], region="box:6,46,10,47.5", degree=3, weights=[1, 2])
     assert json.loads(out) == found.to_dict()
@@ -150,30 +107,14 @@ def test_wkt_and_picture(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["proj", "wkt-derived", "projjson"])
 def test_other_forms(form: str) -> None:
-    """Each is read by PROJ."""
     out = run_ok("mean-map", *BETWEEN, "--format", form)
     assert out.startswith("+proj=pipeline") if form == "proj" else CRS.from_user_input(out)
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (["robin", "moll", "--weights", "1,x"], "Invalid weights '1,x'. They must be numbers with commas"),
-        (["robin", "moll", "--degree", "x"], "Invalid degree 'x'"),
-        (["robin", "moll", "--region", "globe"], "Invalid region 'globe'"),
-        (["robin", "igh"], "It is cut within"),
-        pytest.param(
-            ["aitoff", "moll", "--degree", "3", "--format", "wkt"], "JSON has its coefficients", marks=pytest.mark.slow
-        ),
-    ],
-)
-def test_refused_means(words: list[str], told: str) -> None:
-    """In one line, with exit code 2 or 1."""
-    code, out, err = run("mean-map", *words)
-    assert code in (1, 2)
-    assert out == ""
-    assert told in err
-    assert err.count("\n") == 1
+@pytest.mark.slow
+def test_a_mean_without_a_crs() -> None:
+    words = ["aitoff", "moll", "--degree", "3", "--format", "wkt"]
+    assert "JSON has its coefficients" in refusal("mean-map", *words, code=1)
 
 
 # ---- maps of the world ---------------------------------------------------------------------------
@@ -191,14 +132,12 @@ def test_table_of_the_world() -> None:
 
 
 def test_json_of_the_world() -> None:
-    """What the library answers."""
     out = run_ok("world-map", "continent:Africa", *QUICK, "--elsewhere", "0.1", "--format", "json")
     found = world_map("continent:Africa", elsewhere=0.1, cells=8, against="robin")
     assert json.loads(out) == found.to_dict() | {"pipeline": None}
 
 
 def test_points(tmp_path: Path) -> None:
-    """Weighted points are a region."""
     path = tmp_path / "towns.csv"
     path.write_text("lon,lat,people\n20,45,100\n21,46,300\n25,44,50\n")
     out = run_ok("world-map", f"points:{path}", "--weight", "people", *QUICK)
@@ -217,23 +156,3 @@ def test_files(tmp_path: Path) -> None:
     assert picture.read_bytes().startswith(b"\x89PNG")
     code, _, err = run("world-map", *words)
     assert (code, "It exists" in err) == (2, True)
-
-
-@each(
-    ("words", "message"),
-    [
-        (("--cut", "1,2"), "Invalid cut '1,2'. It must be a longitude, or two or more points as '-170,40 -70,-62'."),
-        (("--cut", "x"), "Invalid cut 'x'."),
-        (("--cells", "7"), "Invalid number of cells '7'."),
-        (("--cells", "x"), "Invalid number of cells 'x'."),
-        (("--elsewhere", "0"), "Invalid weight elsewhere '0'. It must be a number within 0.0001 and 1."),
-        (("--until", "95"), "Invalid end '95'."),
-        (("--symmetric", "x"), "Invalid symmetry 'x'."),
-        (("--weight", "pop.tif"), "Invalid weight 'pop.tif' without a region."),
-        (("--tinshift", "x.txt"), "Invalid file of triangles 'x.txt'. Its suffix must be .json"),
-        (("nowhere",), "Invalid region 'nowhere'"),
-    ],
-)
-def test_refused_worlds(words: tuple[str, ...], message: str) -> None:
-    """In one line, with exit code 2."""
-    assert refusal("world-map", *words).startswith(message)

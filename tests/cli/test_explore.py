@@ -22,7 +22,6 @@ pytestmark = pytest.mark.usefixtures("default_signals")
 
 
 def test_other_words_are_refused_before_anything_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In one line, with the code that other commands have."""
     monkeypatch.setattr("projdist.web.open_socket", lambda port: pytest.fail("it listens"))
     for words, code, said in (
         (("nowhere",), 1, "Invalid projection 'nowhere'"),
@@ -42,7 +41,6 @@ def test_other_words_are_refused_before_anything_starts(monkeypatch: pytest.Monk
 
 
 def test_without_the_extra_it_says_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In one line."""
     monkeypatch.setitem(sys.modules, "starlette", None)
     result = run("explore", "robinson")
     assert result.exit_code == 2
@@ -52,7 +50,6 @@ def test_without_the_extra_it_says_what_is_missing(monkeypatch: pytest.MonkeyPat
 
 
 def test_a_port_that_is_taken_is_said() -> None:
-    """In one line."""
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         result = run("explore", "robinson", "--port", str(port))
@@ -113,7 +110,6 @@ def test_signals_leave_no_process(name: str) -> None:
 
 @pytest.mark.slow
 def test_processes_leave_with_a_command_that_was_killed() -> None:
-    """They see it themselves."""
     with exploring("robinson") as command, page(command.port, command.token) as one:
         one.send('{"id": 1, "kind": "recommend", "region": "country:BR"}')
         deadline = time.monotonic() + 60.0

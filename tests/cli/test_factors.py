@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +65,7 @@ def test_factors_json_has_null_where_undefined() -> None:
         ["robin", "--", "-10", "-20"],
         ["--", "robin", "-10", "-20"],
         ["robin", " -10", "-20 "],
+        ["robin", "-10", "-.2e2"],
     ],
 )
 def test_factors_negative_numbers(words: list[str]) -> None:
@@ -75,14 +75,7 @@ def test_factors_negative_numbers(words: list[str]) -> None:
     assert (row["lon"], row["lat"]) == (-10, -20)
 
 
-def test_factors_more_negative_numbers() -> None:
-    """Points beginning with a decimal point, too."""
-    (row,) = run_json("factors", "robin", "-.5", "-.25")["results"]
-    assert (row["lon"], row["lat"]) == (-0.5, -0.25)
-
-
 def test_factors_measures() -> None:
-    """Measures beyond the standard ones are columns."""
     (row,) = run_json("factors", "robin", "10", "20", "-m", "flexion,skewness", "-m", "scale@45")["results"]
     assert list(row) == [*FACTORS_KEYS, "flexion", "skewness", "scale@45"]
 
@@ -120,19 +113,10 @@ def test_factors_table() -> None:
     assert line.count(" - ") == 11
 
 
-def test_factors_of_a_bad_projection() -> None:
-    """Nothing on stdout, one line, exit code 1."""
-    result = run("factors", "nosuch", "1", "2")
-    assert (result.exit_code, result.stdout) == (1, "")
-    assert re.fullmatch(r"projdist: Invalid projection 'nosuch'. [^\n]+\n", result.stderr)
-
-
 def test_factors_looks_at_the_projection_first() -> None:
     """Before it waits for lines, and before it reads coordinates of which the first was taken for a projection."""
-    for words in (["nosuch", "-"], ["5", "6"]):
-        result = run("factors", *words)
-        assert (result.exit_code, result.stdout) == (1, "")
-        assert re.fullmatch(rf"projdist: Invalid projection '{words[0]}'. [^\n]+\n", result.stderr)
+    for words in (["nosuch", "1", "2"], ["nosuch", "-"], ["5", "6"]):
+        assert refused("factors", *words, code=1).startswith(f"projdist: Invalid projection '{words[0]}'. ")
 
 
 LINES = """\ufeff# longitude latitude name
@@ -180,14 +164,12 @@ def test_factors_stdin_text(form: str) -> None:
 
 
 def test_factors_stdin_without_text() -> None:
-    """No text, no column."""
     rows = parse_csv(run_ok("factors", "robin", "-", "-f", "csv", stdin="1 2\n3,4\n"))
     assert [list(row) for row in rows] == [FACTORS_KEYS, FACTORS_KEYS]
 
 
 @pytest.mark.parametrize("text", ["", "\n\n", "# only a remark\n"])
 def test_factors_stdin_empty(text: str) -> None:
-    """Nothing to measure is a usage error."""
     assert "It must have lines of 'lon lat [text]'; there were none." in refused("factors", "robin", "-", stdin=text)
 
 
@@ -255,7 +237,6 @@ def test_a_pair_may_be_one_word(word: str) -> None:
     ],
 )
 def test_words_that_are_no_points(words: str, message: str) -> None:
-    """One line each."""
     with pytest.raises(ValueError, match=message):
         read_points(words.split(), [])
 
@@ -287,19 +268,11 @@ def test_a_missing_coordinate_keeps_its_row() -> None:
     assert math.isnan(found.lon[1])
     assert found.lat == [50, 5, 60]
     assert found.problems == ["line 3: Invalid point 'x 7'. Longitude and latitude must be numbers of degrees."]
-
-
-def test_an_empty_cell_is_a_missing_coordinate() -> None:
-    """As in a file for `--at`: a row without figures, not a problem."""
     with pytest.warns(Notice, match=r"^2 of 3 points have no"):
         found = read_points(["-"], ["name,lon,lat", "A,10,50", "B,,51", "C,12,NA"])
     assert np.array_equal(found.lon, [10, np.nan, 12], equal_nan=True)
     assert np.array_equal(found.lat, [50, 51, np.nan], equal_nan=True)
     assert (found.text, found.problems) == (["A", "B", "C"], [])
-
-
-def test_decimal_commas_between_blanks() -> None:
-    """Two numbers with them may be two points with commas in between as well."""
     found = read_points(["-"], ["48,25 11,5", "10,50 7"])
     assert (found.lon, found.lat, found.text) == ([10], [50], ["7"])
     assert found.problems == [

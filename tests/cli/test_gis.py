@@ -12,6 +12,7 @@ import shapely
 from commands import parse_csv, run_ok
 from commands import refusal as refused
 from commands import told as run
+from tables import each
 
 import projdist
 from projdist import factors, gis
@@ -86,7 +87,7 @@ def test_tissot_as_a_layer(name: str, tmp_path: Path) -> None:
     assert err.startswith("projdist: Note: Mollweide has no CRS; that of the layer is undefined")
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "message"),
     [
         ("heatmap moll robin -o x.tif", "Invalid projections 'moll robin' for 'x.tif'. A .tif file has one map;"),
@@ -132,7 +133,6 @@ def test_tissot_as_a_layer(name: str, tmp_path: Path) -> None:
     ],
 )
 def test_wrong_words(words: str, message: str, points: Path) -> None:
-    """One line, exit code 2, and no file."""
     files = {
         "bad.csv": "lon,lat\n1,2\n3,99\n",
         "names.csv": "length,lat\n1,2\n",
@@ -149,7 +149,6 @@ def test_wrong_words(words: str, message: str, points: Path) -> None:
 
 
 def test_projections_that_fail(points: Path) -> None:
-    """Exit code 1, as everywhere."""
     for words in ("heatmap nosuch -o x.tif", "tissot nosuch -o x.gpkg", "factors nosuch --at p.csv"):
         assert refused(*words.split(), code=1).startswith("Invalid projection 'nosuch'.")
 
@@ -165,7 +164,6 @@ def test_projections_that_fail(points: Path) -> None:
     ],
 )
 def test_a_missing_library(words: str, library: str, thing: str, points: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One line that says what to install."""
     monkeypatch.setitem(sys.modules, library, None)
     assert refused(*words.split()) == f"Invalid {thing}. It needs {library}: pip install 'projdist[gis]'."
 
@@ -334,7 +332,6 @@ def test_there_and_back(folder: Path) -> None:
 
 
 def test_refused_conversions(folder: Path) -> None:
-    """One line each, and no file."""
     words = ("convert", "data.geojson", "--to", "map.wkt")
     assert refused("convert", "data.geojson", "-o", "x.gpkg") == "Invalid option '--to'. It must name a CRS."
     assert refused(*words) == "Invalid option '--output'. It must name a file."

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from commands import parse_csv, parse_markdown, refusal, refused, run, run_json, run_ok
-from tables import each
+from commands import parse_csv, parse_markdown, refusal, run, run_json, run_ok
 
 from projdist.cli.draw import _drawn, sketch_of
 from projdist.projections import Projection
@@ -32,7 +31,6 @@ def test_a_card() -> None:
 
 @pytest.mark.slow
 def test_deprecated_ones_are_said() -> None:
-    """With what shall be used."""
     assert "│ status      │ deprecated; use EPSG:2953 instead " in run_ok("info", "EPSG:2036")
 
 
@@ -60,19 +58,6 @@ def test_no_promise_is_taken_for_a_measurement() -> None:
     assert "is not conformal here" in result.stderr
 
 
-@each("words", ["", "nosuch", "EPSG:4326", "EPSG:3035 EPSG:3034", "robin -o x.tif", "robin --dpi 9"])
-def test_wrong_words(words: str) -> None:
-    """One line, and no answer."""
-    result = run("info", *words.split())
-    assert result.exit_code in (1, 2)
-    assert result.stdout == ""
-    assert re.fullmatch(r"projdist: [^\n]+\n", result.stderr)
-
-
-def test_words_of_pictures_need_one() -> None:
-    assert "Invalid option '--dpi'. It needs a picture" in refused("info", "robin", "--dpi", "30")
-
-
 def test_shades_are_quarters() -> None:
     """Sixteen characters of land in order of their errors, with sea to the right."""
     values = np.column_stack([np.arange(16.0).reshape(4, 4), np.zeros(4)])
@@ -85,7 +70,7 @@ def test_shades_are_quarters() -> None:
 
 
 def test_a_sketch_is_the_map(tmp_path: Path) -> None:
-    """Mercator's map of a strip of ocean is darkest at both ends, and as high as it is."""
+    """Mercator's map of a strip of ocean is darkest at both ends, and as high as it is; points have none."""
     strip = get_region("box:-35,-60,-25,60")
     *lines, legend = sketch_of(Projection.from_user_input("mercator"), strip, tmp_path / "x.txt")
     # The map is 2 ln tan(75 degrees) / (pi / 18) = 15.1 times as high as wide, and so are two characters by 15.
@@ -93,9 +78,6 @@ def test_a_sketch_is_the_map(tmp_path: Path) -> None:
     assert lines[0] == lines[-1] == "██"
     assert lines[7] == "░░"
     assert "sea" not in legend
-
-
-def test_points_have_no_sketch(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("lon,lat\n1,2\n3,4\n")
     assert sketch_of(Projection.from_user_input("robin"), get_region(f"points:{tmp_path / 'a.csv'}")) == []
     assert "(2 points)" in run_ok("info", "robin", "-r", f"points:{tmp_path / 'a.csv'}")
@@ -140,21 +122,6 @@ def test_formats_of_hits() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["table", "json", "csv"])
 def test_nothing(form: str) -> None:
-    """One line, and 1."""
     result = run("find", "amersfort", "-f", form)
     assert (result.exit_code, result.stdout) == (1, "")
     assert result.stderr == "projdist: Nothing is found for 'amersfort'. Did you mean 'amersfoort'?\n"
-
-
-USAGE = {
-    "find": "Missing argument 'WORDS...'",
-    "find utm --limit 0": "Invalid limit '0'",
-    "find utm --authority EPGS": r"Invalid authority 'EPGS'. Did you mean EPSG\?",
-    "find !!": "Invalid search '!!'. It must have a word or a number.",
-    "find utm -f xml": "Invalid format 'xml'",
-}
-
-
-@pytest.mark.parametrize("line", USAGE)
-def test_wrong_searches(line: str) -> None:
-    assert re.search(USAGE[line], refused(*line.split()))

@@ -10,6 +10,7 @@ from mosaic_pictures import cut, maps, save
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, write_csv
 from panorama_pictures import cameras, common_directions, picture
 from PIL import Image
+from tables import each
 
 from projdist.applications.mosaics import (
     Georeference,
@@ -28,7 +29,6 @@ KEYS = {"frames", "matrices", "rms_pixels", "left_out", "resultant_length"}
 
 @pytest.fixture
 def points(tmp_path):
-    """Three images."""
     rng = np.random.default_rng(1)
     return write_csv(tmp_path / "points.csv", common_points(affine_maps(rng, count=3), SIZES[:3], rng, noise=0.3))
 
@@ -52,10 +52,6 @@ def test_table(points):
     for words in ("3 images, affine", "first (0)", "last (2)", "central (", "best (", "mdt", "all", "pixels RMS"):
         assert words in out
     assert "| image |" in run("--correspondences", str(points), "--format", "markdown")[1]
-
-
-def test_csv(points):
-    """A row an image."""
     rows = parse_csv(run("--correspondences", str(points), "-f", "csv")[1])
     assert list(rows[0]) == ["image", "first", "last", "central", "best", "mdt"]
     assert [row["image"] for row in rows] == ["0", "1", "2"]
@@ -141,7 +137,7 @@ def test_the_model_that_the_points_ask_for(tmp_path):
     assert (code, err, json.loads(out)["model"]) == (0, "", "homography")
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "code", "message"),
     [
         (["--model", "similarity"], 2, "Invalid model 'similarity'. It must be affine, homography, auto or rotation."),
@@ -241,7 +237,7 @@ def test_a_panorama(turned, tmp_path):
         assert image.size[0] > 350
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "code", "message"),
     [
         (["--projection", "moll"], 2, "Invalid option '--projection'. It needs a camera that only turns: --model rot"),
@@ -371,14 +367,6 @@ def test_images_refused(tmp_path, points):
         assert message in refusal(*words, code=code)
 
 
-def test_no_file():
-    """Without a file there is nothing to do."""
-    assert run()[0] == 2
-    assert refusal("--correspondences", "none.csv").startswith(
-        "Invalid correspondences 'none.csv'. It cannot be read as text"
-    )
-
-
 @pytest.mark.parametrize(
     ("where", "error", "code", "message"),
     [
@@ -391,7 +379,6 @@ def test_no_file():
     ],
 )
 def test_pictures_that_cannot_be(where, error, code, message, tmp_path, monkeypatch):
-    """A line each; no traceback, and no file."""
     pytest.importorskip("cv2")
     sheets = save(tmp_path, np.random.default_rng(1).integers(0, 255, (2, 60, 80, 3), np.uint8))
     shifts = np.stack([np.eye(3), np.eye(3)])
@@ -409,8 +396,6 @@ def test_pictures_that_cannot_be(where, error, code, message, tmp_path, monkeypa
 
 
 def test_frames_that_cannot_be_drawn(points, tmp_path, monkeypatch):
-    """A library that is missing is told."""
-
     def failing(*_, **__):
         raise ImportError("It needs OpenCV.")
 

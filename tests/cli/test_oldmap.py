@@ -5,6 +5,7 @@ import pytest
 from commands import command, parse_csv
 from matplotlib.image import imread
 from PIL import Image
+from tables import each
 
 from projdist import old_map, plots, read_control_points
 from projdist.cli import oldmap
@@ -26,8 +27,16 @@ def points(tmp_path):
 
 
 def test_json(points):
-    """All figures at full precision, as the library has them."""
+    """All figures at full precision, as the library has them; a smoothing that is given is used."""
     assert run_json(points) == old_map(read_control_points(points)).to_dict()
+    out = run_ok(points, *QUICK, "--format", "csv")
+    rows = parse_csv(out)
+    expected = old_map(read_control_points(points), model="polynomial2").to_dict()["points"]
+    assert len(rows) == 25
+    assert float(rows[7]["fisher"]) == expected[7]["fisher"]
+    assert rows[7]["id"] == "8"
+    data = run_json(points, "--smoothing", "0.5")
+    assert data["smoothing"] == 0.5
 
 
 def test_table(points):
@@ -46,23 +55,9 @@ def test_table(points):
         "The old map is mirrored as a whole: its y axis points down",
     ):
         assert text in out
-
-
-def test_markdown(points):
-    """A table that a page can hold."""
     out = run_ok(points, *QUICK, "--format", "markdown")
     assert out.startswith("| map | mean Dist_F^2 | RMS at points, m | m per unit | ± | stretch |")
     assert out.count("\n| ") == 4
-
-
-def test_csv(points):
-    """A row a control point, at full precision."""
-    out = run_ok(points, *QUICK, "--format", "csv")
-    rows = parse_csv(out)
-    expected = old_map(read_control_points(points), model="polynomial2").to_dict()["points"]
-    assert len(rows) == 25
-    assert float(rows[7]["fisher"]) == expected[7]["fisher"]
-    assert rows[7]["id"] == "8"
 
 
 @pytest.mark.slow
@@ -81,12 +76,6 @@ def test_folds_and_outliers_are_named(tmp_path):
     out = run(path, "--smoothing", "0")[1]
     assert "The fit has no folds." in out
     assert "Outliers, left out of the fit, the farthest first: 5.\n" in out
-
-
-def test_smoothing(points):
-    """A smoothing that is given is used; without one it is found."""
-    data = run_json(points, "--smoothing", "0.5")
-    assert data["smoothing"] == 0.5
 
 
 def test_longitudes_and_latitudes(tmp_path):
@@ -153,7 +142,7 @@ def test_words_are_those_of_the_pictures():
     assert oldmap.DRAWN_MEASURES == plots.OLD_MAP_MEASURES
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "text"),
     [
         (["--model", "spline"], "Invalid model 'spline'. It must be helmert, affine, polynomial2, polynomial3 or tps."),
@@ -181,17 +170,11 @@ def test_words_are_those_of_the_pictures():
     ],
 )
 def test_wrong_words(words, text, points, tmp_path, monkeypatch):
-    """One line on standard error, and nothing else."""
     pytest.importorskip("geopandas")
     pytest.importorskip("rasterio")
     monkeypatch.chdir(tmp_path)
     assert text in refusal(points.name, *(words if "--model" in words or "--smoothing" in words else [*words, *QUICK]))
     assert [path.name for path in tmp_path.iterdir()] == [points.name]
-
-
-def test_no_file():
-    """A file that is not there."""
-    assert "Invalid points file 'nosuch.csv'. It cannot be read as text: No such file" in refusal("nosuch.csv")
 
 
 # ---- several maps ---------------------------------------------------------------------------
@@ -266,7 +249,6 @@ def test_maps_without_distortion(sheets, tmp_path):
 
 @pytest.mark.slow
 def test_no_common_ground(sheets, tmp_path):
-    """Maps of different regions."""
     table = np.loadtxt(sheets[0], delimiter=",", skiprows=1) + np.array([0.0, 0.0, 5e5, 5e5])
     far = tmp_path / "far.csv"
     np.savetxt(far, table, delimiter=",")

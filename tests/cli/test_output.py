@@ -22,7 +22,6 @@ from projdist.cli.report import Column, Copy, Report, Table, _bars, listing, ren
 
 
 def process(*words: str, **options: object) -> subprocess.CompletedProcess:
-    """The command in a process of its own."""
     settings = {"capture_output": True, "timeout": 60, **options}
     return subprocess.run([sys.executable, "-m", "projdist", *words], check=False, **settings)
 
@@ -46,15 +45,15 @@ def test_a_home_that_cannot_be_written(name: str, tmp_path: Path) -> None:
 # ---- files ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("form", FORMATS)
-@pytest.mark.parametrize("command", ["compare", "factors"])
-def test_output_file(command: str, form: str, tmp_path: Path) -> None:
+@each(
+    "words", ["compare moll -r globe --tolerance 1e-3 -f json", *(f"factors moll -10 20 -f {form}" for form in FORMATS)]
+)
+def test_output_file(words: str, tmp_path: Path) -> None:
     """`-o` writes what would have been printed, replaces what was there if told to, and leaves nothing else."""
-    words = {"compare": ["moll", "-r", "globe", *QUICK], "factors": ["moll", "-10", "20"]}[command]
     path = tmp_path / "out.txt"
     path.write_text("old\n" * 1000)
-    assert run_ok(command, *words, "-f", form, "-o", str(path), "--overwrite") == f"Wrote: {path}\n"
-    assert path.read_text(encoding="utf-8") == run_ok(command, *words, "-f", form)
+    assert run_ok(*words.split(), "-o", path, "--overwrite") == f"Wrote: {path}\n"
+    assert path.read_text(encoding="utf-8") == run_ok(*words.split())
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -116,7 +115,6 @@ def test_output_to_a_directory_without_permission(command: str, tmp_path: Path) 
 
 @pytest.mark.skipif(os.name == "nt", reason="devices of Unix")
 def test_output_to_a_device() -> None:
-    """/dev/null stays a device."""
     run_ok("factors", "moll", "10", "20", "-o", "/dev/null")
     assert Path("/dev/null").is_char_device()
 
@@ -184,7 +182,6 @@ def test_module_is_the_command() -> None:
 
 @pytest.mark.slow
 def test_script_is_the_command() -> None:
-    """So does the installed `projdist`."""
     script = Path(sys.executable).with_name("projdist")
     done = subprocess.run([script, "factors", "merc", "-10", "-60", "-f", "csv"], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
@@ -287,7 +284,6 @@ def test_other_suffixes_are_refused(words: str, form: list[str], name: str) -> N
 
 
 def test_logs_and_files_without_a_suffix_hold_tables(tmp_path: Path) -> None:
-    """As .txt does."""
     for name in ("x", "x.LOG"):
         run_ok("factors", "eqc", "10", "50", "-o", str(tmp_path / name))
         assert (tmp_path / name).read_text(encoding="utf-8") == run_ok("factors", "eqc", "10", "50")
@@ -386,16 +382,12 @@ def test_texts_to_copy(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_words_stand_to_the_left() -> None:
-    """Texts that are no numbers, unless it is said of the column."""
+    """Texts that are no numbers, unless it is said; undefined is a dash, and none is the best; one row has no best."""
     rows = [{"id": "12", "name": "x", "figure": 1.0, "none": None}]
     left = {name: Column(name).is_left(rows) for name in rows[0]}
     assert left == {"id": False, "name": True, "figure": False, "none": False}
     assert Column("id", left=True).is_left(rows)
     assert [column.head for column in listing(rows).tables[0].columns] == list(rows[0])
-
-
-def test_what_is_undefined_is_a_dash() -> None:
-    """None and NaN are, and no column has them for its best; one row alone has no best."""
     rows = [{"x": value} for value in (None, float("nan"), 2.0, 1.0)]
     assert Column("x", show=certain).cells(rows) == ["-", "-", "2", "1"]
     assert Column("x", show=certain, best=True).cells([rows[0], *rows[2:]]) == ["- ", "2 ", "1*"]
@@ -411,10 +403,6 @@ def test_numbers_as_texts() -> None:
         *("2e-09", "0.0000", "+0.50", "inf")
     ]
     assert [label_of("moll", "X"), label_of("a\nb", "X"), label_of("a" * 61, "X")] == ["moll", "X", "X"]
-
-
-def test_bars_are_as_long_as_values() -> None:
-    """In eighths of a character; none for fewer than two values or where one is negative."""
     assert _bars([1.0, 0.5, 0.0, None], unicode=True) == ["█" * 12, "█" * 6, "", ""]
     assert _bars([96, 1], unicode=True) == ["█" * 12, "▏"]
     assert _bars([2.0, 1.0], unicode=False) == ["#" * 12, "#" * 6]

@@ -32,7 +32,6 @@ class Texts(HTMLParser):
 
 
 def page(path: Path, *words: str) -> dict[str, list[str]]:
-    """The page that a command writes."""
     assert run_ok(*words, "-o", str(path)).endswith(f"Wrote: {path}\n")
     return Texts(path.read_text(encoding="utf-8")).found
 

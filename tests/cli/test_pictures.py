@@ -74,7 +74,6 @@ def test_pictures_beside_failures(command: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("command", ["tissot", "heatmap"])
 def test_pictures_of_nothing_but_failures(command: str, tmp_path: Path) -> None:
-    """No picture, exit code 1."""
     result = run(command, "nosuch", "EPSG:4326", "-o", str(tmp_path / "map.png"))
     assert (result.exit_code, result.stdout, len(result.stderr.splitlines())) == (1, "", 2)
     assert list(tmp_path.iterdir()) == []
@@ -104,7 +103,6 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     ids=" ".join,
 )
 def test_heatmap_options_change_the_picture(options: list[str], plain: dict[str, bytes], tmp_path: Path) -> None:
-    """Each option is taken, and changes what is drawn."""
     run_ok("heatmap", *SMALL, *options, "-o", str(tmp_path / "x.png"))
     assert (tmp_path / "x.png").read_bytes() != plain["heatmap"]
 
@@ -114,16 +112,8 @@ def test_heatmap_options_change_the_picture(options: list[str], plain: dict[str,
     "options", [[*PATCH, "--step", "5"], [*PATCH, "--size", "6,4"], ["-r", "cap:0,40,2000"]], ids=" ".join
 )
 def test_tissot_options_change_the_picture(options: list[str], plain: dict[str, bytes], tmp_path: Path) -> None:
-    """The same for the indicatrices."""
     run_ok("tissot", *SMALL, *options, "-o", str(tmp_path / "x.png"))
     assert (tmp_path / "x.png").read_bytes() != plain["tissot"]
-
-
-def test_heatmap_of_an_unknown_colour_map(tmp_path: Path) -> None:
-    """Refused by its name, and no picture is written."""
-    message = refused("heatmap", *SMALL, *PATCH, "--cmap", "nosuch", "-o", str(tmp_path / "x.png"))
-    assert "Invalid colour map 'nosuch'. It must be a name of matplotlib" in message
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow

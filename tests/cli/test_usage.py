@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from commands import refused, run, run_ok
+from commands import refusal, refused, run, run_ok
 from tables import each
 from typer.main import get_command
 
@@ -213,6 +213,153 @@ def test_usage_errors(words: str) -> None:
     assert re.search(USAGE[words], refused(*words.split(" ")))
 
 
+# Of a command with its first words: further ones, and what their refusal begins with, or has behind its dots.
+WRONG = {
+    "info": {
+        "": "Missing argument 'PROJECTION'.",
+        "EPSG:3035 EPSG:3034": "...unexpected extra argument",
+        "robin -o x.tif": "Invalid output 'x.tif'. Its suffix must be",
+        "robin --dpi 9": "Invalid option '--dpi'.",
+        "robin --dpi 30": "Invalid option '--dpi'. It needs a picture",
+    },
+    "mosaic": {
+        "": "Invalid images.",
+        "--correspondences none.csv": "Invalid correspondences 'none.csv'. It cannot be read as text",
+    },
+    "optimize": {
+        "lcc box:1": "Invalid region 'box:1'",
+        "lcx box:5,47,15,55": "Invalid family 'lcx'",
+    },
+    "optimize lcc box:5,47,15,55": {
+        "--round 0": "Invalid rounding '0'",
+        "--criterion x": "Invalid criterion 'x'",
+        "--free alpha": "Invalid free parameter 'alpha' for lcc",
+        "--format csv": "Invalid format 'csv'",
+        "--criterion airy_ --against recommend": "Invalid criterion 'airy_'. Did you mean airy_kav",
+        "--criterion x --against recommend": "Invalid criterion 'x'. It must be one of airy",
+    },
+    "ldp box:-40,30,-39.5,30.4": {
+        "": "Invalid heights. There must be either --heights FILE or --height METRES.",
+        "--heights none.csv": "Invalid heights 'none.csv'. It cannot be read",
+        "--height x": "Invalid height 'x'",
+    },
+    "ldp box:-40,30,-39.5,30.4 --height 1": {
+        "--heights x.csv": "Invalid heights. There must be either",
+        "--round-axis 2": "Invalid rounding of the axis '2'",
+        "--round-axis '1.2.3'\"'\"''": "Invalid rounding of the axis",
+        "--round-k 1": "Invalid rounding of k_0 '1'",
+        "--target-ppm 0": "Invalid target '0'",
+        "--families merc": "Invalid families 'merc'",
+        "--criterion x": "Invalid criterion 'x'",
+        "--size 10": "Invalid option '--size'. It needs a picture to draw to: -o FILE.",
+        "--dpi 100": "Invalid option '--dpi'. It needs a picture",
+        "--size 10 -o x.png": "Invalid size '10'. It must be WIDTH,HEIGHT in inches",
+        "-o x.gif": "Invalid output 'x.gif'",
+    },
+    "recommend box:-7.2,61.3,-6.2,62.5": {
+        "--purpose pretty": "Invalid purpose 'pretty'. It must be any, equal-area,",
+        "--criterion max_omeg": "Invalid criterion 'max_omeg'. Did you mean max_omega",
+        "--authority IAU": "Invalid authority 'IAU'. It must be EPSG, ESRI or IGNF.",
+        "--limit 0": "Invalid limit '0'. It must be a number within 1 and 10000.",
+        "--limit 1.5": "Invalid limit '1.5'. It must be a whole number.",
+        "--contains --intersects": "Invalid option '--intersects'. It cannot be used with --contains.",
+        "--executor dask": "Invalid executor 'dask'. It must be dask://HOST:PORT",
+        "--size 10": "Invalid option '--size'. It needs a picture to draw to: -o FILE.",
+        "--dpi 5": "Invalid option '--dpi'. It needs a picture to draw to: -o FILE.",
+        "--dpi 5 -o map.png": "Invalid dpi '5'. It must be a number within 10 and 1200.",
+        "-o map.gif": "Invalid output 'map.gif'. Its suffix must be .png, .svg, .pdf or .html.",
+        "--format xml": "Invalid format 'xml'.",
+        "--datum Mars --authority EPSG": "Invalid datum 'Mars'. It must be a part of the name",
+    },
+    "correct robinson": {
+        "--criterion mode": "Invalid criterion 'mode'. It must be mean or median.",
+        "--criterion median --constraint scale": "Invalid constraint 'scale' with the median.",
+        "--criterion median --local 500 -o x.png": "Invalid option '--criterion' with --local.",
+    },
+    "correct moll": {
+        "--constraint shear": "Invalid constraint 'shear'. It must be affine, stretch or scale.",
+        "--format csv": "Invalid format 'csv'. It must be table, json, html, proj or wkt.",
+        "--local 300": "Invalid option '--local'. It needs a picture to draw to, -o FILE, or --format json.",
+        "--local 300 -o x.png -f wkt": "Invalid format 'wkt' with --local.",
+        "--local -3 -o x.png": "Invalid radius '-3'. It must be a number of km within",
+        "-o x.gif": "Invalid output 'x.gif'. Its suffix must be .png, .svg, .pdf or .html.",
+        "--region box:1,2": "Invalid region 'box:1,2'",
+        "--dpi 100": "Invalid option '--dpi'. It needs a picture to draw to: -o FILE.",
+        "--local 300 -o x.png --free": "Invalid option '--free' with --local.",
+        "robin": "...unexpected extra argument",
+    },
+    "design country:CH --against EPSG:2056": {
+        "--kind nice": "Invalid kind 'nice'. It must be one of any, conformal, equal-area.",
+        "--degree many": "Invalid degree 'many'. It must be auto, or a whole number.",
+        "--degree 0": "Invalid degree '0'. It must be auto, or a whole number from 1 to 20.",
+        "--balance x": "Invalid balance 'x'. It must be a number.",
+        "--background 2": "Invalid background '2.0'. It must be a number from 0 to 0.5.",
+        "--north 7": "Invalid north '7'. It must be LON,LAT in degrees.",
+        "--symmetric up": "Invalid symmetry 'up'. It must be none, meridian, equator or both.",
+        "-o map.png": "...Its suffix must be",
+        "--size 3,4": "Invalid option '--size'. It needs a picture to draw to",
+    },
+    "mean-map robin": {
+        "moll --weights 1,x": "Invalid weights '1,x'. They must be numbers with commas",
+        "moll --degree x": "Invalid degree 'x'",
+        "moll --region globe": "Invalid region 'globe'",
+    },
+    "world-map": {
+        "--cut 1,2": "Invalid cut '1,2'. It must be a longitude, or two or more points as '-170,40 -70,-62'.",
+        "--cut x": "Invalid cut 'x'.",
+        "--cells 7": "Invalid number of cells '7'.",
+        "--cells x": "Invalid number of cells 'x'.",
+        "--elsewhere 0": "Invalid weight elsewhere '0'. It must be a number within 0.0001 and 1.",
+        "--until 95": "Invalid end '95'.",
+        "--symmetric x": "Invalid symmetry 'x'.",
+        "--weight pop.tif": "Invalid weight 'pop.tif' without a region.",
+        "--tinshift x.txt": "Invalid file of triangles 'x.txt'. Its suffix must be .json",
+        "nowhere": "Invalid region 'nowhere'",
+    },
+    "atlas": {
+        "Brazl": "Invalid place 'Brazl'. Did you mean country:Brazil?",
+        "box:1,2,3,4": "...It must be one of those that 'projdist atlas' (atlas_names) lists.",
+        "NZ -f xml": "Invalid format 'xml'",
+        "NZ AU": "...AU",
+    },
+    "find": {
+        "": "Missing argument 'WORDS...'",
+        "utm --limit 0": "Invalid limit '0'",
+        "utm --authority EPGS": "Invalid authority 'EPGS'. Did you mean EPSG?",
+        "'!!'": "Invalid search '!!'. It must have a word or a number.",
+        "utm -f xml": "Invalid format 'xml'",
+    },
+    "": {
+        "design globe": "...It reaches 180 degrees from its middle",
+        "oldmap nosuch.csv": "Invalid points file 'nosuch.csv'. It cannot be read as text: No such file",
+        "heatmap eqc -o x.png -r box:0,0,4,3 --cmap nosuch": "Invalid colour map 'nosuch'. It must be a name of matplotlib",
+        "recommend nowhere": "Invalid region 'nowhere'.",
+    },
+}
+FAILING = {
+    "info nosuch": "Invalid projection 'nosuch'.",
+    "info EPSG:4326": "Invalid projection 'EPSG:4326'.",
+    "ldp box:-40,30,-39.5,30.4 --height 1 --geodetic EPSG:32633": "...Invalid geographic CRS",
+    "optimize '+proj=ortho +lat_0=0 +lon_0={170..190} +R=6371000' box:-5,-5,5,5": "...It shows no part of it",
+    "correct nosuch": "Invalid projection 'nosuch'",
+    "design country:CH --against EPSG:2056 --base EPSG:3857 --kind equal-area": "...It must be equal-area at scale 1.",
+    "design country:CH --against EPSG:2056 --datum 'WGS 85'": "Invalid geographic CRS 'WGS 85'.",
+    "mean-map robin igh": "...It is cut within",
+}
+
+
+CASES = [(f"{first} {words}", 2, message) for first, cases in WRONG.items() for words, message in cases.items()]
+
+
+@each(("words", "code", "message"), [*CASES, *((words, 1, message) for words, message in FAILING.items())])
+def test_wrong_words(words: str, code: int, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line, 2 for wrong words and 1 for what fails with right ones, and no file."""
+    monkeypatch.chdir(tmp_path)
+    said = refusal(*shlex.split(words), code=code)
+    assert said.startswith(message) or (message[:3] == "..." and message[3:] in said), said
+    assert [*tmp_path.iterdir()] == []
+
+
 UNKNOWN = ["--formt", "--region-x", "-x", "--", "---", "-q5", "--formt=json"]
 
 
@@ -241,10 +388,6 @@ def test_no_arguments_is_help() -> None:
     result = run()
     assert (result.exit_code, result.stdout) == (2, "")
     assert all(command in result.stderr for command in COMMANDS)
-
-
-def test_the_list_of_commands_has_whole_sentences() -> None:
-    """In 80 columns each command has a line of its own, which ends as a sentence does."""
     lines = run_ok("--help").partition("Commands:\n")[2].splitlines()
     assert {line.split()[0] for line in lines} >= set(COMMANDS)
     assert [line for line in lines if not re.fullmatch(r"  \S+ +[A-Z].*[^.]\.", line)] == []
