@@ -126,7 +126,11 @@ def fail(message: str) -> None:
     After a signal to end nothing is printed: the error is then a consequence of the signal.
     """
     end_if_told()
-    shown = "".join(c if c.isprintable() else _escaped(c) for c in " ".join(message.split()))
+    shown = ""
+    for letter in " ".join(message.split()):
+        byte = ord(letter) - _SURROGATES  # of names of files that are no text
+        escape = f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
+        shown += letter if letter.isprintable() else escape
     sys.stderr.write(f"{folded(f'projdist: {shown}', width_of(sys.stderr))}\n")
 
 
@@ -134,12 +138,6 @@ def note(text: str) -> None:
     """Print a note on standard error."""
     if text:
         sys.stderr.write(f"projdist: Note: {text}\n")
-
-
-def _escaped(letter: str) -> str:
-    """Escape of an unprintable character; undecodable bytes of file names as \\xNN."""
-    byte = ord(letter) - _SURROGATES
-    return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
 
 
 def refuse(message: str, error: Exception | None = None, *, code: int = 2) -> NoReturn:

@@ -192,8 +192,14 @@ def _adjusted(
     cameras: dict[str, Any] = {"focal": focal, "tolerance": options["tolerance"]}
     with failing(), working("Adjusting"):
         groups = mosaics.panoramas_of_groups(points, **cameras) if all_groups else [mosaics.panorama(points, **cameras)]
+    mapped = []
     with failing(), working("Finding the projection"):
-        mapped = [_mapped(one, projection, options["most_pixels"]) for one in groups]
+        for one in groups:
+            target: projections.ProjectionLike | None = projection
+            if target is None:  # the one that distorts the visible part of the sphere least
+                best = decisions.optimize("auto", one, criterion="airy_kavrayskiy_scaled", ellipsoid="sphere")
+                target = best.projection
+            mapped.append(one.mapped(target, most_pixels=options["most_pixels"]))
         return groups, mapped, [_panorama_result(one) for one in mapped]
 
 
@@ -255,14 +261,6 @@ def _picture_notes(written: dict[str, Any]) -> Iterator[str]:
 
 
 # ---- panoramas -----------------------------------------------------------------------------------
-
-
-def _mapped(found: mosaics.Panorama, projection: str | None, most_pixels: float) -> mosaics.MappedPanorama:
-    """Panorama on the requested projection, or on the one that distorts the visible part of the sphere least."""
-    if projection is not None:
-        return found.mapped(projection, most_pixels=most_pixels)
-    best = decisions.optimize("auto", found, criterion="airy_kavrayskiy_scaled", ellipsoid="sphere")
-    return found.mapped(best.projection, most_pixels=most_pixels)
 
 
 def _panorama_result(found: mosaics.MappedPanorama) -> dict[str, Any]:

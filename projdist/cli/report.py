@@ -385,22 +385,21 @@ def _as_page(report: Report) -> str:
 
 
 def _page_table(table: Table) -> web.PageTable:
+    def figure(row: Row, key: str) -> float | None:
+        """Sort key of a cell: its value if finite, else None."""
+        try:
+            number = float(value_of(row, key))
+        except (TypeError, ValueError):
+            return None
+        return number if math.isfinite(number) else None
+
     columns = [(column.head, column.is_left(table.rows)) for column in table.columns]
     texts = [column.cells(table.rows) for column in table.columns]
     rows = [
-        [web.Cell(text[k], _figure(row, column.key)) for text, column in zip(texts, table.columns, strict=True)]
+        [web.Cell(text[k], figure(row, column.key)) for text, column in zip(texts, table.columns, strict=True)]
         for k, row in enumerate(table.rows)
     ]
     return web.PageTable(title=table.title, columns=columns, rows=rows)
-
-
-def _figure(row: Row, key: str) -> float | None:
-    """Sort key of a cell: its value if finite, else None."""
-    try:
-        figure = float(value_of(row, key))
-    except (TypeError, ValueError):
-        return None
-    return figure if math.isfinite(figure) else None
 
 
 def _copies(report: Report) -> Iterator[tuple[str, str | None]]:

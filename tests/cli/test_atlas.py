@@ -28,9 +28,6 @@ def test_a_table() -> None:
     assert "│ official │ EPSG:2193" in lines[4]
     assert "New Zealand Transverse Mercator 2000" in text
     assert re.search(r"Measured with projdist \S+ and PROJ \S+", text)
-
-
-def test_formats() -> None:
     entry = atlas("NZ")
     assert run_json("atlas", "new zealand") == entry.to_dict()
     rows = parse_csv(run_ok("atlas", "NZ", "-f", "csv"))
@@ -104,15 +101,13 @@ def test_exported_outlines(every: int, tmp_path: Path, monkeypatch: pytest.Monke
     np.testing.assert_allclose(areas, [entry["area_km2"] for entry in truth], rtol=OF_CHORDS)
 
 
-def test_one_place_is_exported(tmp_path: Path) -> None:
+def test_one_place_is_exported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its rows; and CSV needs no library."""
     path = tmp_path / "nz.csv"
     run_ok("atlas", "NZ", "--export", str(path))
     (entry,) = (entry for entry in shipped() if entry["region"] == "country:New Zealand@main")
     rows = parse_csv(path.read_text(encoding="utf-8"))
     assert [(row["region"], row["purpose"], row["projection"]) for row in rows] == [row[:3] for row in maps_of(entry)]
-
-
-def test_csv_needs_no_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for library in ("pandas", "geopandas", "pyogrio", "pyarrow"):
         monkeypatch.setitem(sys.modules, library, None)
     run_ok("atlas", "Malta", "--export", str(tmp_path / "malta.csv"))

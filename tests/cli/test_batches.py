@@ -81,7 +81,7 @@ def test_a_table_tells_the_best_of_each():
 
 
 def test_what_fails_is_named(tmp_path):
-    """Once for a map that is none, and each map over a region that is none; the rest is there."""
+    """Once for a map or each map over a region that is none; the rest is there, in a layer with the best maps, too."""
     path = write(tmp_path / "parts.geojson")
     result = run("compare", "moll", "nosuch", "--regions", str(path), *QUICK, "-o", str(tmp_path / "a.csv"))
     assert result.exit_code == 1
@@ -90,9 +90,6 @@ def test_what_fails_is_named(tmp_path):
     assert region == "projdist: moll over C: Invalid region 'C'. It holds no polygons."
     assert [row["region"] for row in parse_csv((tmp_path / "a.csv").read_text())] == ["A", "B"]
     assert not (tmp_path / "a.csv.partial").exists()
-
-
-def test_a_layer(tmp_path):
     geopandas = pytest.importorskip("geopandas")
     path = write(tmp_path / "parts.geojson")
     for name in ("a.gpkg", "a.geojson"):
@@ -175,35 +172,29 @@ def test_ctrl_c_and_the_same_command(tmp_path):
     assert os.listdir(tmp_path) == ["all.csv"]
 
 
-@each(
-    ("words", "message"),
-    [
-        ("compare moll --regions countries -r globe", "Invalid option '--regions'. It cannot be used with --region."),
-        (
-            "compare moll --regions countries --weight a.tif",
-            "Invalid option '--regions'. It cannot be used with --weight.",
-        ),
-        (
-            "compare moll --regions countries --plot pareto",
-            "Invalid option '--plot'. It cannot be used with --regions.",
-        ),
-        ("compare moll --regions nowhere", "Invalid region file 'nowhere'. It cannot be read: No such file"),
-        ("compare moll --regions countries@5m", "Invalid suffix '@5m'."),
-        ("compare moll --regions country:Nowhere", "Invalid country 'Nowhere'."),
-        ("compare moll --regions globe --sort foo", "Invalid sort key 'foo'."),
-        ("compare moll --regions globe --executor x", "Invalid executor 'x'. It must be dask://HOST:PORT"),
-        ("compare moll --regions globe -o a.png", "Invalid output 'a.png'. Its suffix must be .json, .csv"),
-        ("compare moll --regions globe -o a.gpkg -f csv", "Invalid format 'csv' for 'a.gpkg'. Its suffix tells the"),
-        ("compare moll --executor processes:2", "Invalid option '--executor'. It needs --regions."),
-        ("compare moll --partial a", "Invalid option '--partial'. It needs --regions."),
-        ("recommend", "Missing argument 'REGION', or --regions. See 'projdist recommend --help'."),
-        ("recommend globe --regions countries", "Invalid option '--regions'. It cannot be used with a region."),
-        ("recommend globe --partial a", "Invalid option '--partial'. It needs --regions."),
-        ("recommend --regions countries --purpose pretty", "Invalid purpose 'pretty'."),
-        ("recommend --regions countries --criterion x", "Invalid criterion 'x'."),
-        ("recommend --regions countries --dpi 50", "Invalid option '--dpi'. It cannot be used with --regions."),
-    ],
-)
+WRONG = {
+    "compare moll --regions countries -r globe": "Invalid option '--regions'. It cannot be used with --region.",
+    "compare moll --regions countries --weight a.tif": "Invalid option '--regions'. It cannot be used with --weight.",
+    "compare moll --regions countries --plot pareto": "Invalid option '--plot'. It cannot be used with --regions.",
+    "compare moll --regions nowhere": "Invalid region file 'nowhere'. It cannot be read: No such file",
+    "compare moll --regions countries@5m": "Invalid suffix '@5m'.",
+    "compare moll --regions country:Nowhere": "Invalid country 'Nowhere'.",
+    "compare moll --regions globe --sort foo": "Invalid sort key 'foo'.",
+    "compare moll --regions globe --executor x": "Invalid executor 'x'. It must be dask://HOST:PORT",
+    "compare moll --regions globe -o a.png": "Invalid output 'a.png'. Its suffix must be .json, .csv",
+    "compare moll --regions globe -o a.gpkg -f csv": "Invalid format 'csv' for 'a.gpkg'. Its suffix tells the",
+    "compare moll --executor processes:2": "Invalid option '--executor'. It needs --regions.",
+    "compare moll --partial a": "Invalid option '--partial'. It needs --regions.",
+    "recommend": "Missing argument 'REGION', or --regions. See 'projdist recommend --help'.",
+    "recommend globe --regions countries": "Invalid option '--regions'. It cannot be used with a region.",
+    "recommend globe --partial a": "Invalid option '--partial'. It needs --regions.",
+    "recommend --regions countries --purpose pretty": "Invalid purpose 'pretty'.",
+    "recommend --regions countries --criterion x": "Invalid criterion 'x'.",
+    "recommend --regions countries --dpi 50": "Invalid option '--dpi'. It cannot be used with --regions.",
+}
+
+
+@each(("words", "message"), WRONG.items())
 def test_refused(words, message, tmp_path, monkeypatch):
     pytest.importorskip("geopandas")
     monkeypatch.chdir(tmp_path)

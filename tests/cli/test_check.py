@@ -52,16 +52,12 @@ def test_json(data, frame):
 
 
 def test_table(data):
-    """Totals, the worst features by name, and what was not measured."""
+    """Totals, the worst features by name, and what was not measured; CSV has a row a feature with all figures."""
     out = run_ok(data / "data.geojson", "--crs", "EPSG:3857", *QUICK)
     assert "(WGS 84): 2 of 3 features, 551,499 km2" in out
     for text in ("2.553403", "+155.3 %", "Germany", "a road", "Points only: 1 feature(s)."):
         assert text in out
     assert "a tower" not in out
-
-
-def test_csv_and_markdown(data):
-    """A row a feature with all figures; the tables."""
     out = run_ok(data / "data.geojson", *IN_UTM, "--format", "csv", "--id", "area_note")
     rows = parse_csv(out)
     assert [row["name"] for row in rows] == ["1", "2", "3"]

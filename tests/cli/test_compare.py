@@ -72,18 +72,17 @@ def test_compare_regions(region: str, name: str, option: str) -> None:
 
 
 def test_compare_measures_repeat_or_have_commas() -> None:
-    """`-m a,b -m c`: statistics of all, by the names that were given."""
+    """`-m a,b -m c` has all; a looser tolerance costs fewer evaluations; `--sort given` keeps the order."""
     found = run_json("compare", "moll", "-m", "omega, h", "--measure", "scale@45", "-r", "box:0,0,9,9")["results"][0]
     assert {"omega", "h", "scale@45"} < set(found)
-
-
-def test_compare_tolerance() -> None:
-    """A looser tolerance costs fewer evaluations, and its errors stay below it."""
     tight = run_json("compare", "moll", "--tolerance", "1e-7")["results"][0]
     loose = run_json("compare", "moll", "--tolerance", "1e-2")["results"][0]
     assert loose["evaluations"] < tight["evaluations"]
     assert loose["error_estimate"] < 1e-2
     assert tight["error_estimate"] < 1e-7
+    words = ["robin", "moll", "winkel-tripel"]
+    found = run_json("compare", *words, "--sort", "given", "-r", "box:0,0,9,9", *QUICK)
+    assert [row["projection"] for row in found["results"]] == words
 
 
 @pytest.mark.slow
@@ -103,13 +102,6 @@ def test_compare_sort(sort: str, column: str) -> None:
     values = [row[name][statistic] if statistic else row[name] for row in found]
     assert len(values) == 4
     assert values == sorted(values)
-
-
-def test_compare_sort_as_given() -> None:
-    """`--sort given` keeps the order of the command line."""
-    words = ["robin", "moll", "winkel-tripel"]
-    found = run_json("compare", *words, "--sort", "given", "-r", "box:0,0,9,9", *QUICK)
-    assert [row["projection"] for row in found["results"]] == words
 
 
 @pytest.mark.slow
@@ -149,6 +141,9 @@ def test_compare_table_has_no_digits_that_the_error_makes_doubtful() -> None:
     (line,) = [line for line in run_ok("compare", "moll", "--tolerance", "1e-2").splitlines() if "moll" in line]
     decimals = len(re.findall(r"0\.(\d+) ", line)[0])
     assert 10.0**-decimals > 0.5 * found["error_estimate"]
+    text = run_ok("compare", "+proj=ortho +lat_0=90 +R=6371000", "moll", "--tolerance", "1e-2")
+    assert "covers" in text
+    assert "the share of the region that can be projected" in text
 
 
 def test_doubtful_figures_are_no_zeros() -> None:
@@ -160,13 +155,6 @@ def test_doubtful_figures_are_no_zeros() -> None:
     assert [rounded(123.456, 0.0), rounded(0.0, 1e-12), rounded(0.0, 0.0)] == ["123.456000", "0.000000", "0.000000"]
     assert [rounded(0.123456789, error) for error in (1e-4, 3e-5, 0.9)] == ["0.1235", "0.1235", "0.123 +- 0.9"]
     assert rounded(None, 0.1) == rounded(None, None) == "-"
-
-
-def test_compare_table_tells_coverage() -> None:
-    """Half of the globe can be projected: the table has the share and says what the figures are of."""
-    text = run_ok("compare", "+proj=ortho +lat_0=90 +R=6371000", "moll", "--tolerance", "1e-2")
-    assert "covers" in text
-    assert "the share of the region that can be projected" in text
 
 
 @pytest.mark.parametrize("measures", ["omega", pytest.param("omega,h,k,s,a,b", marks=pytest.mark.slow)])
@@ -214,24 +202,17 @@ def test_compare_csv() -> None:
 
 
 def test_compare_markdown() -> None:
-    """A table that Markdown reads, with what would be markup escaped."""
+    """A table that Markdown reads, with markup escaped; WKT is shown by its name, an undefined figure as a dash."""
     rows = parse_markdown(run_ok("compare", "moll", "robin", "-f", "markdown", "-m", "scale@45", "-r", "box:0,0,80,80"))
     assert {row["projection"] for row in rows} == {"robin", "moll"}
     assert rows[0]["AK"].endswith("\\*")
     assert "scale@45 mean" in rows[0]
-
-
-def test_compare_shows_long_definitions_by_name() -> None:
-    """WKT fills the screen: the table has the name of the CRS, the JSON what was given."""
     words = ["compare", WKT, "-r", "box:6,40,12,50", *QUICK]
     for form in ("table", "markdown"):
         text = run_ok(*words, "-f", form)
         assert "WGS 84 / UTM zone 32N" in text
         assert "PROJCRS" not in text
     assert run_json(*words)["results"][0]["projection"] == WKT
-
-
-def test_compare_shows_undefined_figures() -> None:
     result = {"region": {"name": "globe", "area_km2": 1.0}}
     row = dict.fromkeys(COMPARE_KEYS[4:8]) | {"projection": "x", "name": "X", "coverage": 0.5}
     other = dict.fromkeys(COMPARE_KEYS[4:8], 0.25) | {"projection": "y", "name": "Y", "coverage": 1.0}
@@ -272,11 +253,17 @@ def test_compare_nothing_but_failures(form: str) -> None:
         assert result.stdout == "No projection could be measured.\n"
 
 
-def test_compare_region_that_cannot_be_projected() -> None:
-    """A failure of the projection, not of the whole."""
+def test_compare_region_that_cannot_be_projected(tmp_path: Path) -> None:
+    """A failure of the projection, not of the whole; a .prj and a .wkt file of one CRS give the same numbers."""
     found = run_json("compare", "moll", *HIDDEN, *QUICK, code=1)
     assert [row["projection"] for row in found["results"]] == ["moll"]
     assert re.search(r"No point of it can be projected", found["failures"][0]["error"])
+    crs = pyproj.CRS("EPSG:3035")
+    (tmp_path / "a.prj").write_text(crs.to_wkt("WKT1_ESRI"))
+    (tmp_path / "b.wkt").write_text(crs.to_wkt(pretty=True))
+    found = run_json("compare", str(tmp_path / "a.prj"), str(tmp_path / "b.wkt"), "-r", "box:0,40,20,60", *QUICK)
+    first, second = (row["airy_kavrayskiy"] for row in found["results"])
+    assert first == pytest.approx(second, rel=1e-9)
 
 
 HOSTILE = [
@@ -309,16 +296,6 @@ def test_compare_bad_files(content: bytes | None, tmp_path: Path) -> None:
     result = run("compare", path)
     assert result.exit_code == 1
     assert re.fullmatch(r"projdist: Invalid [^\n]*some\.prj[^\n]*\n", result.stderr)
-
-
-def test_compare_files(tmp_path: Path) -> None:
-    """A .prj and a .wkt file of one CRS give the same numbers."""
-    crs = pyproj.CRS("EPSG:3035")
-    (tmp_path / "a.prj").write_text(crs.to_wkt("WKT1_ESRI"))
-    (tmp_path / "b.wkt").write_text(crs.to_wkt(pretty=True))
-    found = run_json("compare", str(tmp_path / "a.prj"), str(tmp_path / "b.wkt"), "-r", "box:0,40,20,60", *QUICK)
-    first, second = (row["airy_kavrayskiy"] for row in found["results"])
-    assert first == pytest.approx(second, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -359,6 +336,12 @@ def test_json_has_each_index_by_name() -> None:
     rows = {row["projection"]: row["indices"] for row in json.loads(with_indices("-f", "json"))["results"]}
     assert rows["eqc"] == indices("eqc", names=["I", "canters"], tolerance=1e-4).to_dict()["indices"]
     assert list(rows["moll"]) == ["isotropy", "canters_ab", "canters_ar", "canters_an"]
+    out = run_ok("compare", "eqc", "--indices", "goldberg-gott", *COARSE, "-f", "markdown")
+    head, _, row = (line.strip("| ").split(" | ") for line in out.splitlines()[:3])
+    assert head[-7:] == [*"IAFSDB", "score"]
+    # D of the plate carree, .449 in the literature, with a standard error of 5e-5.
+    assert re.fullmatch(r"0\.44[89]\d{2}\(\d\)", row[-3])
+    assert "In brackets: the error" in out
 
 
 def test_csv_has_a_column_a_figure() -> None:
@@ -366,6 +349,14 @@ def test_csv_has_a_column_a_figure() -> None:
     (first, _) = parse_csv(with_indices("-f", "csv"))
     assert float(first["isotropy"]) == pytest.approx(0.5212, abs=1e-4)
     assert float(first["canters_ar_best_scale"]) < 1.0
+    results = json.loads(with_indices("-f", "json", "--sort", "canters_ar"))["results"]
+    assert [row["projection"] for row in results] == ["moll", "eqc"]
+    assert "one of the indices asked for" in refused("compare", "eqc", "--sort", "isotropy")
+    assert "Invalid index 'cantres'. Did you mean canters" in refused("compare", "eqc", "--indices", "cantres")
+    note = "I, A: most published figures come out over |lat| <= 88 only, and these here are for the whole region."
+    arguments = ("compare", "plate-carree", "--tolerance", "1e-4", "--indices", "I,A,airy_kavrayskiy")
+    assert note in run_ok(*arguments)
+    assert run_json(*arguments)["published_over"] == {"isotropy": "|lat| <= 88", "area": "|lat| <= 88"}
 
 
 @pytest.mark.parametrize("form", ["table", "markdown"])
@@ -375,30 +366,3 @@ def test_tables_have_symbols(form: str) -> None:
     assert all(head in text for head in (" I ", " Dab ", " Dab best ", " Dan "))
     assert " I best " not in text
     assert "Best: an index at the scale that makes it best." in text
-
-
-@pytest.mark.slow
-def test_a_row_of_goldberg_and_gott() -> None:
-    """Six figures and their score; errors above the last digit stand in brackets."""
-    out = run_ok("compare", "eqc", "--indices", "goldberg-gott", *COARSE, "-f", "markdown")
-    head, _, row = (line.strip("| ").split(" | ") for line in out.splitlines()[:3])
-    assert head[-7:] == [*"IAFSDB", "score"]
-    # D of the plate carree, .449 in the literature, with a standard error of 5e-5.
-    assert re.fullmatch(r"0\.44[89]\d{2}\(\d\)", row[-3])
-    assert "In brackets: the error" in out
-
-
-def test_sorted_by_an_index() -> None:
-    """--sort takes the name of an index asked for."""
-    results = json.loads(with_indices("-f", "json", "--sort", "canters_ar"))["results"]
-    assert [row["projection"] for row in results] == ["moll", "eqc"]
-    assert "one of the indices asked for" in refused("compare", "eqc", "--sort", "isotropy")
-    assert "Invalid index 'cantres'. Did you mean canters" in refused("compare", "eqc", "--indices", "cantres")
-
-
-def test_what_published_figures_are_of() -> None:
-    """Under the table, and in JSON by a key, stands of what part of the globe the published figures are."""
-    note = "I, A: most published figures come out over |lat| <= 88 only, and these here are for the whole region."
-    arguments = ("compare", "plate-carree", "--tolerance", "1e-4", "--indices", "I,A,airy_kavrayskiy")
-    assert note in run_ok(*arguments)
-    assert run_json(*arguments)["published_over"] == {"isotropy": "|lat| <= 88", "area": "|lat| <= 88"}

@@ -27,10 +27,6 @@ def test_commands() -> None:
     assert candidates(ROOT, ["wor"]) == ["world-map"]
     assert candidates(ROOT, ["--v"]) == ["--version"]
     assert candidates(ROOT, ["nosuch", ""]) == []
-
-
-def test_options() -> None:
-    """The long ones of a command, and those of its help."""
     assert candidates(ROOT, ["compare", "robin", "--mea"]) == ["--measure"]
     assert {"--region", "--output", "--help"} <= set(candidates(ROOT, ["info", "-"]))
 

@@ -26,10 +26,6 @@ def test_json():
     assert data.keys() >= KEYS
     assert data["projection"] == "moll"
     assert data == correct("moll").to_dict()
-
-
-def test_table():
-    """The four errors, the matrix, what it means, and where the exports are."""
     out = run_ok("plate-carree")
     for text in (
         "0.521240",

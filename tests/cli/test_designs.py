@@ -17,13 +17,10 @@ SWISS = ("country:CH", "--degree", "2", "--base", "EPSG:2056", "--against", "EPS
 
 
 def test_json() -> None:
+    """What the library answers; the figures, the map to compare with, the degrees, and what is to be known."""
     assert (
         run_json("design", *SWISS) == design("country:CH", degree=2, base="EPSG:2056", against="EPSG:21781").to_dict()
     )
-
-
-def test_table() -> None:
-    """The figures, the map to compare with, the degrees, and what is to be known."""
     out = run_ok("design", *SWISS, "--name", "Mine")
     assert out.startswith("Mine (41,324 km2)\nDegree 2 on +proj=somerc")
     shown = ("made to measure", "given", "EPSG:21781", "The image does not cover itself.", "limit", "There and back")
@@ -86,22 +83,19 @@ def test_json_of_a_mean() -> None:
 
 
 @pytest.mark.slow
-def test_table_of_a_mean() -> None:
+def test_table_of_a_mean(tmp_path: Path) -> None:
     """The bound, the mean, the average and the maps; which distance it is."""
     out = run_ok("mean-map", *BETWEEN, "--weights", "1,2", "--name", "Between two")
     for words in ("Between two over", "Weights 1, 2", "bound", "mean", "average", "EPSG:25832", "same point of the"):
         assert words in out
-
-
-@pytest.mark.slow
-def test_wkt_and_picture(tmp_path: Path) -> None:
-    """A CRS in a file, and the mean beside the average."""
     code, _, err = run(
         "mean-map", *BETWEEN, "-o", str(tmp_path / "mean.wkt"), "--picture", str(tmp_path / "mean.png"), "--dpi", "40"
     )
     assert code == 0, err
     assert CRS.from_wkt((tmp_path / "mean.wkt").read_text()).is_projected
     assert imread(tmp_path / "mean.png").std() > 0.05
+    words = ["aitoff", "moll", "--degree", "3", "--format", "wkt"]
+    assert "JSON has its coefficients" in refusal("mean-map", *words, code=1)
 
 
 @pytest.mark.slow
@@ -109,12 +103,6 @@ def test_wkt_and_picture(tmp_path: Path) -> None:
 def test_other_forms(form: str) -> None:
     out = run_ok("mean-map", *BETWEEN, "--format", form)
     assert out.startswith("+proj=pipeline") if form == "proj" else CRS.from_user_input(out)
-
-
-@pytest.mark.slow
-def test_a_mean_without_a_crs() -> None:
-    words = ["aitoff", "moll", "--degree", "3", "--format", "wkt"]
-    assert "JSON has its coefficients" in refusal("mean-map", *words, code=1)
 
 
 # ---- maps of the world ---------------------------------------------------------------------------
@@ -131,13 +119,10 @@ def test_table_of_the_world() -> None:
         assert words in out
 
 
-def test_json_of_the_world() -> None:
+def test_json_of_the_world(tmp_path: Path) -> None:
     out = run_ok("world-map", "continent:Africa", *QUICK, "--elsewhere", "0.1", "--format", "json")
     found = world_map("continent:Africa", elsewhere=0.1, cells=8, against="robin")
     assert json.loads(out) == found.to_dict() | {"pipeline": None}
-
-
-def test_points(tmp_path: Path) -> None:
     path = tmp_path / "towns.csv"
     path.write_text("lon,lat,people\n20,45,100\n21,46,300\n25,44,50\n")
     out = run_ok("world-map", f"points:{path}", "--weight", "people", *QUICK)

@@ -81,7 +81,7 @@ def test_factors_measures() -> None:
 
 
 def test_factors_csv_and_markdown() -> None:
-    """One row a point: all digits in the CSV, readable ones in the Markdown."""
+    """A row a point: all digits in CSV, readable ones in Markdown; in tables `-` where undefined, no negative zero."""
     words = ["factors", "robin", "10", "20", "-30", "-40"]
     expected = run_json(*words)["results"]
     for row, wanted in zip(parse_csv(run_ok(*words, "-f", "csv")), expected, strict=True):
@@ -89,6 +89,12 @@ def test_factors_csv_and_markdown() -> None:
         assert float(row["omega"]) == wanted["omega"]
     for row, wanted in zip(parse_markdown(run_ok(*words, "-f", "markdown")), expected, strict=True):
         assert float(row["h"]) == pytest.approx(wanted["h"], abs=1e-8)
+    text = run_ok("factors", "EPSG:32632", "9", "0", "9", "45")
+    assert text.startswith("EPSG:32632\n")
+    assert "0.99960000" in text
+    assert "-0.000000" not in text
+    (line,) = [line for line in run_ok("factors", HIDDEN[0], "0", "-80").splitlines() if "outside" in line]
+    assert line.count(" - ") == 11
 
 
 def test_factors_csv_without_points(tmp_path: Path) -> None:
@@ -101,16 +107,6 @@ def test_factors_csv_without_points(tmp_path: Path) -> None:
     assert run_ok(*words, "--at", str(tmp_path / "p.csv")) == header
     assert run_ok(*words[:-2], "--at", str(tmp_path / "p.csv"), "-o", str(tmp_path / "o.csv"))
     assert (tmp_path / "o.csv").read_text() == header
-
-
-def test_factors_table() -> None:
-    """For people: the projection, a row a point, `-` where undefined, no negative zero."""
-    text = run_ok("factors", "EPSG:32632", "9", "0", "9", "45")
-    assert text.startswith("EPSG:32632\n")
-    assert "0.99960000" in text
-    assert "-0.000000" not in text
-    (line,) = [line for line in run_ok("factors", HIDDEN[0], "0", "-80").splitlines() if "outside" in line]
-    assert line.count(" - ") == 11
 
 
 def test_factors_looks_at_the_projection_first() -> None:
@@ -147,6 +143,8 @@ def test_factors_stdin_json() -> None:
         "projdist: line 6: Invalid point 'foo bar'. Longitude and latitude must be numbers of degrees.",
         "projdist: line 8: Invalid latitude '95'. It must lie within -90 and 90 degrees.",
     ]
+    rows = parse_csv(run_ok("factors", "robin", "-", "-f", "csv", stdin="1 2\n3,4\n"))
+    assert [list(row) for row in rows] == [FACTORS_KEYS, FACTORS_KEYS]
 
 
 @pytest.mark.parametrize("form", ["csv", "markdown", "table"])
@@ -161,11 +159,6 @@ def test_factors_stdin_text(form: str) -> None:
         assert [row["text"] for row in rows] == ["Ab c, d", "Zürich\\|x", "", "\\*last\\*"]
     else:
         assert all(text in result.stdout for text in ("Ab c, d", "Zürich|x", "*last*"))
-
-
-def test_factors_stdin_without_text() -> None:
-    rows = parse_csv(run_ok("factors", "robin", "-", "-f", "csv", stdin="1 2\n3,4\n"))
-    assert [list(row) for row in rows] == [FACTORS_KEYS, FACTORS_KEYS]
 
 
 @pytest.mark.parametrize("text", ["", "\n\n", "# only a remark\n"])

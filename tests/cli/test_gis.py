@@ -87,55 +87,43 @@ def test_tissot_as_a_layer(name: str, tmp_path: Path) -> None:
     assert err.startswith("projdist: Note: Mollweide has no CRS; that of the layer is undefined")
 
 
-@each(
-    ("words", "message"),
-    [
-        ("heatmap moll robin -o x.tif", "Invalid projections 'moll robin' for 'x.tif'. A .tif file has one map;"),
-        ("tissot moll robin -o x.gpkg", "Invalid projections 'moll robin' for 'x.gpkg'. A .gpkg file has one map;"),
-        ("heatmap moll -o x.tif --levels 5", "Invalid option '--levels' for 'x.tif'. It is for pictures."),
-        ("heatmap moll -o x.tif --dpi 50", "Invalid option '--dpi' for 'x.tif'. It is for pictures."),
-        ("tissot moll -o x.gpkg --size 5,5", "Invalid option '--size' for 'x.gpkg'. It is for pictures."),
-        ("heatmap moll -o x.png --grid lonlat", "Invalid option '--grid' for 'x.png'. It is for rasters"),
-        ("heatmap moll -o x.png --resolution 9", "Invalid option '--resolution' for 'x.png'. It is for rasters"),
-        ("heatmap moll -o x.png -m h,k", "Invalid measures 'h,k' for 'x.png'. A picture shows one;"),
-        ("heatmap moll -o x.tif --grid foo", "Invalid grid 'foo'. It must be map or lonlat."),
-        ("heatmap moll -o x.tif --size 5.5", "Invalid size '5.5'. It must be pixels of the longer side, or WIDTH,"),
-        ("heatmap moll -o x.tif --size 0", "Invalid size '0'. It must be a number of pixels within 1 and"),
-        ("heatmap moll -o x.tif --resolution -1", "Invalid resolution '-1'. It must be a number within"),
-        ("heatmap moll -r box:0,0,9,9 -o x.tif --resolution 1", "Invalid resolution '1'. It makes"),
-        ("heatmap moll -o x.tif -m foo", "Invalid measure 'foo'."),
-        ("factors moll", "Invalid points. They must be LON LAT..., - for stdin, or --at FILE."),
-        ("factors moll 1 2 --at p.csv", "Invalid points. They must be LON LAT..."),
-        (
-            "factors moll --at no.csv",
-            "Invalid points file 'no.csv'. It cannot be read as text: No such file or directory.",
-        ),
-        ("factors moll --at no.gpkg", "Invalid points file 'no.gpkg'. There is no file 'no.gpkg'."),
-        ("factors moll --at p.csv -o x.txt", "Invalid output 'x.txt'. Its suffix must be .csv, .parquet, .gpkg or"),
-        ("factors moll --at p.csv -o x.csv -f json", "Invalid format 'json' for 'x.csv'. Its suffix tells the format."),
-        (
-            "factors moll --at bad.csv",
-            "Invalid point in row 2. Its lat is '99'; it must lie within -90 and 90 degrees.",
-        ),
-        ("factors moll --at bad.csv -o x.gpkg", "Invalid point in row 2. Its lat is '99'; it must lie within"),
-        (
-            "factors moll --at names.csv",
-            "Invalid points file 'names.csv'. Its header must have lon and lat; it has length, lat.",
-        ),
-        ("factors moll --at ragged.csv", "Invalid points file 'ragged.csv'. Line 2 has 3 cells; it must have 2."),
-        ("factors moll --at short.csv", "Invalid points file 'short.csv'. Line 2 has 2 cells; it must have 3."),
-        (
-            "factors moll --at commas.csv",
-            "Invalid points file 'commas.csv'. Line 2 has 4 cells; it must have 2. Decimal",
-        ),
-        ("factors moll --at taken.csv", "Invalid points. They have a column 'k' already; rename it, or give the new"),
-        ("factors moll --at empty.csv", "Invalid points file 'empty.csv'. It is empty."),
-    ],
-)
+WRONG = {
+    "heatmap moll robin -o x.tif": "Invalid projections 'moll robin' for 'x.tif'. A .tif file has one map;",
+    "tissot moll robin -o x.gpkg": "Invalid projections 'moll robin' for 'x.gpkg'. A .gpkg file has one map;",
+    "heatmap moll -o x.tif --levels 5": "Invalid option '--levels' for 'x.tif'. It is for pictures.",
+    "heatmap moll -o x.tif --dpi 50": "Invalid option '--dpi' for 'x.tif'. It is for pictures.",
+    "tissot moll -o x.gpkg --size 5,5": "Invalid option '--size' for 'x.gpkg'. It is for pictures.",
+    "heatmap moll -o x.png --grid lonlat": "Invalid option '--grid' for 'x.png'. It is for rasters",
+    "heatmap moll -o x.png --resolution 9": "Invalid option '--resolution' for 'x.png'. It is for rasters",
+    "heatmap moll -o x.png -m h,k": "Invalid measures 'h,k' for 'x.png'. A picture shows one;",
+    "heatmap moll -o x.tif --grid foo": "Invalid grid 'foo'. It must be map or lonlat.",
+    "heatmap moll -o x.tif --size 5.5": "Invalid size '5.5'. It must be pixels of the longer side, or WIDTH,",
+    "heatmap moll -o x.tif --size 0": "Invalid size '0'. It must be a number of pixels within 1 and",
+    "heatmap moll -o x.tif --resolution -1": "Invalid resolution '-1'. It must be a number within",
+    "heatmap moll -r box:0,0,9,9 -o x.tif --resolution 1": "Invalid resolution '1'. It makes",
+    "heatmap moll -o x.tif -m foo": "Invalid measure 'foo'.",
+    "factors moll": "Invalid points. They must be LON LAT..., - for stdin, or --at FILE.",
+    "factors moll 1 2 --at p.csv": "Invalid points. They must be LON LAT...",
+    "factors moll --at no.csv": "Invalid points file 'no.csv'. It cannot be read as text: No such file or directory.",
+    "factors moll --at no.gpkg": "Invalid points file 'no.gpkg'. There is no file 'no.gpkg'.",
+    "factors moll --at p.csv -o x.txt": "Invalid output 'x.txt'. Its suffix must be .csv, .parquet, .gpkg or",
+    "factors moll --at p.csv -o x.csv -f json": "Invalid format 'json' for 'x.csv'. Its suffix tells the format.",
+    "factors moll --at bad.csv": "Invalid point in row 2. Its lat is '99'; it must lie within -90 and 90 degrees.",
+    "factors moll --at bad.csv -o x.gpkg": "Invalid point in row 2. Its lat is '99'; it must lie within",
+    "factors moll --at n.csv": "Invalid points file 'n.csv'. Its header must have lon and lat; it has length, lat.",
+    "factors moll --at ragged.csv": "Invalid points file 'ragged.csv'. Line 2 has 3 cells; it must have 2.",
+    "factors moll --at short.csv": "Invalid points file 'short.csv'. Line 2 has 2 cells; it must have 3.",
+    "factors moll --at commas.csv": "Invalid points file 'commas.csv'. Line 2 has 4 cells; it must have 2. Decimal",
+    "factors moll --at taken.csv": "Invalid points. They have a column 'k' already; rename it, or give the new",
+    "factors moll --at empty.csv": "Invalid points file 'empty.csv'. It is empty.",
+}
+
+
+@each(("words", "message"), WRONG.items())
 def test_wrong_words(words: str, message: str, points: Path) -> None:
     files = {
         "bad.csv": "lon,lat\n1,2\n3,99\n",
-        "names.csv": "length,lat\n1,2\n",
+        "n.csv": "length,lat\n1,2\n",
         "short.csv": "lon,lat,name\n1,2\n",
         "commas.csv": "lon,lat\n1,5,2,5\n",
         "ragged.csv": "lon,lat\n1,2,3\n",
@@ -200,6 +188,10 @@ def test_points_from_file_to_file(points: Path) -> None:
     for number in range(len(steps)):
         np.testing.assert_allclose(read[f"p{number}_convergence"], truth.convergence, atol=1e-6)
         np.testing.assert_allclose(read[f"p{number}_x"], truth.x, atol=5e-2)
+    assert run_ok("factors", "EPSG:2056", "7.44", "46.95", "-o", "x.gpkg") == "Wrote: x.gpkg\n"
+    read = geopandas.read_file("x.gpkg")
+    assert read.crs.to_epsg() == 4150
+    assert read.h[0] == float(factors("EPSG:2056", 7.44, 46.95).h)
 
 
 @pytest.mark.parametrize("form", ["table", "json", "csv", "markdown"])
@@ -218,14 +210,6 @@ def test_points_of_a_layer_are_printed(form: str, points: Path) -> None:
         row = json.loads(out)["results"][0]
         assert (row["lon"], row["lat"]) == pytest.approx((7.44, 46.95), abs=1e-9)
         assert row["k"] == pytest.approx(float(factors("EPSG:32632", 7.44, 46.95).k), rel=1e-12)
-
-
-def test_points_of_the_command_line_as_a_layer(points: Path) -> None:
-    """The suffix tells where a format is for GIS programs."""
-    assert run_ok("factors", "EPSG:2056", "7.44", "46.95", "-o", "x.gpkg") == "Wrote: x.gpkg\n"
-    read = geopandas.read_file("x.gpkg")
-    assert read.crs.to_epsg() == 4150
-    assert read.h[0] == float(factors("EPSG:2056", 7.44, 46.95).h)
 
 
 # ---- files that are there -------------------------------------------------------------------

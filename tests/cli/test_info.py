@@ -31,7 +31,11 @@ def test_a_card() -> None:
 
 @pytest.mark.slow
 def test_deprecated_ones_are_said() -> None:
+    """A conformal method far outside of where it is meant for is told to be none."""
     assert "│ status      │ deprecated; use EPSG:2953 instead " in run_ok("info", "EPSG:2036")
+    result = run("info", "+proj=nzmg +ellps=intl", "-r", "box:0,40,20,60")
+    assert "should keep │ angles, by its method: it is not conformal as measured" in result.stdout
+    assert "is not conformal here" in result.stderr
 
 
 @pytest.mark.slow
@@ -48,14 +52,6 @@ def test_formats(tmp_path: Path) -> None:
     assert run_ok("info", "EPSG:2056", "-o", str(page)) == f"Wrote: {page}\n"
     assert picture.stat().st_size > 2000
     assert "LV95" in page.read_text(encoding="utf-8")
-
-
-@pytest.mark.slow
-def test_no_promise_is_taken_for_a_measurement() -> None:
-    """A conformal method far outside of where it is meant for is told to be none."""
-    result = run("info", "+proj=nzmg +ellps=intl", "-r", "box:0,40,20,60")
-    assert "should keep │ angles, by its method: it is not conformal as measured" in result.stdout
-    assert "is not conformal here" in result.stderr
 
 
 def test_shades_are_quarters() -> None:
@@ -109,9 +105,6 @@ def test_a_table_of_hits() -> None:
     assert re.search(r"\n\d+ more: --limit \d+ shows all\.\n$", text)
     assert "(deprecated)" in run_ok("find", "2036")
     assert "more" not in run_ok("find", "EPSG:3035")
-
-
-def test_formats_of_hits() -> None:
     found = run_json("find", "utm 33", "--authority", "EPSG", "--limit", "1")
     assert [hit["code"] for hit in found["results"]] == ["EPSG:32633"]
     (row,) = parse_csv(run_ok("find", "EPSG:3035", "-f", "csv"))

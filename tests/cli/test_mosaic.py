@@ -191,11 +191,6 @@ def test_a_camera_that_turns(turned, tmp_path):
     lines = run(*words, "--projection", "mollweide", "-f", "csv")[1].splitlines()
     assert lines[0] == "image,longitude,latitude,roll,focal"
     assert len(lines) == 4
-
-
-@pytest.mark.slow
-def test_the_projection_is_told_once(turned):
-    """One that is usual is not there twice."""
     words = ["--correspondences", str(turned[1]), "--model", "rotation", "--projection", "mercator", "-f", "json"]
     rows = json.loads(run(*words)[1])["projections"]
     assert sorted(row["projection"] for row in rows) == [

@@ -173,15 +173,11 @@ def test_list_has_names_that_work() -> None:
 
 @pytest.mark.slow
 def test_module_is_the_command() -> None:
-    """`python -m projdist` compares, and returns the exit code."""
+    """`python -m projdist` compares, and returns the exit code; so does the installed script."""
     done = process("compare", "moll", "nosuch", *QUICK, "-f", "json", text=True)
     assert done.returncode == 1
     assert len(json.loads(done.stdout)["results"]) == 1
     assert len(done.stderr.splitlines()) == 1
-
-
-@pytest.mark.slow
-def test_script_is_the_command() -> None:
     script = Path(sys.executable).with_name("projdist")
     done = subprocess.run([script, "factors", "merc", "-10", "-60", "-f", "csv"], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
@@ -359,10 +355,6 @@ def test_every_format_has_the_answer() -> None:
     first, _ = parse_csv(render(report(), "csv"))
     assert first == {key: str(value) for key, value in ROWS[0].items()}
     assert render(report(rows=list, header=["a", "b"]), "csv") == "a,b\n"
-
-
-def test_an_answer_without_tables() -> None:
-    """Its title is all there is to read; CSV has the names of the columns."""
     nothing = Report(title="Nothing.", data=dict, header=["name"])
     *texts, page = (render(nothing, form) for form in FORMATS)
     assert texts == ["Nothing.\n", "{}\n", "name\n", "Nothing.\n"]

@@ -105,10 +105,6 @@ def test_forms_of_an_answer(known):
     out = run(ISLAND, *QUICK, "--format", "markdown")[1]
     assert out.startswith("| code | name | method | ranks by | airy_kavrayskiy |")
     assert f"| {known.results[0].code} |" in out
-
-
-def test_the_limit(known):
-    """How many times the limit each map has is in a column of tables and CSV; a line says what that is."""
     assert known.limit is not None
     out = run(ISLAND, *QUICK, "--format", "markdown")[1]
     assert "| airy_kavrayskiy | over limit |" in out
@@ -273,7 +269,7 @@ class Terminal(io.StringIO):
 
 
 def test_no_bar_before_wrong_words_are_refused(monkeypatch):
-    """The progress bar comes with the first news."""
+    """The progress bar comes with the first news, after two seconds, and leaves nothing; a pipe has none."""
     monkeypatch.setenv("TERM", "xterm")
     shown = Terminal()
     monkeypatch.setattr("sys.stderr", shown)
@@ -285,10 +281,6 @@ def test_no_bar_before_wrong_words_are_refused(monkeypatch):
         assert "maps" not in shown.getvalue()
         move(1, 4)
         assert " maps " in shown.getvalue()
-
-
-def test_no_bar_of_what_takes_a_moment(monkeypatch):
-    """It is shown once two seconds have passed, and leaves nothing; where there is no terminal there is none."""
     monkeypatch.setenv("TERM", "xterm")
     shown = Terminal()
     monkeypatch.setattr("sys.stderr", shown)

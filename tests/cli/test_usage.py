@@ -20,17 +20,13 @@ COMMANDS = [
 
 
 def test_repairs_are_said(tmp_path: Path) -> None:
-    """A region that had to be repaired is measured, and the repair is told on standard error."""
+    """A repaired region is measured and the repair told; a table over points tells how many there are, and weights."""
     path = tmp_path / "bow.geojson"
     path.write_text('{"type": "Polygon", "coordinates": [[[0, 0], [10, 10], [10, 0], [0, 10], [0, 0]]]}')
     result = run("compare", "robin", "--region", f"file:{path}")
     assert result.exit_code == 0
     assert re.fullmatch(r"projdist: file:.*: 1 self-intersecting polygon\(s\) repaired; [^\n]*\n", result.stderr)
     assert "AK" in result.stdout
-
-
-def test_a_set_of_points(tmp_path: Path) -> None:
-    """A table over points tells how many there are, and that they are weighed."""
     path = tmp_path / "a.csv"
     path.write_text("lon,lat,weight\n1,2,1\n3,4,5\n")
     shown = run_ok("compare", "robin", "--region", f"points:{path}")
@@ -332,7 +328,7 @@ WRONG = {
     "": {
         "design globe": "...It reaches 180 degrees from its middle",
         "oldmap nosuch.csv": "Invalid points file 'nosuch.csv'. It cannot be read as text: No such file",
-        "heatmap eqc -o x.png -r box:0,0,4,3 --cmap nosuch": "Invalid colour map 'nosuch'. It must be a name of matplotlib",
+        "heatmap eqc -r box:0,0,4,3 --cmap nosuch": "Invalid colour map 'nosuch'. It must be a name of matplotlib",
         "recommend nowhere": "Invalid region 'nowhere'.",
     },
 }
