@@ -197,9 +197,6 @@ def _values(parameter: Any) -> Iterable[str]:
     return ()
 
 
-# ---- app -----------------------------------------------------------------------------------------
-
-
 COMMANDS = {
     "info": ("info", "Show what a projection is, what it keeps, and its errors."),
     "find": ("info", "Find CRSs by words of their names, areas of use, or codes."),

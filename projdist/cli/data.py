@@ -105,9 +105,6 @@ def _mapped(result: decisions.Check, frame: Any, count: int) -> Mapped | None:
     return Mapped(maps, [one.label for one in maps], about, marks=dict(zip(names, shapes, strict=True)))
 
 
-# ---- the report -----------------------------------------------------------------------------
-
-
 def check_report(result: decisions.Check, data: str, count: int, written: Path | None = None) -> Report:
     """Report of the totals in each CRS and of the worst features."""
     total = result.overall

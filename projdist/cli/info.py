@@ -75,9 +75,6 @@ def info_command(
     present(report, *target)
 
 
-# ---- the card -------------------------------------------------------------------------------
-
-
 def _card(found: decisions.MapInfo) -> Iterator[tuple[str, str | None]]:
     """Rows (label, text) of the card; unknown facts have no text."""
     stated, definition = found.crs_metadata, found.projection.definition
@@ -122,9 +119,6 @@ def _short(text: str | None) -> str:
     return text if len(text) <= _LONGEST else shortened(text.partition(": ")[0], _LONGEST)
 
 
-# ---- the errors -----------------------------------------------------------------------------
-
-
 def _errors(found: decisions.MapInfo) -> Table:
     rows = [{"name": _TITLES[name], **spread.to_dict()} for name, spread in found.measures.items()]
     columns = [
@@ -163,7 +157,7 @@ def _notes(found: decisions.MapInfo) -> Iterator[str]:
         yield "-: the measure has no bound, or its mean diverges."
 
 
-# ---- find ----
+# ---- find ---------------------------------------------------------------------------------------
 
 
 _LONGEST_AREA = 48  # characters of the name of an area

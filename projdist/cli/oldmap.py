@@ -170,9 +170,6 @@ def _several_report(given: Sequence[str], maps: Sequence[oldmaps.OldMap], by: st
     )
 
 
-# ---- one map -------------------------------------------------------------------------------------
-
-
 _NAMES = {"mdt": "MDT", "affine": "affine, least squares", "helmert": "Helmert, least squares"}
 
 

@@ -20,9 +20,6 @@ _OPTIMUM_FORMS = (TABLE, "proj", "wkt", JSON, HTML)
 _LDP_FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV, HTML)
 _CORRECTION_FORMS = (TABLE, JSON, HTML, "proj", "wkt")
 
-# ---- optimize ------------------------------------------------------------------------------------
-
-
 _RECOMMENDED = "recommend"
 _LAST = 0.1  # digit of values above 1
 _LIMIT_DIGIT = 1e-3  # of a limit, which is no more than a good prediction

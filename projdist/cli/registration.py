@@ -320,9 +320,6 @@ def _panorama_notes(result: dict[str, Any]) -> Iterator[str]:
         yield f"The panorama has {canvas['width']} x {canvas['height']} pixels."
 
 
-# ---- what is written -----------------------------------------------------------------------------
-
-
 class MosaicFile:
     """Path and drawing options of a mosaic; invalid ones end the command with 2."""
 
@@ -404,7 +401,7 @@ def _georeference(picture: mosaics.Picture) -> mosaics.Georeference | None:
         return own
 
 
-# ---- clouds ----
+# ---- clouds -------------------------------------------------------------------------------------
 
 
 _FARTHEST = 3  # points that are named

@@ -1,6 +1,7 @@
 """The command `check`: formats, limits and their exit code, files, and what is refused."""
 
 import json
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -80,12 +81,8 @@ def test_files(file, data):
 @each(
     ("words", "code"),
     [
-        (["--fail-above", "1%"], 0),
-        (["--fail-above", "0.1%"], 0),
-        (["--fail-above", "500ppm"], 3),
-        (["--fail-above", "0.0005"], 3),
-        (["--fail-above", "700 PPM"], 0),
-        (["--fail-above", "6e-4"], 3),
+        *((["--fail-above", share], 0) for share in ("1%", "0.1%", "700 PPM")),
+        *((["--fail-above", share], 3) for share in ("500ppm", "0.0005", "6e-4")),
         (["--fail-above", "6e-4", "--fail-on", "overall"], 0),
         (["--fail-above", "500ppm", "--fail-on", "overall"], 3),
         (["--fail-above", ".1", "--fail-above-bearing", "3"], 3),
@@ -153,9 +150,8 @@ def test_layer(suffix, data, tmp_path, frame):
     assert second["length_error"][:2].tolist() == pytest.approx(truth["length_error"][:2].tolist())
     own = tmp_path / f"own{suffix}"
     frame.assign(area_km2=1.0).to_file(own)
-    code, _, err = run(own, *IN_UTM, "-o", tmp_path / "refused.gpkg")
-    assert code == 2
-    assert err.endswith("They have a column 'area_km2' already; rename it.\n")
+    said = refusal(own, *IN_UTM, "-o", tmp_path / "refused.gpkg")
+    assert said.endswith("They have a column 'area_km2' already; rename it.")
 
 
 def feature(kind, coordinates, properties='{"name":"x"}'):
@@ -257,41 +253,29 @@ def test_the_recommended_crs_is_checked(form, frame):
     assert "UTM zone 32N" in render(check_report(other, "data", 1), form).partition("ETRS89 / UTM zone 32N")[2]
 
 
-@each(
-    ("words", "code", "message"),
-    [
-        (["data.geojson"], 2, "Invalid CRS 'WGS 84' of the data to check."),
-        (["data.geojson", "--crs", "EPSG:4326"], 1, "Invalid projection 'EPSG:4326'. It is a Geographic 2D CRS"),
-        (["none.gpkg", *IN_UTM], 2, "Invalid data file"),
-        (["data.gpkg", *IN_UTM], 2, "Invalid data file"),
-        (
-            ["points.geojson", *IN_UTM],
-            2,
-            "Invalid data. They have no lines and no polygons to measure, but points only",
-        ),
-        (["data.geojson", *IN_UTM, "--fail-above", "1 percent"], 2, "Invalid limit '1 percent'. It must be a share"),
-        (["data.geojson", *IN_UTM, "--fail-above", "-1%"], 2, "Invalid limit '-1%'. It must be a share"),
-        (["data.geojson", *IN_UTM, "--fail-above", "1e400"], 2, "Invalid limit '1e400'. It must be a share"),
-        (["data.geojson", *IN_UTM, "--purpose", "nope"], 2, "Invalid purpose 'nope'. It must be any, equal-area"),
-        (["data.geojson", *IN_UTM, "--fail-above-bearing", "x"], 2, "Invalid bearing 'x'. It must be a number of degr"),
-        (["data.geojson", *IN_UTM, "--fail-on", "all"], 2, "Invalid thing to fail on 'all'. It must be worst or over"),
-        (
-            ["data.geojson", *IN_UTM, "--worst", "1.5"],
-            2,
-            "Invalid number of features '1.5'. It must be a whole number.",
-        ),
-        (["data.geojson", *IN_UTM, "--id", "x"], 2, "Invalid column 'x'. It must be name, area_note or geometry."),
-        (["data.geojson", "--crs", "moll", "--purpose", "x"], 2, "Invalid purpose 'x'. It must be any, equal-area"),
-        (
-            ["data.geojson", *IN_UTM, "-o", "x.csv"],
-            2,
-            "Invalid output 'x.csv'. Its suffix must be .gpkg, .geojson or .html.",
-        ),
-    ],
-)
-def test_refused(words, code, message, data):
-    """Wrong words are one line; 2 for them, 1 for what is no projected CRS."""
-    found, out, err = run(data / words[0], *words[1:])
-    assert (found, out) == (code, "")
-    assert err.startswith(f"projdist: {message}")
-    assert err.count("\n") == 1
+WRONG = {  # UTM stands for a CRS without a recommended one
+    "data.geojson": "Invalid CRS 'WGS 84' of the data to check.",
+    "none.gpkg UTM": "Invalid data file",
+    "data.gpkg UTM": "Invalid data file",
+    "points.geojson UTM": "Invalid data. They have no lines and no polygons to measure, but points only",
+    "data.geojson UTM --fail-above '1 percent'": "Invalid limit '1 percent'. It must be a share",
+    "data.geojson UTM --fail-above -1%": "Invalid limit '-1%'. It must be a share",
+    "data.geojson UTM --fail-above 1e400": "Invalid limit '1e400'. It must be a share",
+    "data.geojson UTM --purpose nope": "Invalid purpose 'nope'. It must be any, equal-area",
+    "data.geojson UTM --fail-above-bearing x": "Invalid bearing 'x'. It must be a number of degr",
+    "data.geojson UTM --fail-on all": "Invalid thing to fail on 'all'. It must be worst or over",
+    "data.geojson UTM --worst 1.5": "Invalid number of features '1.5'. It must be a whole number.",
+    "data.geojson UTM --id x": "Invalid column 'x'. It must be name, area_note or geometry.",
+    "data.geojson --crs moll --purpose x": "Invalid purpose 'x'. It must be any, equal-area",
+    "data.geojson UTM -o x.csv": "Invalid output 'x.csv'. Its suffix must be .gpkg, .geojson or .html.",
+}
+
+
+@each(("words", "message"), WRONG.items())
+def test_refused(words, message, data):
+    assert refusal(*shlex.split(f"{data}/{words.replace('UTM', ' '.join(IN_UTM))}")).startswith(message)
+
+
+def test_no_projected_crs(data):
+    message = "Invalid projection 'EPSG:4326'. It is a Geographic 2D CRS"
+    assert refusal(data / "data.geojson", "--crs", "EPSG:4326", code=1).startswith(message)
