@@ -31,9 +31,18 @@ def found():
     return recommend(ISLAND, authorities=["EPSG"], limit=3)
 
 
-def test_json(found):
-    """The dictionary of the Python function, and no progress bar where there is no terminal."""
-    assert run_json(ISLAND, *QUICK) == found.to_dict()
+def test_json(found, monkeypatch):
+    """The dictionary of the Python function, which has the options; no progress bar where there is no terminal."""
+    asked = []
+    monkeypatch.setattr(
+        "projdist.decisions.recommend", lambda *place, **options: asked.append((*place, options)) or found
+    )
+    assert run_json(ISLAND, *QUICK, "--datum", "FD54", "--deprecated") == found.to_dict()
+    ((place, options),) = asked
+    assert (place.name, options["progress"], options["executor"]) == (ISLAND, None, None)
+    expected = {"authorities": ["EPSG"], "limit": 3, "datum": "FD54", "deprecated": True, "area": "preferred"}
+    expected |= {"purpose": "any", "criterion": "airy_kavrayskiy", "custom": False, "uninterrupted": False}
+    assert {name: options[name] for name in expected} == expected
 
 
 @pytest.mark.slow
