@@ -20,14 +20,8 @@ REGIONS = [word for box in BOXES for word in ("--regions", box)]
 QUICK = ["--tolerance", "1e-4"]
 COMPARE = ["compare", *MAPS, *REGIONS, *QUICK]
 ISLANDS = ["box:-7.2,61.3,-6.2,62.5", "box:5.2,46,6.1,46.5"]
-RECOMMEND = [
-    "recommend",
-    *(word for box in ISLANDS for word in ("--regions", box)),
-    "--authority",
-    "EPSG",
-    "--limit",
-    "2",
-]
+IN_ISLANDS = [word for box in ISLANDS for word in ("--regions", box)]
+RECOMMEND = ["recommend", *IN_ISLANDS, "--authority", "EPSG", "--limit", "2"]
 
 
 @pytest.fixture(autouse=True)

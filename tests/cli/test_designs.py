@@ -34,9 +34,7 @@ def test_json(made: Design, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["proj", "wkt", "wkt-derived", "projjson"])
 def test_formats_that_programs_read(form: str, made: Design) -> None:
-    out = run_ok(
-        "design", "country:CH", "--degree", "2", "--base", "EPSG:2056", "--against", "EPSG:21781", "--format", form
-    )
+    out = run_ok("design", *SWISS, "--format", form)
     x, y = Projection.from_user_input(out.strip())(8.5, 47.5)
     truth = made.projection(8.5, 47.5)
     assert (x, y) == (pytest.approx(truth[0], abs=1e-8), pytest.approx(truth[1], abs=1e-8))

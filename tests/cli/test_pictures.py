@@ -88,32 +88,23 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return {path.stem: path.read_bytes() for path in folder.iterdir()}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "options",
-    [
-        [*PATCH, "--levels", "5"],
-        [*PATCH, "--levels", "0.1,0.12"],
-        [*PATCH, "--cmap", "cividis"],
-        [*PATCH, "--step", "7"],
-        [*PATCH, "--measure", "convergence"],
-        [*PATCH, "--size", "6x4"],
-        ["--region", "cap:-10,-40,2000"],
-    ],
-    ids=" ".join,
-)
-def test_heatmap_options_change_the_picture(options: list[str], plain: dict[str, bytes], tmp_path: Path) -> None:
-    run_ok("heatmap", *SMALL, *options, "-o", str(tmp_path / "x.png"))
-    assert (tmp_path / "x.png").read_bytes() != plain["heatmap"]
+CHANGED = [
+    *(
+        f"heatmap {' '.join(PATCH)} {words}"
+        for words in ("--levels 5", "--levels 0.1,0.12", "--cmap cividis", "--step 7")
+    ),
+    *(f"heatmap {words}" for words in (f"{' '.join(PATCH)} --measure convergence", "--region cap:-10,-40,2000")),
+    *(f"{command} {' '.join(PATCH)} --size 6x4" for command in ("heatmap", "tissot")),
+    *(f"tissot {words}" for words in (f"{' '.join(PATCH)} --step 5", "-r cap:0,40,2000")),
+]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "options", [[*PATCH, "--step", "5"], [*PATCH, "--size", "6,4"], ["-r", "cap:0,40,2000"]], ids=" ".join
-)
-def test_tissot_options_change_the_picture(options: list[str], plain: dict[str, bytes], tmp_path: Path) -> None:
-    run_ok("tissot", *SMALL, *options, "-o", str(tmp_path / "x.png"))
-    assert (tmp_path / "x.png").read_bytes() != plain["tissot"]
+@pytest.mark.parametrize("words", CHANGED)
+def test_options_change_the_picture(words: str, plain: dict[str, bytes], tmp_path: Path) -> None:
+    command, *options = words.split()
+    run_ok(command, *SMALL, *options, "-o", tmp_path / "x.png")
+    assert (tmp_path / "x.png").read_bytes() != plain[command]
 
 
 @pytest.mark.slow

@@ -57,18 +57,8 @@ def test_pictures_of_countries(tmp_path: Path, command: str) -> None:
     """Pictures show a country, also one across the antimeridian, and the surroundings of points."""
     (tmp_path / "a.csv").write_text("lon,lat\n1,2\n30,40\n")
     for region in ("country:FJ", "country:CH", f"points:{tmp_path / 'a.csv'}"):
-        picture = tmp_path / "a.png"
-        run_ok(
-            command,
-            "robin+lon_0=178" if region == "country:FJ" else "robin",
-            "--region",
-            region,
-            "-o",
-            str(picture),
-            "--dpi",
-            "40",
-            "--overwrite",
-        )
+        picture, name = tmp_path / "a.png", "robin+lon_0=178" if region == "country:FJ" else "robin"
+        run_ok(command, name, "--region", region, "-o", picture, "--dpi", "40", "--overwrite")
         assert picture.stat().st_size > 2000
 
 
