@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from projdist import answers, field, plots, projections
+from projdist.answers import Index
 from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
@@ -106,7 +107,7 @@ def comparison_report(
     found: Mapping[str, Any],
     rows: Sequence[Row],
     measures: Sequence[str],
-    indices: Sequence[answers.Index],
+    indices: Sequence[Index],
     order: str,
     tolerance: float,
     *,
@@ -141,7 +142,7 @@ def comparison_report(
     )
 
 
-def _columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> Iterator[Column]:
+def _columns(measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Column]:
     yield _MAP
     for version in ("", " scaled", " affine"):
         key = f"airy_kavrayskiy{version.replace(' ', '_')}"
@@ -158,11 +159,7 @@ def _columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> Itera
 
 
 def _notes(
-    found: Mapping[str, Any],
-    rows: Sequence[Row],
-    measures: Sequence[str],
-    indices: Sequence[answers.Index],
-    tolerance: float,
+    found: Mapping[str, Any], rows: Sequence[Row], measures: Sequence[str], indices: Sequence[Index], tolerance: float
 ) -> Iterator[str]:
     """Notes on the columns, and on missing or less certain figures."""
     weighed = "points" in found["region"]

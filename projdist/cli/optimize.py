@@ -332,24 +332,20 @@ def correct_command(
 
 
 def _present_local(
-    projection: projections.Projection,
-    region: regions.Place | None,
-    radius: str,
-    picture: opt.PictureFile | None,
-    form: str,
+    measured: projections.Projection, area: regions.Place | None, local: str, picture: opt.PictureFile | None, form: str
 ) -> None:
     """Draw the field of local corrections, or print it as JSON."""
     if form not in (TABLE, JSON):
         refuse(f"Invalid format '{form}' with --local. It must be table or json.")
     if picture is None and form != JSON:
         refuse("Invalid option '--local'. It needs a picture to draw to, -o FILE, or --format json.")
-    km = opt.number("radius", radius, 1e-3, 10_000.0, " of km")
+    km = opt.number("radius", local, 1e-3, 10_000.0, " of km")
     if picture is None:
-        field = plots.local_figure(projection, km, region=region)[1]
+        field = plots.local_figure(measured, km, region=area)[1]
     else:
         shown: dict[str, Any] = {"step": picture.step, "size": picture.size, "dpi": picture.dots}
         with drawing(picture.path):
-            figure, field = plots.local_figure(projection, km, region=region, **shown)
+            figure, field = plots.local_figure(measured, km, region=area, **shown)
         picture.save(lambda **_: figure)
     present(Report(data=field.to_dict, written=[picture]), form)
 

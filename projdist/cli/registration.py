@@ -178,20 +178,16 @@ def _given(
 
 
 def _adjusted(
-    points: mosaics.Correspondences,
-    options: dict[str, Any],
-    all_groups: bool,
-    focal: str | None,
-    projection: str | None,
+    points: mosaics.Correspondences, options: dict[str, Any], every: bool, focal: str | None, projection: str | None
 ) -> tuple[Sequence[_Group], Sequence[_Shown], list[dict[str, Any]]]:
     """Mosaics or, with a focal length, panoramas; what is drawn of them, and their JSON; failure ends the command."""
     if focal is None:
         with failing(), working("Adjusting"):
-            found = mosaics.mosaics_of_groups(points, **options) if all_groups else [mosaics.mosaic(points, **options)]
+            found = mosaics.mosaics_of_groups(points, **options) if every else [mosaics.mosaic(points, **options)]
         return found, found, [one.to_dict() for one in found]
     cameras: dict[str, Any] = {"focal": focal, "tolerance": options["tolerance"]}
     with failing(), working("Adjusting"):
-        groups = mosaics.panoramas_of_groups(points, **cameras) if all_groups else [mosaics.panorama(points, **cameras)]
+        groups = mosaics.panoramas_of_groups(points, **cameras) if every else [mosaics.panorama(points, **cameras)]
     mapped = []
     with failing(), working("Finding the projection"):
         for one in groups:
