@@ -8,11 +8,28 @@ from .at_points import (
     jacobian_grid,
     measure_at,
 )
-from .cubature import AiryKavrayskiy, GeometricMedian, Spread
 from .extremes import Extreme
-from .field import DEFAULT_TOLERANCE, Field, check_declared_property, field_resolving, named_measures, sample
-from .figures import FIGURES, AnyFigure, Figure, get_figure
-from .given_fields import Nodes, field_of, nodes_at, nodes_of
+from .field import Field
+from .figures import (
+    FIGURES,
+    AiryKavrayskiy,
+    AnyFigure,
+    Figure,
+    GeometricMedian,
+    Spread,
+    check_declared_property,
+    get_figure,
+)
+from .sampling import (
+    DEFAULT_TOLERANCE,
+    Nodes,
+    field_of,
+    field_resolving,
+    named_measures,
+    nodes_at,
+    nodes_of,
+    sample,
+)
 from .stencils import hessian
 from .tears import Links, Map, cut_length, drawn, evaluate, find_tears, is_interrupted
 

@@ -1,350 +1,371 @@
-"""Adaptive spectral cubature of the Jacobian over a region; means, quantiles and best linear maps of its samples."""
+"""Adaptive spectral cubature: the panels of a region, evaluated, and split where a goal needs it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from projdist._typing import FloatArray, IntArray
-from projdist.field.at_points import derivatives
-from projdist.field.panel_mesh import STENCIL, Integrand, Mesh, MeshGoal, SecondOrder
-from projdist.field.panels import tails
-from projdist.field.stencils import hessian
-from projdist.matrices import areal_scale, field_mdt, log_areal_scale, log_scales
-from projdist.numerics import Estimate, interpolate
-from projdist.projections import Projection, ProjectionError, native_pole_of
-from projdist.regions import Box, Place, PointSet, Region, TurnedGlobe
-from projdist.support import check_number
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.field import panels as spectral
+from projdist.field.at_points import jacobian
+from projdist.field.panel_cuts import TEAR, cut, jumps
+from projdist.field.panels import Layout, Pieces, Rows, tails
+from projdist.matrices import log_scales
+from projdist.numerics import NODES, PLANE_WEIGHTS
+from projdist.projections import Projection, discontinuities_of
+from projdist.regions import Clips, Region
 
-MAX_EVALUATIONS = 1_500_000
-_MEAN_TOLERANCE = 1e-6  # measures have kinks, which cost more
-# Of second derivatives, which grow as panels shrink where J has a jump, so that splitting gains nothing.
-_SECOND_TOLERANCE = 1e-5
-_STUCK = 1.5  # for means of integrands: kinks may keep nearly all of their errors, rounding doubles
-_ROUNDING = 1e-12  # of J, from the differentiation of x and y
-# Panels smaller than this hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, and at most
-# 7e-3 of any measure that has a mean (a of laea). A diverging one has as much in every decade of area from 1 to 1e-12,
-# so half of it in them.
-_TINY = 1e-6  # of the area
-_GOOD_PART, _LARGE_PART = 0.02, 0.1  # of the integral
-_RESOLVED = 0.01  # of a mean: what diverges is wrong by as much as its smallest panels hold, which is more
-_NOTHING = 1e-6  # of a mean, in the unit of any measure: omega of conformal maps is not more
-# Shares of the area on which a measure may be undefined and still have a mean: at singular points, and along kinks if
-# it is of second derivatives.
-UNDEFINED, UNDEFINED_AT_KINKS = 1e-6, 1e-3
+Integrand = Callable[[FloatArray], FloatArray]
+"""A function of Jacobians (n, p, p, 2, 2) whose mean over the region is to be resolved."""
+
+SecondOrder = Callable[[FloatArray, FloatArray], FloatArray]
+"""The same of Jacobians and second derivatives (n, p, p, 2, 2, 2), per radian of the semi-major axis."""
+
+_BATCH = 1500  # panels in one call: 150,000 points
+_SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
+_FEW, _NEXT_TO_NOTHING = 16, 1e-8  # pieces, which are taken point by point only if they are so small a part
+_COARSE = 1e-3  # of an integrand's last coefficients
+_SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
+STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
+_STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
+_MARKING = 0.05  # share of the error that may wait for another generation
+_TINY, _MINUTE = 1e-5, 1e-11  # of the globe's area: pieces that may go without second derivatives: if stuck, at once
+_LOOSE = 0.5  # of a rectangle: where the region has less, the rest may be beyond an edge of the map
+_NOISE = 3e-7  # of the semi-major axis; iterative projections in PROJ stop at a third of that
+# Four points on each side of [-1, 1]^2, just within.
+_BORDER = (1.0 - 1e-9) * np.array(
+    [(u, v) for t in (-1.0, -0.5, 0.0, 0.5) for u, v in ((t, -1.0), (1.0, t), (-t, 1.0), (-1.0, -t))]
+).T
 
 
-@dataclass(frozen=True, kw_only=True)
-class Samples:
-    """The Jacobian field of a projection over a region, at n x 10 x 10 nodes; n x 1 x 1 for a set of points.
+@dataclass(frozen=True)
+class MeshGoal:
+    """What a refinement resolves: the Airy-Kavrayskiy errors if `column` is 0, else the mean of another integrand.
 
-    `weight` is true area in m^2, or a point's own weight. `u`, `v` and `patch` place the nodes in the region's chart.
-    Where an edge of polygons crosses a panel, some nodes lie outside, and weights have either sign: they integrate the
-    polynomial through the nodes over the part inside, which is a `share` (n,) of the panel. `density` is m^2 in the
-    unit square of nodes. `doubt` (n,) is by how much the differentiation may have changed the logarithms of the scales.
-    `coverage` is the share of the region's area that the samples stand for; `undecided` that of panels left out because
-    their part within the map is not known. The refinement stopped at the `limit`: "" if the tolerance was met,
-    "rounding" at the noise of the projection's own arithmetic, "budget" at the largest number of evaluations.
-    `hessian` (n, 10, 10, 2, 2, 2), per radian of the semi-major axis, is there for integrands of second order only,
-    and NaN at kinks.
+    The mean is resolved relative to itself where it is above 1. A family of panels is at the level of rounding if it
+    keeps the share `stuck` of its error when it is split. With `gives_up` the refinement goes on beside such panels.
     """
 
-    lon: FloatArray
-    lat: FloatArray
-    u: FloatArray
-    v: FloatArray
+    column: int
+    tolerance: float
+    stuck: float = 0.8  # singular points and lines halve their errors, cuts and resolved parts do far better
+    gives_up: bool = False
+
+
+@dataclass(kw_only=True)
+class _MeasuredPanels(Rows):
+    """What is known of each panel; the first axis is that of the panels."""
+
     patch: IntArray
-    jacobian: FloatArray
-    density: FloatArray
-    weight: FloatArray
-    share: FloatArray
-    doubt: FloatArray
-    coverage: float
-    undecided: float
-    evaluations: int
-    limit: str
-    hessian: FloatArray | None
-    charted: Region | None = None  # the region whose chart u, v and patch are of; None for points
+    rectangle: FloatArray
+    area: FloatArray
+    covered: FloatArray
+    undecided: BoolArray  # an edge of the map crosses it, and is not found yet
+    cut: BoolArray
+    split_at: FloatArray  # u and v, NaN for a direction that would not help
+    integrals: FloatArray
+    tails: FloatArray  # last Legendre coefficients of each integrand, in u and in v
+    errors: FloatArray  # of each integral, in u and in v
+    unresolved: FloatArray  # last Legendre coefficients of x and y, in semi-major axes
+    strikes: IntArray  # splits in a row, up to this panel, that gained nothing; those of uncut panels count double
+    alive: BoolArray  # not split yet
 
-    @classmethod
-    def of_points(
-        cls,
-        lon: FloatArray,
-        lat: FloatArray,
-        weight: FloatArray,
-        jacobian: FloatArray,
-        hessian: FloatArray | None,
-        *,
-        doubt: FloatArray,
-        evaluations: int,
-    ) -> Samples | None:
-        """Samples at those of n points that have a weight and a Jacobian; None if none has."""
-        defined = np.isfinite(jacobian).all(axis=(1, 2)) & (weight > 0.0)
-        if not defined.any():
-            return None
-        u, v, own = (values[defined, None, None] for values in (lon, lat, weight))
-        return cls(
-            lon=u,
-            lat=v,
-            u=u,
-            v=v,
-            patch=np.zeros(len(own), dtype=int),
-            jacobian=jacobian[defined, None, None],
-            density=own,
-            weight=own,
-            share=np.ones(len(own)),
-            doubt=doubt[defined],
-            coverage=float(own.sum() / weight.sum()),
-            undecided=0.0,
-            evaluations=evaluations,
-            limit="",
-            hessian=None if hessian is None else hessian[defined, None, None],
-        )
+    def __len__(self) -> int:
+        return len(self.patch)
 
-    def mean(self, values: FloatArray, slope: FloatArray | float, *, most: float = UNDEFINED) -> tuple[float, float]:
-        """Mean over the covered area of values (n, 10, 10) at the nodes, and its estimated error.
 
-        `slope` (n, 10, 10) is the derivative of the values by the logarithms of the scales. The mean is NaN if the
-        values are undefined on more than a share `most` of the area.
+class Mesh:
+    """The panels of a region under a projection, and the integrals over them.
+
+    The first two integrands are ln^2 a + ln^2 b and ln(a b); `integrands` follow, then those of `second_order`.
+    """
+
+    def __init__(
+        self,
+        projection: Projection,
+        region: Region,
+        integrands: Sequence[Integrand],
+        second_order: Sequence[SecondOrder] = (),
+    ) -> None:
+        self.plan = spectral.plan_of(region, projection.ellipsoid)
+        self.projection, self.region = projection, self.plan.region  # the plan's own has its parts at hand
+        self.integrands, self.second_order = tuple(integrands), tuple(second_order)
+        self.limited = False  # whether the map is known to end within the region
+        self.peaks = np.zeros(2 + len(self.integrands) + len(self.second_order))  # largest value seen of each integrand
+        self.pieces: list[Pieces] = []
+        first = self.plan.first(discontinuities_of(projection))
+        self.evaluations = first.lon.size
+        patch, rectangles, layout = first.layout.patch, first.clips.rectangles, first.layout
+        every = np.stack(projection(first.lon, first.lat))
+        xy = every[:, : layout.lon.size].reshape(2, *layout.lon.shape)
+        sides = every[:, layout.lon.size :].reshape(2, len(patch), 2, 2, -1)
+        lines = np.stack([xy[..., spectral.LINES], xy[..., spectral.LINES, :].swapaxes(-1, -2)], axis=2)
+        torn = spectral.torn_sides(projection, region, patch, rectangles, lines, sides)
+        if torn.any():
+            patch, rectangles, evaluations = spectral.without_seams(projection, region, patch, rectangles, torn)
+            self.evaluations += evaluations
+            self.panels = _MeasuredPanels.joined(self._evaluated(0, patch, rectangles)[0])
+        else:
+            self.panels = self._assessed(0, first.clips, layout, xy)
+
+    def _evaluated(
+        self, first: int, patch: IntArray, rectangles: FloatArray, within: FloatArray | None = None
+    ) -> tuple[list[_MeasuredPanels], IntArray]:
+        """New panels, in batches, numbered from `first`, and the indices of the rectangles that they are of.
+
+        Rectangles that hold nothing of the region have no panel. `within` are the panels that they were split from.
         """
-        return self.means([values], [slope], most=most)[0]
+        clips = self.region.clip(patch, rectangles, within)
+        parts = []
+        for start in range(0, len(clips.kept), _BATCH):
+            some = clips.take(slice(start, start + _BATCH))
+            layout = self.plan.layout(patch[some.kept], some)
+            xy = np.stack(self.projection(layout.lon, layout.lat))
+            self.evaluations += layout.lon.size
+            parts.append(self._assessed(first + start, some, layout, xy))
+        return parts, clips.kept
 
-    def means(
-        self, values: Sequence[FloatArray], slopes: Sequence[FloatArray | float], *, most: float = UNDEFINED
-    ) -> list[tuple[float, float]]:
-        """The means of several fields of values, as `mean` gives them, which together cost little more than one."""
-        fields, total = np.array(values), float(self.weight.sum())
-        missing = np.zeros(len(fields))
-        undefined = ~np.isfinite(fields)
-        if undefined.any():
-            missing = np.abs(self.weight * undefined).sum(axis=(1, 2, 3)) / total
-            fields[undefined] = 0.0
-            slopes = [np.where(gap, 0.0, slope) for gap, slope in zip(undefined, slopes, strict=True)]
-        parts = fields * self.weight
-        sums = parts.sum(axis=(1, 2, 3))
-        errors = _ROUNDING * np.abs(parts).sum(axis=(1, 2, 3))
-        if fields.shape[-1] > 1:
-            errors += tails(fields, self.density, self.share)[1].sum(axis=(1, 2))
-        if self.doubt.any():
-            doubtful = self.doubt[:, None, None] * self.weight
-            errors += [float(np.sum(doubtful * slope)) for slope in slopes]
-        means, errors = sums / total, errors / total
-        means[missing > most] = errors[missing > most] = np.nan
-        for k, share in enumerate((missing + self.undecided / self.coverage).tolist()):
-            if share > 0.0:
-                # The missing part may hold as much as the largest mean of |value| over a piece that is no smaller.
-                areas = np.abs(self.weight).sum(axis=(1, 2))
-                broad = areas >= min(share * total, areas.max())
-                held = np.abs(self.weight * fields[k]).sum(axis=(1, 2))
-                errors[k] += share * float((held[broad] / areas[broad]).max())
-        return list(zip(means.tolist(), errors.tolist(), strict=True))
-
-    def diverges(self, values: FloatArray) -> bool:
-        """True if a good part of an integral lies in panels too small for that; never for points."""
-        return self.singular_part(values) == np.inf
-
-    def singular_part(self, values: FloatArray) -> float:
-        """The part of a mean that tiny panels hold, infinite if it diverges, 0 if it is no good part of it.
-
-        A smaller part that is resolved does not diverge: at corners of Adams' square, with s as r^-1.5, it is 2.5 %.
-        """
-        if self.weight.shape[-1] == 1:
-            return 0.0
-        area = self.weight.sum(axis=(1, 2))
-        parts = np.abs(np.nansum(self.weight * values, axis=(1, 2))) / area.sum()
-        in_tiny = parts[area / area.sum() < _TINY].sum()
-        if in_tiny <= max(_GOOD_PART * parts.sum(), _NOTHING):
-            return 0.0
-        value, error = self.mean(values, 0.0)
-        converges = in_tiny <= _LARGE_PART * parts.sum() and error <= _RESOLVED * abs(value)
-        return float(in_tiny) if converges else np.inf
-
-
-_OF_PIECES = ("lon", "lat", "u", "v", "patch", "jacobian", "density", "weight", "share")
-
-
-def sample_panels(
-    projection: Projection,
-    region: Place,
-    *,
-    tolerance: float = 1e-8,
-    integrands: Sequence[Integrand] = (),
-    second_order: Sequence[SecondOrder] = (),
-    max_evaluations: int = MAX_EVALUATIONS,
-) -> Samples:
-    """Samples that resolve the Airy-Kavrayskiy errors to `tolerance`, and the mean of each integrand.
-
-    An integrand's mean m is resolved to max(tolerance, 1e-6) * max(1, |m|), and to 1e-5 where it is one of
-    `second_order`, functions of J and H. Raises ValueError for a tolerance that is not positive, ProjectionError where
-    no point of the region can be projected.
-    """
-    if not check_number("tolerance", tolerance) > 0:
-        raise ValueError(f"Invalid tolerance '{tolerance}'. It must be above 0.")
-    if isinstance(region, PointSet):
-        lon, lat = region.lon, region.lat
-        found = derivatives(projection, lon, lat)
-        H = hessian(projection, lon, lat) if second_order else None
-        samples = Samples.of_points(
-            lon, lat, region.weight, found.jacobian, H, doubt=found.error, evaluations=STENCIL * lon.size
+    def _assessed(self, first: int, clips: Clips, layout: Layout, xy: FloatArray) -> _MeasuredPanels:
+        """Panels of a layout where the map is x, y (2, n, p, p)."""
+        _, rectangles, _, filled = clips
+        n, patch = len(rectangles), layout.patch
+        curved = bool(self.second_order)
+        pieces = spectral.pieces_of(self.projection, np.arange(n), layout, xy, curved=curved)
+        area = layout.area
+        split_at = 0.5 * (rectangles[:, 0::2] + rectangles[:, 1::2])
+        whole, empty = self._inside(patch, rectangles, xy[0])
+        undecided = ~(whole | empty)
+        done = np.zeros(n, dtype=bool)
+        torn = whole & (pieces.unresolved > TEAR)
+        if torn.any():
+            torn[torn] = jumps(xy[:, torn], TEAR * self.projection.ellipsoid.a)
+        hard = np.flatnonzero(torn | undecided)
+        if hard.size:
+            cuts = cut(self.projection, self.region, hard, patch[hard], rectangles[hard], filled[hard], curved=curved)
+            self.evaluations += cuts.evaluations
+            done[hard] = cuts.done
+            guided = np.isfinite(cuts.split_at).any(axis=-1)
+            split_at[hard[guided]] = cuts.split_at[guided]
+            # If the map ends beside the region, in the same rectangle, only a smaller rectangle can show it.
+            loose = undecided & ~done & (area < _LOOSE * (pieces.density * PLANE_WEIGHTS).sum(axis=(1, 2)))
+            split_at[loose, 0], split_at[loose, 1] = np.nan, 0.5 * rectangles[loose, 2:].sum(axis=1)
+            pieces = Pieces.joined([pieces.take(whole & ~done), *cuts.pieces])
+            self._mend(pieces, torn[pieces.panel])
+        elif not whole.all():
+            pieces = pieces.take(whole)
+        covered = area if whole.all() and not done.any() else pieces.weight.sum(axis=(1, 2))
+        own = pieces.panel
+        integrals, last, errors = self._integrate(pieces, covered)
+        unresolved = np.where(np.isnan(pieces.unresolved), np.inf, pieces.unresolved)
+        if covered is not area:
+            covered, integrals, last, errors = (_summed(one, own, n) for one in (covered, integrals, last, errors))
+            unresolved = _summed(unresolved, own, n, np.maximum)
+        panels = _MeasuredPanels(
+            patch=patch,
+            rectangle=rectangles,
+            area=area,
+            covered=covered,
+            undecided=undecided & ~done,
+            cut=done,
+            split_at=split_at,
+            integrals=integrals,
+            tails=last,
+            errors=errors,
+            unresolved=unresolved,
+            strikes=np.zeros(n, dtype=int),
+            alive=np.ones(n, dtype=bool),
         )
-        if samples is None:
-            raise _nothing(projection, region)
-        return samples
-    # The globe gets a chart about the map's own pole, if that is known; not for second derivatives, as east and north
-    # turn without bound about the Earth's poles, which its panels hold.
-    is_globe = isinstance(region, Box) and region.is_globe
-    pole = native_pole_of(projection) if is_globe and not second_order else None
-    region = TurnedGlobe(*pole) if pole else region
-    mesh = Mesh(projection, region, integrands, second_order)
-    limit = mesh.refine(MeshGoal(0, tolerance), max_evaluations)
-    for column in range(2, len(mesh.peaks)):
-        goal = MeshGoal(column, max(tolerance, _MEAN_TOLERANCE), _STUCK)
-        if column >= 2 + len(integrands):
-            goal = MeshGoal(column, max(tolerance, _SECOND_TOLERANCE), gives_up=True)
-        mesh.refine(goal, mesh.evaluations + max_evaluations // 4)
-    pieces, H = mesh.leaves()
-    if not len(pieces.panel):
-        raise _nothing(projection, region)
-    panels, area = mesh.panels, mesh.region_area
-    return Samples(
-        **{name: getattr(pieces, name) for name in _OF_PIECES},
-        doubt=pieces.doubt.sum(axis=-1),
-        coverage=min(1.0, float(pieces.weight.sum()) / area),
-        undecided=float(panels.area[panels.alive & panels.undecided].sum()) / area,
-        evaluations=mesh.evaluations,
-        limit=limit,
-        hessian=H,
-        charted=region,
-    )
+        pieces.panel = own + first
+        self.pieces.append(pieces)
+        return panels
+
+    def _inside(self, patch: IntArray, rectangles: FloatArray, x: FloatArray) -> tuple[BoolArray, BoolArray]:
+        """The panels that the map covers wholly, and those that it does not cover at all."""
+        inside = np.isfinite(x)
+        whole, empty = np.asarray(inside.all(axis=(1, 2))), np.asarray(~inside.any(axis=(1, 2)))
+        if not self.limited and whole.all():
+            return whole, empty
+        # An edge of the map may clip a corner of a panel between the nodes and its sides.
+        self.limited = True
+        half = 0.5 * (rectangles[:, 1::2] - rectangles[:, 0::2])
+        centre = 0.5 * (rectangles[:, 1::2] + rectangles[:, 0::2])
+        u, v = (centre[:, k, None] + half[:, k, None] * _BORDER[k] for k in (0, 1))
+        points = self.region.chart(patch[:, None], u, v)
+        border = np.isfinite(self.projection(points.lon, points.lat)[0])
+        self.evaluations += border.size
+        return whole & border.all(axis=1), empty & ~border.any(axis=1)
+
+    def _mend(self, pieces: Pieces, suspects: BoolArray) -> None:
+        """Take the Jacobian point by point, which sees one side only, where seams are too tangled to cut.
+
+        That costs 20 times as much, so it is done in small pieces only, and in very small ones where there are few, as
+        about a singular point: splitting these soon leaves next to nothing.
+        """
+        # Areas as shares of the globe: those of the pieces are on the map's own ellipsoid, which may be another one.
+        share = pieces.weight.sum(axis=(1, 2)) / self.projection.ellipsoid.area
+        whole = 1e6 * self.region.area_km2 / self.region.figure.area
+        ragged = np.flatnonzero(suspects & (pieces.unresolved > TEAR) & (share < _SMALL * whole))
+        if ragged.size <= _FEW:
+            ragged = ragged[share[ragged] < _NEXT_TO_NOTHING * whole]
+        if ragged.size:
+            J = jacobian(self.projection, pieces.lon[ragged], pieces.lat[ragged])
+            pieces.jacobian[ragged] = np.where(np.isfinite(J), J, pieces.jacobian[ragged])
+            self.evaluations += STENCIL * pieces.lon[ragged].size
+
+    def _integrate(self, pieces: Pieces, area: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Integrals (n, m), their tails and errors (n, m, 2) in u and v, over pieces of an area (n,)."""
+        J = pieces.jacobian
+        found = [*log_scales(J), *(integrand(J) for integrand in self.integrands)]
+        if self.second_order:
+            H = self.second_derivatives(pieces)
+            found += [integrand(J, H) for integrand in self.second_order]
+        values = np.array(found)
+        if not np.isfinite(values).all():
+            values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
+        self.peaks = np.maximum(self.peaks, np.abs(values).max(axis=(1, 2, 3), initial=0.0))
+        last, errors = tails(values, pieces.density, pieces.share)
+        # A tear too small to be cut makes J large and smooth: the integrands' own coefficients see nothing of that.
+        # ln^2 a + ln^2 b changes by 2 |ln sigma| times a small change of the logarithms, and by its square.
+        doubt = pieces.doubt
+        if doubt.any():
+            level = np.sqrt(np.maximum(values[0].mean(axis=(1, 2)), 0.0))[:, None]
+            for column, share in ((0, doubt * (2.0 * level + doubt)), (1, doubt)):
+                last[column] += area[:, None] * share
+                errors[column] += area[:, None] * share
+        values *= pieces.weight
+        return values.sum(axis=(2, 3)).T, last.swapaxes(0, 1), errors.swapaxes(0, 1)
+
+    def second_derivatives(self, pieces: Pieces) -> FloatArray:
+        """H (n, p, p, 2, 2, 2) along geodesics at the nodes of pieces, in units of the semi-major axis."""
+        H = spectral.second_derivatives(pieces, self.projection.ellipsoid) * self.projection.ellipsoid.a
+        self._forget(H, pieces, pieces.weight.sum(axis=(1, 2)) < _MINUTE * self.projection.ellipsoid.area)
+        return H
+
+    def _forget(self, H: FloatArray, pieces: Pieces, some: BoolArray) -> None:
+        """Put NaN into H in those of some pieces where J has no derivatives: at kinks, and beside singular points."""
+        index = np.flatnonzero(some)
+        H[index[spectral.blurred(pieces, index, self.projection.ellipsoid)]] = np.nan
+
+    # ---- splitting ----------------------------------------------------------------------
+
+    def refine(self, goal: MeshGoal, most: int) -> str:
+        """Split panels until the goal is met (""), or "rounding" or the number of evaluations ("budget") stops it."""
+        self.panels.strikes[:] = 0
+        while True:
+            chosen, limit = self._to_split(goal)
+            if not chosen.size:
+                return limit
+            if self.evaluations + 2 * NODES.size**2 * chosen.size > most:
+                return "budget"
+            self._split(chosen, goal)
+
+    @property
+    def region_area(self) -> float:
+        """Area of the region in m^2, on the projection's ellipsoid."""
+        return float(self.panels.area[self.panels.alive].sum())
+
+    def _to_split(self, goal: MeshGoal) -> tuple[IntArray, str]:
+        """The panels to split next, and what limits the accuracy if there are none."""
+        panels = self.panels
+        none = np.empty(0, dtype=int)
+        covered = float(panels.covered[panels.alive].sum())
+        if covered > 0.0:
+            means = panels.integrals[panels.alive].sum(axis=0) / covered
+            sensitivity = np.zeros(len(means))  # the weight of an error of each mean, in tolerances
+            if goal.column:
+                sensitivity[goal.column] = 1.0 / (goal.tolerance * max(1.0, abs(float(means[goal.column]))))
+            else:
+                square, log_area = float(means[0]), float(means[1])
+                # d sqrt(q) = dq / (2 sqrt q). Where the scaled error nearly vanishes its relative accuracy is enough.
+                scaled = np.sqrt(max(square - 0.5 * log_area**2, 0.0))
+                # Over polygons weights may be negative, and so may the mean of a square that is next to nothing.
+                root = max(scaled, 0.01 * np.sqrt(max(square, 0.0)), goal.tolerance)
+                sensitivity[:2] = 0.5 / root, 0.5 * abs(log_area) / root
+                sensitivity /= goal.tolerance
+            # A panel whose edge is not found yet may hold as much as the worst.
+            unknown = np.where(panels.undecided, (self.peaks @ sensitivity) * panels.area, 0.0)
+            error = (panels.errors.sum(axis=-1) @ sensitivity + unknown) / covered  # in tolerances
+        else:
+            error = np.where(panels.undecided | (panels.area > _SMALL * self.region_area), np.inf, 0.0)
+        error = np.where(panels.alive, error, 0.0)
+        if error.sum() <= 1.0:
+            return none, ""
+        can = panels.alive & (panels.strikes < _STRIKES) & (panels.area > _SMALLEST * self.region_area)
+        least = 1.0 if goal.gives_up else 0.1 * error[~can].sum()
+        if error[can].sum() < least:
+            return none, "rounding"
+        # Leave the small errors that together are half of the tolerance, or little of the sum.
+        order = np.argsort(error)
+        small = np.searchsorted(np.cumsum(error[order]), max(0.5, _MARKING * error[can].sum()))
+        return order[small:][can[order[small:]]], "rounding"
+
+    def _split(self, chosen: IntArray, goal: MeshGoal) -> None:
+        """Replace panels by halves, or by quarters where both directions need it."""
+        panels = self.panels
+        in_u, in_v = panels.errors[chosen, goal.column].T
+        u0, u1, v0, v1 = panels.rectangle[chosen].T
+        um, vm = panels.split_at[chosen].T
+        can_u, can_v = np.isfinite(um), np.isfinite(vm)
+        similar = np.minimum(in_u, in_v) > 0.1 * np.maximum(in_u, in_v)
+        by_u = can_u & (similar | (in_u >= in_v) | ~can_v)
+        by_v = can_v & (similar | (in_u < in_v) | ~can_u)
+        corner_u, corner_v = np.where(by_u, um, u1), np.where(by_v, vm, v1)
+        parts = [
+            (np.ones(chosen.size, dtype=bool), (u0, corner_u, v0, corner_v)),
+            (by_u, (um, u1, v0, corner_v)),
+            (by_v, (u0, corner_u, vm, v1)),
+            (by_u & by_v, (um, u1, vm, v1)),
+        ]
+        rectangles = np.concatenate([np.stack(edges, axis=-1)[mask] for mask, edges in parts])
+        parent = np.concatenate([np.flatnonzero(mask) for mask, _ in parts])
+        first = len(panels.patch)
+        panels.alive[chosen] = False
+        new, kept = self._evaluated(first, panels.patch[chosen][parent], rectangles, panels.rectangle[chosen][parent])
+        self.panels = _MeasuredPanels.joined([panels, *new])
+        self._judge(chosen, parent[kept], first + np.arange(len(kept)), goal)
+
+    def _judge(self, chosen: IntArray, parent: IntArray, children: IntArray, goal: MeshGoal) -> None:
+        """Give strikes to panels that resolve the map and yet gained nothing when split: they are at rounding."""
+        panels = self.panels
+        before = panels.tails[chosen, goal.column].sum(axis=-1)
+        after = _summed(panels.tails[children, goal.column].sum(axis=-1), parent, chosen.size)
+        # In a panel that was cut, only a split across the cut shows progress, and it always does.
+        was_cut, across = panels.cut[chosen], np.isnan(panels.split_at[chosen]).any(axis=-1)
+        stuck = (after > goal.stuck * before) & ~panels.undecided[chosen] & (across | ~was_cut)
+        resolved = (panels.cut[children] & was_cut[parent]) | (panels.unresolved[children] < _NOISE)
+        np.logical_and.at(stuck, parent, resolved & ~panels.undecided[children])
+        # Rounding is small in large panels: there it is a singularity that the nodes had missed.
+        # Integrands come in any unit; as for goals, their size counts where their mean is above 1.
+        level = max(self.region_area, abs(float(panels.integrals[panels.alive, goal.column].sum()))) / self.region_area
+        stuck &= (panels.area[chosen] < _SMALL * self.region_area) | (before < _COARSE * level * panels.area[chosen])
+        strikes = panels.strikes[chosen] + np.where(was_cut, 1, _STRIKES)
+        panels.strikes[children] = np.where(stuck, strikes, 0)[parent]
+        # Noise in x and y makes twice as much in J when a panel is halved: take the whole ones back.
+        worse = stuck & ~was_cut & (after > before)
+        panels.alive[chosen[worse]], panels.alive[children[worse[parent]]] = True, False
+        panels.strikes[chosen[worse]] = _STRIKES
+
+    # ---- the result ---------------------------------------------------------------------
+
+    def leaves(self) -> Pieces:
+        """The pieces of all panels that were not split, with second derivatives if integrands need them."""
+        pieces = Pieces.joined(self.pieces)
+        pieces = pieces.take(self.panels.alive[pieces.panel])
+        if not self.second_order:
+            return pieces
+        H = self.second_derivatives(pieces)
+        panels = self.panels
+        bent = np.s_[:, -len(self.second_order) :]
+        lost = (panels.errors.sum(axis=-1)[bent] > np.abs(panels.integrals[bent])).any(axis=1)
+        given_up = (lost | (panels.strikes >= _STRIKES)) & (panels.area < _TINY * self.projection.ellipsoid.area)
+        self._forget(H, pieces, given_up[pieces.panel])
+        return replace(pieces, hessian=H)
 
 
-def _nothing(projection: Projection, region: Place) -> ProjectionError:
-    return ProjectionError(f"Invalid region '{region.name}' for {projection.name}. No point of it can be projected.")
-
-
-# ---- samples for quantiles -----------------------------------------------------------------------
-
-
-# Points for quantiles, whose error falls as one over their number: of all panels, and of one.
-_DENSE, _DENSEST = 200_000, 20_000
-
-
-def quantile_samples(
-    region: Place | None, samples: Samples, values: FloatArray, *, thinned: bool = False
-) -> tuple[FloatArray, FloatArray]:
-    """Values (m, k) and weights (k,) at many points of the region, from values (m, n, p, p) at the nodes of panels.
-
-    The points of each panel are a lattice of the golden ratio, which has as many levels along either direction as it
-    has points. `thinned` takes half of them.
-    """
-    every = 2 if thinned else 1
-    if region is None or samples.weight.shape[-1] == 1:
-        return values.reshape(len(values), -1)[:, ::every], samples.weight.ravel()[::every]
-    smooth = np.isfinite(values).all(axis=(0, 2, 3))
-    m = int(np.clip(_DENSE / values.shape[1], 64, _DENSEST)) // every
-    step = np.arange(m) + 0.5
-    r, s = 2.0 * step / m - 1.0, 2.0 * np.mod(step * (np.sqrt(5.0) - 1.0) / 2.0, 1.0) - 1.0
-    fine = []
-    for one in values[:, smooth]:
-        # A polynomial may overshoot beside a singularity: it stays within what was sampled.
-        low, high = one.min(axis=(1, 2)), one.max(axis=(1, 2))
-        margin = 0.1 * (high - low)
-        fine.append(np.clip(interpolate(one, r, s), (low - margin)[:, None], (high + margin)[:, None]).ravel())
-    weights = np.maximum(interpolate(samples.density[smooth], r, s), 0.0) * (4.0 / m)
-    clipped = samples.share[smooth] < 1.0
-    if clipped.any():
-        lon, lat = (interpolate(place[smooth][clipped], r, s) for place in (samples.lon, samples.lat))
-        inside = np.where(region.contains(lon, lat), weights[clipped], 0.0)
-        # The points found inside stand for all of the panel's part, whose area is known.
-        found, area = inside.sum(axis=1), samples.weight[smooth][clipped].sum(axis=(1, 2))
-        weights[clipped] = inside * np.divide(area, found, out=np.zeros_like(found), where=found > 0)[:, None]
-    rest = ~smooth
-    return (
-        np.concatenate([np.stack(fine), values[:, rest].reshape(len(values), -1)], axis=1),
-        np.concatenate([weights.ravel(), np.maximum(samples.weight[rest], 0.0).ravel()]),
-    )
-
-
-# ---- Airy-Kavrayskiy errors ----------------------------------------------------------------------
-
-
-class AiryKavrayskiy(NamedTuple):
-    """The raw, scaled and affine errors, the largest of their estimated errors, and the MDT (2, 2)."""
-
-    raw: float
-    scaled: float
-    affine: float
-    error: float
-    mdt: FloatArray
-
-
-def airy_kavrayskiy_of(samples: Samples) -> AiryKavrayskiy:
-    """The Airy-Kavrayskiy errors of samples; raises ProjectionError where the map is singular everywhere."""
-    square, log_area = log_scales(samples.jacobian)
-    defined = np.isfinite(square) & (areal_scale(samples.jacobian) > 0)
-    if not defined.any():
-        raise ProjectionError("Invalid projection. It is singular everywhere: its image is a line or a point.")
-    if defined.all():
-        result = field_mdt(samples.jacobian.reshape(-1, 2, 2), samples.weight.ravel())
-        distances = result.distances.reshape(square.shape)
-    else:
-        result = field_mdt(samples.jacobian[defined], samples.weight[defined])
-        distances = np.full(square.shape, np.nan)
-        distances[defined] = result.distances
-    slopes = 2.0 * np.sqrt(square), 1.0, 2.0 * np.sqrt(distances)
-    (mean_square, square_error), (shift, shift_error), affine_mean = samples.means(
-        (square, log_area, distances), slopes
-    )
-    raw = Estimate(mean_square, square_error).root()
-    # The best scale c minimises the mean of (ln a + c)^2 + (ln b + c)^2: c = -mean ln(ab) / 2.
-    scaled = Estimate(mean_square - 0.5 * shift**2, square_error + abs(shift) * shift_error).root()
-    affine = Estimate(*affine_mean).root()
-    error = max(raw.error, scaled.error, affine.error)
-    return AiryKavrayskiy(raw.value, scaled.value, affine.value, error, result.T)
-
-
-# ---- geometric medians ---------------------------------------------------------------------------
-
-
-class GeometricMedian(NamedTuple):
-    """The linear map T (2, 2) with the least mean Fisher distortion of T^-1 J, its error and whether it is unique.
-
-    The error is the Fisher distortion between T and the true one.
-    """
-
-    T: FloatArray
-    error: float
-    unique: bool
-
-
-class Spread(NamedTuple):
-    """The mean and the median Fisher distortion by area."""
-
-    mean: Estimate
-    median: Estimate
-
-
-def dense_factors(region: Place | None, samples: Samples, *, thinned: bool = False) -> tuple[FloatArray, FloatArray]:
-    """Triangular factors (m, 2, 2) of J, and weights (m,) above 0; raises ProjectionError where all are singular.
-
-    Interpolated are ln |det J| and the point in the hyperbolic plane, which are smooth where J is, however it turns.
-    """
-    J = samples.jacobian
-    row = J[..., 0, 0] ** 2 + J[..., 0, 1] ** 2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        v = log_areal_scale(J)
-        x = (J[..., 0, 0] * J[..., 1, 0] + J[..., 0, 1] * J[..., 1, 1]) / row
-        values = np.stack([v, x, v - np.log(row)])
-    (v, x, log_y), weights = quantile_samples(region, samples, values, thinned=thinned)
-    counts = np.isfinite(v) & np.isfinite(x) & np.isfinite(log_y) & (weights > 0)
-    if not counts.any():
-        raise ProjectionError("Invalid projection. It is singular everywhere: its image is a line or a point.")
-    v, x, log_y = v[counts], x[counts], log_y[counts]
-    factors = np.zeros((v.size, 2, 2))
-    factors[:, 0, 0] = np.exp(0.5 * (v - log_y))
-    factors[:, 1, 0] = x * factors[:, 0, 0]
-    factors[:, 1, 1] = np.exp(0.5 * (v + log_y))
-    return factors, weights[counts]
+def _summed(values: FloatArray, index: IntArray, n: int, ufunc: np.ufunc = np.add) -> FloatArray:
+    """Values (m, ...) added up, or gathered by another ufunc, into the n places of an index (m,)."""
+    total = np.zeros((n, *values.shape[1:]))
+    ufunc.at(total, index, values)
+    return total

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.field.panels import Rows, lay, pieces_of, second_derivatives
+from projdist.field.panels import Pieces, Rows, lay, pieces_of, second_derivatives
 from projdist.matrices import Measure
 from projdist.numerics import DIFFERENTIATE, LEGENDRE, NODES, ORDER, PLANE_WEIGHTS
 from projdist.projections import Projection
@@ -126,23 +126,14 @@ class Polynomials(Rows):
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             layout = lay(region, projection.ellipsoid, patch, u, v, partials, rule, whole)
             new = pieces_of(projection, np.arange(n), layout, curved=curved)
-            H = second_derivatives(new, projection.ellipsoid) * projection.ellipsoid.a if curved else None
-        clipped = np.repeat(self.clipped[piece], 4)
-        return polynomials_of(patch, u, v, new.jacobian, H, new.doubt.sum(axis=-1), clipped, new.density)
+            H = second_derivatives(new, projection.ellipsoid) * projection.ellipsoid.a if curved else new.hessian
+        return polynomials_of(new, H, np.repeat(self.clipped[piece], 4))
 
 
-def polynomials_of(
-    patch: IntArray,
-    u: FloatArray,
-    v: FloatArray,
-    J: FloatArray,
-    H: FloatArray | None,
-    doubt: FloatArray,
-    clipped: BoolArray,
-    density: FloatArray,
-) -> Polynomials:
-    """The polynomials through J, and H if it is known, at the nodes of pieces (n, p, p), with their errors."""
-    entries = [J.reshape(*u.shape, 4)] if H is None else [J.reshape(*u.shape, 4), H.reshape(*u.shape, 8)]
+def polynomials_of(nodes: Pieces, H: FloatArray, clipped: BoolArray) -> Polynomials:
+    """The polynomials through J, and H if it is known, at the nodes of pieces, with their errors."""
+    shape, doubt = nodes.u.shape, nodes.doubt.sum(axis=-1)
+    entries = [values.reshape(*shape, -1) for values in (nodes.jacobian, H) if values.size]
     field = np.ascontiguousarray(np.moveaxis(np.concatenate(entries, axis=-1), -1, 1))
     with np.errstate(invalid="ignore", over="ignore"):
         along = np.stack([np.abs(LEGENDRE @ field).max(axis=3), np.abs(field @ LEGENDRE.T).max(axis=2)], axis=-2)
@@ -153,13 +144,13 @@ def polynomials_of(
         if field.shape[1] > 4:
             error[:, 4:] += (_BENT * doubt * np.abs(field[:, 4:]).max(axis=(1, 2, 3)))[:, None]
     return Polynomials(
-        patch=patch,
-        u=u,
-        v=v,
+        patch=nodes.patch,
+        u=nodes.u,
+        v=nodes.v,
         field=field,
         error=np.nan_to_num(error, nan=np.inf),
         clipped=clipped,
-        size=np.sqrt(density.max(axis=(1, 2))),
+        size=np.sqrt(nodes.density.max(axis=(1, 2))),
     )
 
 

@@ -12,9 +12,8 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.field import extreme_bounds as bounds
 from projdist.field.at_points import derivatives
-from projdist.field.cubature import Samples
 from projdist.field.extreme_bounds import Goal, Polynomials
-from projdist.field.panels import Rows
+from projdist.field.panels import Pieces, Rows
 from projdist.field.stencils import hessian
 from projdist.numerics import ORDER
 from projdist.projections import Projection
@@ -136,7 +135,7 @@ _FEWEST = 3  # steps where it is defined
 
 
 def _unbounded(
-    projection: Projection, samples: Samples, goals: Sequence[Goal], found: Sequence[Extreme]
+    projection: Projection, pieces: Pieces, goals: Sequence[Goal], found: Sequence[Extreme]
 ) -> list[Extreme]:
     """Extremes found for the goals, infinite where a goal grows without bound on the way to its place.
 
@@ -147,11 +146,11 @@ def _unbounded(
     result = list(found)
     if not doubtful:
         return result
-    areas = samples.weight.sum(axis=(1, 2))
-    middle = samples.lon.shape[-1] // 2
+    areas = pieces.weight.sum(axis=(1, 2))
+    middle = pieces.lon.shape[-1] // 2
     broad = (areas >= _BROAD * areas.max(), middle, middle)
     lon, lat = np.array([found[k][1:3] for k in doubtful]).T[:, :, None]
-    east, north = (samples.lon[broad] - lon + 180.0) % 360.0 - 180.0, samples.lat[broad] - lat
+    east, north = (pieces.lon[broad] - lon + 180.0) % 360.0 - 180.0, pieces.lat[broad] - lat
     cosines = np.cos(np.radians(lat)) * np.cos(np.radians(lat + north))
     distance = np.sin(np.radians(north) / 2) ** 2 + cosines * np.sin(np.radians(east) / 2) ** 2
     nearest = np.argmin(distance, axis=1)[:, None]
@@ -206,29 +205,35 @@ _ON_EDGES = 64  # points
 _CANDIDATES = 3  # places of a goal to measure at
 
 
-def find_extremes(projection: Projection | None, samples: Samples, goals: Sequence[Goal]) -> list[Extreme]:
-    """The extreme of each goal; NaN if the measure is defined nowhere. Of a set of points it is the best point."""
-    if projection is None or samples.charted is None:
-        return [_signed(goal, _best_point(samples, goal)) for goal in goals]
+def find_extremes(
+    projection: Projection | None, charted: Region | None, nodes: Pieces, goals: Sequence[Goal]
+) -> list[Extreme]:
+    """The extreme of each goal; NaN if the measure is defined nowhere. Of a set of points it is the best point.
+
+    `charted` is the region whose chart the nodes are of.
+    """
     if not goals:
         return []
-    search = _Search(projection, samples.charted, samples, goals)
-    return [_signed(goal, one) for goal, one in zip(goals, search.run(), strict=True)]
+    if projection is None or charted is None:
+        found = [_best_point(nodes, goal) for goal in goals]
+    else:
+        found = _Search(projection, charted, nodes, goals).run()
+    return [_signed(goal, one) for goal, one in zip(goals, found, strict=True)]
 
 
-def _best_point(samples: Samples, goal: Goal) -> Extreme:
+def _best_point(points: Pieces, goal: Goal) -> Extreme:
     """The best of a set of points; its error is that of the derivatives there."""
     values = bounds.defined(goal.sign * goal.values)
     top = int(np.argmax(values))
-    J = samples.jacobian.reshape(-1, 4)[top]
-    H = [] if samples.hessian is None else samples.hessian.reshape(-1, 8)[top]
+    J = points.jacobian.reshape(-1, 4)[top]
+    H = points.hessian.reshape(-1, 8)[top] if points.hessian.size else []
     field = np.concatenate([J, H])
-    error = np.full(field.shape, np.max(np.abs(J))) * samples.doubt[top]
+    error = np.full(field.shape, np.max(np.abs(J))) * points.doubt[top]
     error[4:] = BENT * np.max(np.abs(field[4:]), initial=0.0)
     return Extreme(
         float(values.flat[top]),
-        float(samples.lon.flat[top]),
-        float(samples.lat.flat[top]),
+        float(points.lon.flat[top]),
+        float(points.lat.flat[top]),
         float(goal.change(field, error)) if np.isfinite(values.flat[top]) else np.nan,
     )
 
@@ -244,23 +249,22 @@ def _signed(goal: Goal, found: Extreme) -> Extreme:
 class _Search:
     """Search for the largest values of goals, which are measures times the goals' signs."""
 
-    def __init__(self, projection: Projection, region: Region, samples: Samples, goals: Sequence[Goal]) -> None:
-        self.projection, self.region, self.samples = projection, region, samples
-        s = samples
-        self.pieces = bounds.polynomials_of(s.patch, s.u, s.v, s.jacobian, s.hessian, s.doubt, s.share < 1.0, s.density)
-        self.parent = np.full(len(s.patch), -1)
+    def __init__(self, projection: Projection, region: Region, nodes: Pieces, goals: Sequence[Goal]) -> None:
+        self.projection, self.region, self.nodes = projection, region, nodes
+        self.pieces = bounds.polynomials_of(nodes, nodes.hessian, nodes.share < 1.0)
+        self.parent = np.full(len(nodes.patch), -1)
         self.first_quarter: dict[int, int] = {}  # of pieces that were sampled again
         self.edges: dict[int, FloatArray] = {}  # in the boxes about pieces
-        self.inside = np.ones(samples.lon.shape, dtype=bool)
+        self.inside = np.ones(nodes.lon.shape, dtype=bool)
         clipped = self.pieces.clipped
-        self.inside[clipped] = region.contains(samples.lon[clipped], samples.lat[clipped])
+        self.inside[clipped] = region.contains(nodes.lon[clipped], nodes.lat[clipped])
         self.states = [State(goal) for goal in goals]
 
     def run(self) -> list[Extreme]:
         """The largest value of each goal."""
         found = [self._at_nodes(state) for state in self.states]
         # Where samples show that there is no bound, a search would only climb towards the singularity.
-        found = _unbounded(self.projection, self.samples, [state.goal for state in self.states], found)
+        found = _unbounded(self.projection, self.nodes, [state.goal for state in self.states], found)
         on = [number for number, one in enumerate(found) if np.isfinite(one.value)]
         searched = [self.states[number] for number in on]
         for turn in range(_ROUNDS + 1):
@@ -274,7 +278,7 @@ class _Search:
         best = _measured(self.projection, searched, [found[number] for number in on])
         for number, one in zip(on, best, strict=True):
             found[number] = one
-        return _unbounded(self.projection, self.samples, [state.goal for state in self.states], found)
+        return _unbounded(self.projection, self.nodes, [state.goal for state in self.states], found)
 
     # ---- sifting the pieces -------------------------------------------------------------
 
@@ -285,7 +289,7 @@ class _Search:
         values = bounds.defined(goal.sign * goal.values)
         within = np.where(self.inside, values, -np.inf)
         top = int(within.argmax())
-        best = Extreme(*(float(each.flat[top]) for each in (within, self.samples.lon, self.samples.lat)))
+        best = Extreme(*(float(each.flat[top]) for each in (within, self.nodes.lon, self.nodes.lat)))
         if best.value == -np.inf:
             if (values == -np.inf).all():
                 return best
@@ -300,7 +304,7 @@ class _Search:
             surest = int(certain.argmax())
             node = int(within[surest].argmax())
             state.known = float(certain[surest])
-            state.known_at = (float(self.samples.lon[surest].flat[node]), float(self.samples.lat[surest].flat[node]))
+            state.known_at = (float(self.nodes.lon[surest].flat[node]), float(self.nodes.lat[surest].flat[node]))
             state.places = [state.known_at]
         best_piece = int(certain.argmax()) if trusted.any() else top // values[0].size
         field = fields[best_piece, within[best_piece].argmax()]
@@ -362,7 +366,7 @@ class _Search:
 
     def _trusted(self, piece: IntArray) -> BoolArray:
         """True if the polynomials of pieces can be trusted, despite noise and PROJ's snapping to singular points."""
-        large = self.pieces.size[piece] > _NARROW * np.sqrt(self.samples.weight.sum())
+        large = self.pieces.size[piece] > _NARROW * np.sqrt(self.nodes.weight.sum())
         return np.asarray(large & (self._relative_errors(piece) < _NOISY))
 
     def _stuck(self, piece: IntArray) -> BoolArray:

@@ -1,10 +1,10 @@
-"""The Jacobian field of a map over a region, all figures that are made of it, and a check of declared properties."""
+"""The Jacobian field of a map over a region, and all figures that are made of it."""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,75 +12,35 @@ from numpy.typing import ArrayLike
 
 from projdist import matrices
 from projdist._typing import FloatArray
-from projdist.field import cubature
-from projdist.field.cubature import AiryKavrayskiy, GeometricMedian, Samples, Spread
 from projdist.field.extreme_bounds import Goal
 from projdist.field.extremes import Extreme, find_extremes
-from projdist.field.figures import AnyFigure, get_figure
-from projdist.field.panel_mesh import Integrand
+from projdist.field.figures import AiryKavrayskiy, AnyFigure, GeometricMedian, Spread, get_figure
+from projdist.field.panels import Pieces, tails
 from projdist.matrices import Measure, Modes, get_measure
-from projdist.numerics import Estimate, get_criterion, mean, median
-from projdist.projections import DeclaredProperty, Projection, ProjectionLike, declared_property_of
-from projdist.regions import Place, PointSet, RegionLike, region_for
-from projdist.support import check_numbers, tell
+from projdist.numerics import Estimate, get_criterion, interpolate, mean, median
+from projdist.projections import Projection, ProjectionError
+from projdist.regions import Place, Region
+from projdist.support import check_numbers
 
-# ---- declared properties -------------------------------------------------------------------------
-
-
-_MOST = 60  # Jacobians, so that the check costs next to nothing
-# PROJ's iterations and elliptic functions leave 1e-6; the wrong ellipsoid, or a series far from home, 1e-4 and more.
-_EXACT = 1e-5
-
-
-def check_declared_property(
-    projection: Projection, J: FloatArray, weight: FloatArray | None = None, error: float = 0.0
-) -> None:
-    """Give a notice if most Jacobians (..., 2, 2) lack the property that the map's method is declared to keep.
-
-    They may be wrong by `error`. Of Jacobians with weights (...) the heaviest count, because nodes crowd where a map is
-    singular and PROJ's rounding is large.
-    """
-    declared = declared_property_of(projection)
-    if declared is None:
-        return
-    J = J.reshape(-1, 2, 2)
-    if weight is not None:
-        J = J[np.argsort(-np.abs(weight), axis=None)[: max(_MOST, len(J) // 4)]]
-    J = J[:: max(1, len(J) // _MOST)]
-    J = J[np.isfinite(J).all(axis=(-1, -2))]
-    if not len(J) or not (off := departure(declared, J)) > max(_EXACT, error):
-        return
-    if declared.keeps == "conformal":  # tan^2 of (90 degrees + omega) / 4 is the ratio of the scales
-        size, text = np.degrees(2.0 * np.arcsin(np.tanh(off / 2.0))), "angles are off by {} degrees"
-    else:
-        size, text = 100.0 * np.expm1(off), "areas differ by {} %"
-    digits = f"{size:.2g}" if size < 99.5 else f"{size:,.0f}"
-    tell(
-        f"{projection.label} is not {declared.keeps} here, as {declared.name} should be: {text.format(digits)}. "
-        "It may be too far from where the map is meant for."
-    )
-
-
-def departure(declared: DeclaredProperty, J: FloatArray) -> float:
-    """How far most Jacobians (n, 2, 2) are from a declared property, as a logarithm of scales."""
-    if declared.keeps == "conformal":
-        return float(np.median(matrices.log_anisotropy(J)))
-    # Equal-area maps have one areal scale, which need not be 1: the range of half of the points.
-    values = np.sort(matrices.log_areal_scale(J))  # `np.quantile` takes ten times as long for so few
-    low, high = np.interp([0.25 * (values.size - 1), 0.75 * (values.size - 1)], np.arange(values.size), values)
-    return float(high - low) if np.isfinite(values[-1]) else np.nan
-
-
-# ---- the field of a map --------------------------------------------------------------------------
-
-
-DEFAULT_TOLERANCE = 1e-8
 _STEEPNESS = 2.0  # derivative of a measure by the logarithms of the scales, over itself: of second degree at most
 _NOISE = 1e-7  # of logarithms of scales, as interpolation leaves them
 # Of a square about r^-1.67, the strongest singularity that counts as convergent, the Gauss rule misses 16 %.
 _MISSED = 0.16
 _BOUNDED = 0.01  # error of an extreme over itself: noise alone, as beside the rim of Guyou's map, makes no infinity
-_SLACK = 0.5  # of the tolerance that would be enough if the error were proportional to it
+_ROUNDING = 1e-12  # of J, from the differentiation of x and y
+# Panels smaller than this hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, and at most
+# 7e-3 of any measure that has a mean (a of laea). A diverging one has as much in every decade of area from 1 to 1e-12,
+# so half of it in them.
+_TINY = 1e-6  # of the area
+_GOOD_PART, _LARGE_PART = 0.02, 0.1  # of the integral
+_RESOLVED = 0.01  # of a mean: what diverges is wrong by as much as its smallest panels hold, which is more
+_NOTHING = 1e-6  # of a mean, in the unit of any measure: omega of conformal maps is not more
+# Shares of the area on which a measure may be undefined and still have a mean: at singular points, and along kinks if
+# it is of second derivatives.
+_UNDEFINED, _UNDEFINED_AT_KINKS = 1e-6, 1e-3
+# Points for quantiles, whose error falls as one over their number: of all panels, and of one.
+_DENSE, _DENSEST = 200_000, 20_000
+_SINGULAR = "Invalid projection. It is singular everywhere: its image is a line or a point."
 
 AnyMeasure = str | Measure | Callable[..., FloatArray]
 
@@ -99,12 +59,23 @@ class Field:
         The map and the place; None for a field of given Jacobians.
     measures : dict
         The measures whose means the nodes resolve, by the names that they were asked for.
+    coverage : float
+        The share of the region that can be projected; the figures are for that share.
+    evaluations : int
+        Number of points that were projected.
+    limit : str
+        What stopped the refinement: "" the tolerance, "rounding" the projection's own noise, or "budget".
     """
 
     projection: Projection | None
     region: Place | None
     measures: dict[str, Measure]
-    _samples: Samples
+    coverage: float
+    evaluations: int
+    limit: str
+    _pieces: Pieces
+    _charted: Region | None = None  # the region whose chart the pieces are of; None for points
+    _undecided: float = 0.0  # share of the area that is left out, because its part within the map is not known
     _coarser: Field | None = None  # of the same region; figures are as uncertain as they differ from its own
 
     def __repr__(self) -> str:
@@ -116,47 +87,33 @@ class Field:
     @property
     def lon(self) -> FloatArray:
         """Longitudes (n,) of the nodes in degrees."""
-        return self._samples.lon.ravel()
+        return self._pieces.lon.ravel()
 
     @property
     def lat(self) -> FloatArray:
         """Latitudes (n,) of the nodes in degrees."""
-        return self._samples.lat.ravel()
+        return self._pieces.lat.ravel()
 
     @property
     def jacobian(self) -> FloatArray:
         """Jacobians (n, 2, 2) at the nodes, metre per metre."""
-        return self._samples.jacobian.reshape(-1, 2, 2)
+        return self._pieces.jacobian.reshape(-1, 2, 2)
 
     @property
     def hessian(self) -> FloatArray | None:
         """Second derivatives (n, 2, 2, 2) per radian of the semi-major axis, if a measure that needs them was named."""
-        return None if self._samples.hessian is None else self._samples.hessian.reshape(-1, 2, 2, 2)
+        return self._pieces.hessian.reshape(-1, 2, 2, 2) if self._pieces.hessian.size else None
 
     @property
     def weight(self) -> FloatArray:
         """The nodes' weights (n,): true area in m^2, or the points' own."""
-        return self._samples.weight.ravel()
-
-    @property
-    def coverage(self) -> float:
-        """The share of the region that can be projected; the figures are for that share."""
-        return self._samples.coverage
-
-    @property
-    def evaluations(self) -> int:
-        """Number of points that were projected."""
-        return self._samples.evaluations + (self._coarser.evaluations if self._coarser else 0)
-
-    @property
-    def limit(self) -> str:
-        """What stopped the refinement: "" the tolerance, "rounding" the projection's own noise, or "budget"."""
-        return self._samples.limit
+        return self._pieces.weight.ravel()
 
     @property
     def mirrored(self) -> float:
         """The share of the covered area that the map shows mirrored."""
-        return float(self.weight[matrices.orientation(self.jacobian) < 0].sum() / self.weight.sum())
+        weight = self._pieces.weight
+        return float(weight[matrices.orientation(self._pieces.jacobian) < 0].sum() / weight.sum())
 
     @property
     def error(self) -> float:
@@ -165,8 +122,25 @@ class Field:
 
     @functools.cached_property
     def airy_kavrayskiy(self) -> AiryKavrayskiy:
-        """The Airy-Kavrayskiy errors, raw, scaled and affine; the largest of their errors; and the MDT (2, 2)."""
-        found = cubature.airy_kavrayskiy_of(self._samples)
+        """The Airy-Kavrayskiy errors, raw, scaled and affine; the largest of their errors; and the MDT (2, 2).
+
+        Raises ProjectionError where the map is singular everywhere.
+        """
+        J, weight = self._pieces.jacobian, self._pieces.weight
+        square, log_area = matrices.log_scales(J)
+        defined = np.isfinite(square) & (matrices.areal_scale(J) > 0)
+        if not defined.any():
+            raise ProjectionError(_SINGULAR)
+        best = matrices.field_mdt(J[defined], weight[defined])
+        distances = np.full(square.shape, np.nan)
+        distances[defined] = best.distances
+        slopes = 2.0 * np.sqrt(square), 1.0, 2.0 * np.sqrt(distances)
+        mean_square, shift, affine_mean = self._means((square, log_area, distances), slopes)
+        # The best scale c minimises the mean of (ln a + c)^2 + (ln b + c)^2: c = -mean ln(ab) / 2.
+        rest = mean_square.value - 0.5 * shift.value**2, mean_square.error + abs(shift.value) * shift.error
+        raw, scaled, affine = mean_square.root(), Estimate(*rest).root(), affine_mean.root()
+        error = max(raw.error, scaled.error, affine.error)
+        found = AiryKavrayskiy(raw.value, scaled.value, affine.value, error, best.T)
         if self._coarser is None:
             return found
         cost = float(np.max(np.abs(np.subtract(found[:3], self._coarser.airy_kavrayskiy[:3]))))
@@ -220,22 +194,23 @@ class Field:
 
     @functools.cached_property
     def dense_factors(self) -> tuple[FloatArray, FloatArray]:
-        """Factors L (m, 2, 2), lower triangular with L L^T = J J^T, at very many points, and their weights (m,)."""
-        return cubature.dense_factors(self.region, self._samples)
+        """Factors L (m, 2, 2), lower triangular with L L^T = J J^T, at very many points, and their weights (m,).
+
+        Raises ProjectionError where the map is singular everywhere.
+        """
+        return self._factors()
 
     @functools.cached_property
     def _half_factors(self) -> tuple[FloatArray, FloatArray] | None:
         """`dense_factors` at half of the points, from which errors are estimated; None for points."""
-        if self.region is None or self._samples.weight.shape[-1] == 1:
-            return None
-        return cubature.dense_factors(self.region, self._samples, thinned=True)
+        return None if self._charted is None else self._factors(thinned=True)
 
     @functools.cached_property
     def dense_jacobian(self) -> tuple[FloatArray, FloatArray]:
         """J (m, 2, 2) at very many points, interpolated entry by entry, and their weights (m,)."""
-        entries = np.moveaxis(self._samples.jacobian, (-2, -1), (0, 1)).reshape(4, *self._samples.weight.shape)
-        dense_entries, weights = cubature.quantile_samples(self.region, self._samples, entries)
-        return dense_entries.T.reshape(-1, 2, 2), weights
+        J = self._pieces.jacobian
+        entries, weights = self._dense(np.moveaxis(J, (-2, -1), (0, 1)).reshape(4, *J.shape[:-2]))
+        return entries.T.reshape(-1, 2, 2), weights
 
     def values(self, measure: AnyMeasure) -> FloatArray:
         """The values (n,) of a measure at the nodes; raises ValueError."""
@@ -250,12 +225,12 @@ class Field:
         >>> sample("plate-carree", "globe").mean("s").value  # the mean of 1 / cos(lat) by area is pi / 2
         1.57079632...
         """
-        known = None if slope is None else np.reshape(np.asarray(slope, dtype=float), self._samples.weight.shape)
-        return self._with_coarser(*self._given(measure), lambda field, one, values: field._mean(one, values, known))
+        known = None if slope is None else np.reshape(np.asarray(slope, dtype=float), self._pieces.weight.shape)
+        return self._estimated(measure, lambda field, one, values: field._mean(one, values, known))
 
     def rms(self, measure: AnyMeasure | ArrayLike) -> Estimate:
         """The root mean square by true area; NaN if it diverges. Raises ValueError."""
-        return self._with_coarser(*self._given(measure), lambda field, one, values: field._rms(one, values))
+        return self._estimated(measure, lambda field, one, values: field._rms(one, values))
 
     def maximum(self, measure: AnyMeasure) -> Extreme:
         """The largest value over the region, its place, and its error. Raises ValueError."""
@@ -283,14 +258,16 @@ class Field:
             return self.mean(measure)
         if criterion == "rms":
             return self.rms(measure)
-        one, values = self._given(measure)
         if criterion == "std":
-            return self._with_coarser(one, values, lambda field, _, v: field._rms(None, v - field._mean(None, v).value))
+            return self._estimated(measure, lambda field, _, v: field._rms(None, v - field._mean(None, v).value))
+        one, values = self._given(measure)
         if criterion in ("max", "min") and one is not None:
-            found = self.maximum(one) if criterion == "max" else self.minimum(one)
-            return Estimate(found.value, found.error)
-        whole, half = (compute(*self._many(values, thinned)) for thinned in (False, True))
-        return Estimate(whole, abs(whole - half))
+            extreme = self.maximum(one) if criterion == "max" else self.minimum(one)
+            return Estimate(extreme.value, extreme.error)
+        (whole,), weights = self._dense(values[None])
+        (half,), half_weights = self._dense(values[None], thinned=True)
+        found = compute(whole, weights)
+        return Estimate(found, abs(found - compute(half, half_weights)))
 
     def figure(self, figure: AnyFigure) -> Estimate:
         """A figure of `FIGURES` by its name, or your own, as `get_figure` takes it.
@@ -326,14 +303,15 @@ class Field:
 
     def many(self, measure: AnyMeasure | ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Values (m,) and weights (m,), none of them negative, at very many points: for quantiles and shares."""
-        return self._many(self._given(measure)[1])
+        (many,), weights = self._dense(self._given(measure)[1][None])
+        return many, weights
 
     # ---- how they are computed --------------------------------------------------------------
 
     def _measure(self, given: Any) -> Measure:
         measure = self.measures.get(given) if isinstance(given, str) else None
         measure = measure or get_measure(given)
-        if measure.needs_hessian and self._samples.hessian is None:
+        if measure.needs_hessian and not self._pieces.hessian.size:
             raise ValueError(
                 f"Invalid measure '{measure.name}' of this field. It needs second derivatives: sample them by its name."
             )
@@ -345,22 +323,18 @@ class Field:
             measure = self._measure(figure)
             return measure, self._values(measure)
         values = check_numbers("values", figure)
-        if values.size != self._samples.weight.size:
+        if values.size != self._pieces.weight.size:
             raise ValueError(
                 f"Invalid values of shape {values.shape}. There must be one for each of {self.lon.size} nodes."
             )
-        return None, values.reshape(self._samples.weight.shape)
+        return None, values.reshape(self._pieces.weight.shape)
 
     def _values(self, measure: Measure) -> FloatArray:
-        return measure(self._samples.jacobian, self._samples.hessian)
+        return measure(self._pieces.jacobian, self._pieces.hessian if measure.needs_hessian else None)
 
-    def _with_coarser(
-        self,
-        measure: Measure | None,
-        values: FloatArray,
-        figure: Callable[[Field, Measure | None, FloatArray], Estimate],
-    ) -> Estimate:
-        """A figure whose error includes its difference from the coarser field's."""
+    def _estimated(self, given: Any, figure: Callable[[Field, Measure | None, FloatArray], Estimate]) -> Estimate:
+        """A figure of a measure or of values; its error includes its difference from the coarser field's."""
+        measure, values = self._given(given)
         found = figure(self, measure, values)
         if self._coarser is None or measure is None:
             return found
@@ -372,7 +346,7 @@ class Field:
         if not wanted:
             return []
         goals = [Goal(one, self._values(one), largest) for one, largest in wanted]
-        found = find_extremes(self.projection, self._samples, goals)
+        found = find_extremes(self.projection, self._charted, self._pieces, goals)
         if self._coarser is not None and self.projection is None:
             # Coarser nodes lie about twice as far from the true extreme: the error is twice the difference.
             coarse = self._coarser._extremes(wanted)
@@ -385,145 +359,127 @@ class Field:
     def _unbounded(self, goal: Goal, found: Extreme) -> Extreme:
         """An extreme, infinite where no search bounds it and the integral of its measure diverges to that side."""
         is_sure = goal.measure.bounded or found.error <= _BOUNDED * abs(found.value)
-        if is_sure or not self._samples.diverges(goal.values):
+        if is_sure or self._singular_part(goal.values) < np.inf:
             return found
-        upward = np.nansum(self._samples.weight * goal.values) >= 0
+        upward = np.nansum(self._pieces.weight * goal.values) >= 0
         return found if goal.largest != upward else found._replace(value=goal.sign * np.inf, error=np.nan)
 
     def _mean(self, measure: Measure | None, values: FloatArray, slope: FloatArray | None = None) -> Estimate:
-        singular = 0.0 if measure and measure.bounded else self._samples.singular_part(values)
+        singular = 0.0 if measure and measure.bounded else self._singular_part(values)
         if singular == np.inf:
             return Estimate(np.nan, np.nan)
         slope = _STEEPNESS * np.abs(values) if slope is None else slope
-        value, error = self._samples.mean(values, slope, most=_undefined(measure))
+        value, error = self._means([values], [slope], measure)[0]
         return Estimate(value, error + _MISSED * singular)
 
     def _rms(self, measure: Measure | None, values: FloatArray) -> Estimate:
-        if not (measure and measure.bounded) and self._samples.diverges(values**2):
+        if not (measure and measure.bounded) and self._singular_part(values**2) == np.inf:
             return Estimate(np.nan, np.nan)
-        square = self._samples.mean(values**2, 2.0 * _STEEPNESS * values**2, most=_undefined(measure))
-        return Estimate(*square).root()
+        return self._means([values**2], [2.0 * _STEEPNESS * values**2], measure)[0].root()
 
-    def _many(self, values: FloatArray, thinned: bool = False) -> tuple[FloatArray, FloatArray]:
-        (many,), weights = cubature.quantile_samples(self.region, self._samples, values[None], thinned=thinned)
-        return many, weights
+    def _means(
+        self, values: Sequence[FloatArray], slopes: Sequence[FloatArray | float], measure: Measure | None = None
+    ) -> list[Estimate]:
+        """Means over the covered area of values (n, p, p) at the nodes, which together cost little more than one.
 
+        `slopes` (n, p, p) are the derivatives of the values by the logarithms of the scales. A mean is NaN if the
+        values are undefined on more of the area than singular points have, or kinks if the measure is of second order.
+        """
+        pieces, doubt = self._pieces, self._pieces.doubt.sum(axis=-1)
+        fields, total = np.array(values), float(pieces.weight.sum())
+        missing = np.zeros(len(fields))
+        undefined = ~np.isfinite(fields)
+        if undefined.any():
+            missing = np.abs(pieces.weight * undefined).sum(axis=(1, 2, 3)) / total
+            fields[undefined] = 0.0
+            slopes = [np.where(gap, 0.0, slope) for gap, slope in zip(undefined, slopes, strict=True)]
+        parts = fields * pieces.weight
+        sums = parts.sum(axis=(1, 2, 3))
+        errors = _ROUNDING * np.abs(parts).sum(axis=(1, 2, 3))
+        if fields.shape[-1] > 1:
+            errors += tails(fields, pieces.density, pieces.share)[1].sum(axis=(1, 2))
+        if doubt.any():
+            doubtful = doubt[:, None, None] * pieces.weight
+            errors += [float(np.sum(doubtful * slope)) for slope in slopes]
+        means, errors = sums / total, errors / total
+        most = _UNDEFINED_AT_KINKS if measure and measure.needs_hessian else _UNDEFINED
+        means[missing > most] = errors[missing > most] = np.nan
+        for k, share in enumerate((missing + self._undecided / self.coverage).tolist()):
+            if share > 0.0:
+                # The missing part may hold as much as the largest mean of |value| over a piece that is no smaller.
+                areas = np.abs(pieces.weight).sum(axis=(1, 2))
+                broad = areas >= min(share * total, areas.max())
+                held = np.abs(pieces.weight * fields[k]).sum(axis=(1, 2))
+                errors[k] += share * float((held[broad] / areas[broad]).max())
+        return [Estimate(*pair) for pair in zip(means.tolist(), errors.tolist(), strict=True)]
 
-def _undefined(measure: Measure | None) -> float:
-    """The share of the area on which a measure may be undefined."""
-    return cubature.UNDEFINED_AT_KINKS if measure and measure.needs_hessian else cubature.UNDEFINED
+    def _singular_part(self, values: FloatArray) -> float:
+        """The part of a mean that tiny panels hold, infinite if it diverges, 0 if it is no good part of it, or points.
 
+        A smaller part that is resolved does not diverge: at corners of Adams' square, with s as r^-1.5, it is 2.5 %.
+        """
+        if self._charted is None:
+            return 0.0
+        area = self._pieces.weight.sum(axis=(1, 2))
+        parts = np.abs(np.nansum(self._pieces.weight * values, axis=(1, 2))) / area.sum()
+        in_tiny = parts[area / area.sum() < _TINY].sum()
+        if in_tiny <= max(_GOOD_PART * parts.sum(), _NOTHING):
+            return 0.0
+        value, error = self._means([values], [0.0])[0]
+        converges = in_tiny <= _LARGE_PART * parts.sum() and error <= _RESOLVED * abs(value)
+        return float(in_tiny) if converges else np.inf
 
-def named_measures(measures: Any) -> dict[str, Measure]:
-    """Measures by the names that they were asked for; raises ValueError if two have the same."""
-    chosen: dict[str, Measure] = {}
-    for given in matrices.listed_measures(measures):
-        measure = get_measure(given)
-        name = given if isinstance(given, str) else measure.name
-        if chosen.get(name, measure) != measure:
-            raise ValueError(f"Invalid measures. Two are called '{name}'; each must have a name of its own.")
-        chosen[name] = measure
-    return chosen
+    def _dense(self, values: FloatArray, *, thinned: bool = False) -> tuple[FloatArray, FloatArray]:
+        """Values (m, k) and weights (k,) at many points of the region, from values (m, n, p, p) at the nodes.
 
+        The points of each panel are a lattice of the golden ratio, which has as many levels along either direction as
+        it has points. `thinned` takes half of them.
+        """
+        pieces, every = self._pieces, 2 if thinned else 1
+        if self._charted is None:
+            return values.reshape(len(values), -1)[:, ::every], pieces.weight.ravel()[::every]
+        smooth = np.isfinite(values).all(axis=(0, 2, 3))
+        m = int(np.clip(_DENSE / values.shape[1], 64, _DENSEST)) // every
+        step = np.arange(m) + 0.5
+        r, s = 2.0 * step / m - 1.0, 2.0 * np.mod(step * (np.sqrt(5.0) - 1.0) / 2.0, 1.0) - 1.0
+        fine = []
+        for one in values[:, smooth]:
+            # A polynomial may overshoot beside a singularity: it stays within what was sampled.
+            low, high = one.min(axis=(1, 2)), one.max(axis=(1, 2))
+            margin = 0.1 * (high - low)
+            fine.append(np.clip(interpolate(one, r, s), (low - margin)[:, None], (high + margin)[:, None]).ravel())
+        weights = np.maximum(interpolate(pieces.density[smooth], r, s), 0.0) * (4.0 / m)
+        clipped = pieces.share[smooth] < 1.0
+        if clipped.any():
+            lon, lat = (interpolate(place[smooth][clipped], r, s) for place in (pieces.lon, pieces.lat))
+            inside = np.where(self._charted.contains(lon, lat), weights[clipped], 0.0)
+            # The points found inside stand for all of the panel's part, whose area is known.
+            found, area = inside.sum(axis=1), pieces.weight[smooth][clipped].sum(axis=(1, 2))
+            weights[clipped] = inside * np.divide(area, found, out=np.zeros_like(found), where=found > 0)[:, None]
+        rest = ~smooth
+        return (
+            np.concatenate([np.stack(fine), values[:, rest].reshape(len(values), -1)], axis=1),
+            np.concatenate([weights.ravel(), np.maximum(pieces.weight[rest], 0.0).ravel()]),
+        )
 
-def sample(
-    projection: ProjectionLike,
-    region: RegionLike | None = None,
-    *,
-    measures: Iterable[AnyMeasure] = (),
-    tolerance: float = DEFAULT_TOLERANCE,
-) -> Field:
-    """The Jacobian field of a projection over a region, sampled finely enough for its figures.
+    def _factors(self, *, thinned: bool = False) -> tuple[FloatArray, FloatArray]:
+        """Triangular factors (m, 2, 2) of J, and weights (m,) above 0.
 
-    Parameters
-    ----------
-    projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
-    region : RegionLike, optional
-        Anything that `get_region` takes. Without one it is the area of use of a CRS, and the globe for other
-        projections.
-    measures : iterable of str, Measure or callable, or one of them
-        Measures whose means m are resolved to max(tolerance, 1e-6) * max(1, abs(m)), those of second derivatives to
-        1e-5. The field gives other measures, too; their errors tell how well they are resolved.
-    tolerance : float, default 1e-8
-        The error to which the Airy-Kavrayskiy errors are resolved, if the projection's rounding allows.
-
-    Returns
-    -------
-    Field
-        Its `mean`, `rms`, `statistic`, `maximum`, `minimum` and `figure` are those of the region, each with its error.
-
-    Raises
-    ------
-    ValueError
-        For an unknown region or measure, and a tolerance that is not positive.
-    ProjectionError
-        For what is no projection, and if no point of the region can be projected.
-
-    References
-    ----------
-    - V. V. Kavrayskiy 1934, Matematicheskaya kartografiya.
-    - D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications.
-
-    Examples
-    --------
-    On Mercator's map s is 1 / cos^2(lat). From the equator to 60 degrees its mean by area is ln(2 + sqrt(3)) / sin(60),
-    and its maximum 4.
-
-    >>> field = sample("mercator", "box:0,0,10,60", measures=["s"])
-    >>> round(field.mean("s").value, 6), round(field.maximum("s").value, 6)
-    (1.520692, 4.0)
-    """
-    projection = Projection.from_user_input(projection)
-    place, chosen = region_for(region, [projection]), named_measures(measures)
-    field = _resolved(projection, place, chosen, tolerance)
-    if isinstance(place, PointSet) and place.coarse is not None:
-        field = replace(field, _coarser=_resolved(projection, place.coarse, chosen, tolerance))
-    return field
-
-
-def _resolved(projection: Projection, region: Place, measures: dict[str, Measure], tolerance: float) -> Field:
-    """The field with all three Airy-Kavrayskiy errors to a tolerance."""
-    of_J = [measure for measure in measures.values() if not measure.needs_hessian]
-    # The squares of flexion and skewness diverge on most maps.
-    of_H = [measure for measure in measures.values() if measure.needs_hessian]
-    integrands = [integrand for measure in of_J for integrand in (measure, _squared(measure))]
-    first = field_resolving(projection, region, integrands, of_H, tolerance=tolerance)
-    field = replace(first, measures=measures)
-    error = field.airy_kavrayskiy.error
-    check_declared_property(projection, field.jacobian, field.weight, max(tolerance, error))
-    if error <= tolerance or field.limit:
-        return field
-    # The affine error is no goal of the refinement, and seldom larger than the others.
-    finer = _SLACK * tolerance * tolerance / error
-    return replace(field_resolving(projection, region, integrands, of_H, tolerance=finer), measures=measures)
-
-
-def _squared(measure: Measure) -> Integrand:
-    return lambda J: measure(J) ** 2
-
-
-def field_resolving(
-    projection: Projection,
-    region: Place,
-    integrands: Sequence[Integrand] = (),
-    second_order: Sequence[Measure] = (),
-    *,
-    tolerance: float,
-    max_evaluations: int = cubature.MAX_EVALUATIONS,
-) -> Field:
-    """The field of a projection over a region, without `sample`'s notice and second pass.
-
-    The raw and the scaled Airy-Kavrayskiy error are resolved to `tolerance`, the mean m of each integrand, a function
-    of J (n, p, p, 2, 2), to max(tolerance, 1e-6) * max(1, |m|), and that of each measure of `second_order` to 1e-5.
-    Each mean may take another quarter of `max_evaluations`. Raises ValueError and ProjectionError as `sample`.
-    """
-    samples = cubature.sample_panels(
-        projection,
-        region,
-        tolerance=tolerance,
-        integrands=integrands,
-        second_order=second_order,
-        max_evaluations=max_evaluations,
-    )
-    return Field(projection=projection, region=region, measures={}, _samples=samples)
+        Interpolated are ln |det J| and the point in the hyperbolic plane, which are smooth where J is, however it
+        turns.
+        """
+        J = self._pieces.jacobian
+        row = J[..., 0, 0] ** 2 + J[..., 0, 1] ** 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            v = matrices.log_areal_scale(J)
+            x = (J[..., 0, 0] * J[..., 1, 0] + J[..., 0, 1] * J[..., 1, 1]) / row
+            values, weights = self._dense(np.stack([v, x, v - np.log(row)]), thinned=thinned)
+        counts = np.isfinite(values).all(axis=0) & (weights > 0)
+        if not counts.any():
+            raise ProjectionError(_SINGULAR)
+        v, x, log_y = values[:, counts]
+        factors = np.zeros((v.size, 2, 2))
+        factors[:, 0, 0] = np.exp(0.5 * (v - log_y))
+        factors[:, 1, 0] = x * factors[:, 0, 0]
+        factors[:, 1, 1] = np.exp(0.5 * (v + log_y))
+        return factors, weights[counts]

@@ -1,27 +1,19 @@
-"""Figures of a map over a region, such as the largest scale error, by which maps are ranked and optimised."""
+"""Figures of a map over a region, by which maps are ranked and optimised, and a check of declared properties."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
+from projdist import matrices
 from projdist._typing import FloatArray
-from projdist.matrices import (
-    MEASURES,
-    Measure,
-    areal_scale,
-    fisher,
-    get_measure,
-    log_anisotropy,
-    log_areal_scale,
-    mdt,
-    principal_scales,
-)
-from projdist.numerics import get_criterion, mean, rms
-from projdist.support import Registry, check_choice, check_text
+from projdist.matrices import MEASURES, Measure, fisher, get_measure, log_anisotropy, log_areal_scale
+from projdist.numerics import Estimate, get_criterion, mean, rms
+from projdist.projections import Projection, declared_property_of
+from projdist.support import Registry, check_choice, check_text, tell
 
 # 0.1 ppm, in each unit: derivatives are good to 1e-10 and better, true differences begin at 1e-6.
 _ROUNDING = {"ppm": 0.1, "deg": float(np.degrees(1e-7))}
@@ -72,7 +64,7 @@ class Figure:
             )
         if self.version == "affine":
             counts = np.isfinite(fisher(J)) & (weights > 0)
-            return rms(np.sqrt(mdt(J[counts], weights[counts]).distances), weights[counts])
+            return rms(np.sqrt(matrices.mdt(J[counts], weights[counts]).distances), weights[counts])
         return get_criterion(self.statistic)(self.measure(J), np.ones(len(J)) if self.is_maximum else weights)
 
     @property
@@ -113,12 +105,40 @@ class Figure:
 AnyFigure = str | Figure | Measure | Callable[[FloatArray], FloatArray]
 
 
+class AiryKavrayskiy(NamedTuple):
+    """The raw, scaled and affine errors, the largest of their estimated errors, and the MDT (2, 2)."""
+
+    raw: float
+    scaled: float
+    affine: float
+    error: float
+    mdt: FloatArray
+
+
+class GeometricMedian(NamedTuple):
+    """The linear map T (2, 2) with the least mean Fisher distortion of T^-1 J, its error and whether it is unique.
+
+    The error is the Fisher distortion between T and the true one.
+    """
+
+    T: FloatArray
+    error: float
+    unique: bool
+
+
+class Spread(NamedTuple):
+    """The mean and the median Fisher distortion by area."""
+
+    mean: Estimate
+    median: Estimate
+
+
 # ---- measures that only figures use ---------------------------------------------------------
 
 
 def _scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
     """a and b, NaN where the map is singular."""
-    scales = principal_scales(J)
+    scales = matrices.principal_scales(J)
     a, b = np.moveaxis(np.where(scales[..., 1:] > 0, scales, np.nan), -1, 0)
     return a, b
 
@@ -153,7 +173,7 @@ def _relative_scales(J: FloatArray) -> FloatArray:
 
 def _relative_area(J: FloatArray) -> FloatArray:
     """By how much areas are too large or too small, max(s, 1/s) - 1."""
-    s = areal_scale(J)
+    s = matrices.areal_scale(J)
     s = np.where(s > 0, s, np.nan)
     return np.maximum(s, 1.0 / s) - 1.0
 
@@ -278,3 +298,49 @@ def get_figure(figure: AnyFigure) -> Figure:
         measure = get_measure(figure)
         return Figure(name=measure.name, description=measure.description, measure=measure, statistic="mean")
     return FIGURES.named(figure)
+
+
+# ---- declared properties -------------------------------------------------------------------------
+
+
+_MOST = 60  # Jacobians, so that the check costs next to nothing
+# PROJ's iterations and elliptic functions leave 1e-6; the wrong ellipsoid, or a series far from home, 1e-4 and more.
+_EXACT = 1e-5
+
+
+def check_declared_property(
+    projection: Projection, J: FloatArray, weight: FloatArray | None = None, error: float = 0.0
+) -> None:
+    """Give a notice if most Jacobians (..., 2, 2) lack the property that the map's method is declared to keep.
+
+    They may be wrong by `error`. Of Jacobians with weights (...) the heaviest count, because nodes crowd where a map is
+    singular and PROJ's rounding is large.
+    """
+    declared = declared_property_of(projection)
+    if declared is None:
+        return
+    J = J.reshape(-1, 2, 2)
+    if weight is not None:
+        J = J[np.argsort(-np.abs(weight), axis=None)[: max(_MOST, len(J) // 4)]]
+    J = J[:: max(1, len(J) // _MOST)]
+    J = J[np.isfinite(J).all(axis=(-1, -2))]
+    if not len(J):
+        return
+    # How far most Jacobians are from the property, as a logarithm of scales.
+    if declared.keeps == "conformal":
+        off = float(np.median(log_anisotropy(J)))
+    else:  # equal-area maps have one areal scale, which need not be 1: the range of half of the points
+        values = np.sort(log_areal_scale(J))  # `np.quantile` takes ten times as long for so few
+        low, high = np.interp([0.25 * (values.size - 1), 0.75 * (values.size - 1)], np.arange(values.size), values)
+        off = float(high - low) if np.isfinite(values[-1]) else np.nan
+    if not off > max(_EXACT, error):
+        return
+    if declared.keeps == "conformal":  # tan^2 of (90 degrees + omega) / 4 is the ratio of the scales
+        size, text = np.degrees(2.0 * np.arcsin(np.tanh(off / 2.0))), "angles are off by {} degrees"
+    else:
+        size, text = 100.0 * np.expm1(off), "areas differ by {} %"
+    digits = f"{size:.2g}" if size < 99.5 else f"{size:,.0f}"
+    tell(
+        f"{projection.label} is not {declared.keeps} here, as {declared.name} should be: {text.format(digits)}. "
+        "It may be too far from where the map is meant for."
+    )

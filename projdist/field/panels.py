@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Self
 
@@ -75,9 +75,11 @@ def torn_sides(
         if not panel.size:
             continue
         # From the last node to the side.
-        u, v = _places(rectangles, axis, _STATIONS)
         last = np.where(side == 0, 0, NODES.size - 1)
-        places = [(each[panel, side, line], each[panel, len(_SIDES) + last, line]) for each in (u, v)]
+        places = [
+            (each[panel, axis, side, line], each[panel, axis, len(_SIDES) + last, line])
+            for each in _lines(rectangles, _STATIONS)
+        ]
         values = sides[:, panel, axis, side, line], nodes[:, panel, axis, last, line]
         left = _smallest_step(projection, region, patch[panel], np.array(places), np.stack(values, axis=1))
         suspect[panel, axis, side, line] = left > _MOST_OF_IT * jump[panel, axis, side, line]
@@ -95,11 +97,11 @@ def without_seams(
     evaluations = 0
     for turn in range(_DEEPEST):
         if turn:
-            points = _on_lines(region, patch, rectangles, _STATIONS)
-            xy = np.stack(projection(*points))
+            points = region.chart(patch[:, None, None, None], *_lines(rectangles, _STATIONS))
+            xy = np.stack(projection(points.lon, points.lat))
             nodes, sides = xy[..., len(_SIDES) :, :], xy[..., : len(_SIDES), :]
             torn = torn_sides(projection, region, patch, rectangles, nodes, sides)
-            evaluations += points[0].size
+            evaluations += xy[0].size
         hit = torn.any(axis=(1, 2))
         finished.append((patch[~hit], rectangles[~hit]))
         patch, rectangles = patch[hit], rectangles[hit]
@@ -112,22 +114,13 @@ def without_seams(
     return np.concatenate([one for one, _ in finished]), np.concatenate([one for _, one in finished]), evaluations
 
 
-def _on_lines(
-    region: Region, patch: IntArray, rectangles: FloatArray, stations: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes (n, 2, k, 3) at stations in [-1, 1] on the lines along u and along v."""
-    both = [_places(rectangles, axis, stations) for axis in (0, 1)]
-    u, v = (np.stack(pair, axis=1) for pair in zip(*both, strict=True))
-    points = region.chart(patch[:, None, None, None], u, v)
-    return np.asarray(points.lon), np.asarray(points.lat)
-
-
-def _places(rectangles: FloatArray, axis: int, stations: FloatArray) -> list[FloatArray]:
-    """u and v (n, k, 3) at stations on the lines along u (0) or v (1)."""
-    shares = (stations[:, None], _LINES) if axis == 0 else (_LINES, stations[:, None])
-    ends = rectangles.T[:, :, None, None]
-    pairs = zip(ends[0::2], ends[1::2], shares, strict=True)
-    return list(np.broadcast_arrays(*(0.5 * (low + high) + 0.5 * (high - low) * share for low, high, share in pairs)))
+def _lines(rectangles: FloatArray, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """u and v (n, 2, k, 3) at stations (k,) in [-1, 1] on the three lines along u and the three along v."""
+    along, across = np.broadcast_arrays(stations[:, None], _LINES)
+    shares = np.stack([along, across]), np.stack([across, along])
+    low, high = rectangles.T[0::2, :, None, None, None], rectangles.T[1::2, :, None, None, None]
+    u, v = (0.5 * (low[k] + high[k]) + 0.5 * (high[k] - low[k]) * shares[k] for k in (0, 1))
+    return u, v
 
 
 def _smallest_step(
@@ -286,13 +279,14 @@ class First:
     lat: FloatArray
 
 
+@dataclass(eq=False)
 class Plan:
     """The layouts of a region's panels on an ellipsoid, each kept once it has been asked for."""
 
-    def __init__(self, region: Region, ellipsoid: Ellipsoid) -> None:
-        self.region, self.ellipsoid = region, ellipsoid
-        self._kept: dict[tuple[float, ...], tuple[FloatArray, FloatArray]] = {}
-        self._first: dict[Discontinuities, First] = {}
+    region: Region
+    ellipsoid: Ellipsoid
+    _kept: dict[tuple[float, ...], tuple[FloatArray, FloatArray]] = field(default_factory=dict)
+    _first: dict[Discontinuities, First] = field(default_factory=dict)
 
     def first(self, breaks: Discontinuities) -> First:
         """The region's own panels for maps with such breaks."""
@@ -302,9 +296,9 @@ class Plan:
             patch, rectangles = self.region.panels(breaks)
             clips = self.region.clip(patch, rectangles)
             layout = self._layout_of(patch[clips.kept], clips)
-            beside = _on_lines(self.region, layout.patch, clips.rectangles, _SIDES)
-            pairs = zip((layout.lon, layout.lat), beside, strict=True)
-            lon, lat = (np.concatenate([at_nodes.ravel(), at_sides.ravel()]) for at_nodes, at_sides in pairs)
+            sides = self.region.chart(layout.patch[:, None, None, None], *_lines(clips.rectangles, _SIDES))
+            lon = np.concatenate([layout.lon.ravel(), np.ravel(sides.lon)])
+            lat = np.concatenate([layout.lat.ravel(), np.ravel(sides.lat)])
             self._first[breaks] = First(clips, layout, lon, lat)
         return self._first[breaks]
 
@@ -336,10 +330,8 @@ class Plan:
         return lay(self.region, self.ellipsoid, patch, u, v, partials, clips.rule, clips.whole)
 
 
-@functools.lru_cache(maxsize=_REGIONS)  # compared maps, and those of an optimisation, have a region in common
-def plan_of(region: Region, ellipsoid: Ellipsoid) -> Plan:
-    """The plan of a region, one of the last sixteen."""
-    return Plan(region, ellipsoid)
+# Compared maps, and those of an optimisation, have a region in common.
+plan_of = functools.lru_cache(maxsize=_REGIONS)(Plan)
 
 
 # ---- panels with a map ---------------------------------------------------------------------------
@@ -356,9 +348,11 @@ _SLOPE = 1.0  # their slopes reach 45 at the ends, but most of it integrates to 
 
 @dataclass(kw_only=True)
 class Pieces(Rows):
-    """Smooth pieces of panels: whole panels, or what lies on one side of a cut.
+    """Smooth pieces of panels: whole panels, or what lies on one side of a cut; or points, which have one node each.
 
-    The first axis of each array is that of the pieces; those with values at nodes have two more, of the nodes.
+    The first axis of each array is that of the pieces; those with values at nodes have two more, of the nodes. Where an
+    edge of polygons crosses a panel, some nodes lie outside, and weights have either sign: they integrate the
+    polynomial through the nodes over the part inside.
     """
 
     panel: IntArray
@@ -368,9 +362,10 @@ class Pieces(Rows):
     lon: FloatArray
     lat: FloatArray
     jacobian: FloatArray
+    hessian: FloatArray  # (n, p, p, 2, 2, 2), per radian of the semi-major axis, NaN at kinks; (n, 0) if not needed
     sides: FloatArray  # (n, p, p, 2, 2), m, d(east, north) / d(r, s) of the node coordinates in [-1, 1]; (n, 0) if none
     density: FloatArray  # m^2 in the unit square of the nodes
-    weight: FloatArray  # m^2; of either sign in panels that the region's edge crosses
+    weight: FloatArray  # m^2, or a point's own; of either sign in panels that the region's edge crosses
     share: FloatArray  # (n,), of the piece that is in the region; 1 for the whole of it
     unresolved: FloatArray  # last Legendre coefficients of x and y, in semi-major axes: rounding, or a seam
     doubt: FloatArray  # (n, 2): by how much, along u and v, these may have changed the logarithms of the scales
@@ -414,6 +409,7 @@ def pieces_of(
         lon=layout.lon,
         lat=layout.lat,
         jacobian=J,
+        hessian=np.empty((len(J), 0)),
         sides=layout.sides if curved else np.empty((len(layout.patch), 0)),
         density=layout.density,
         weight=layout.weight,

@@ -16,7 +16,7 @@ from projdist.decisions.families import cylinder_of, extent_of, get_family, sens
 from projdist.decisions.family_search import Flat, Members, Objective, _farthest
 from projdist.decisions.optimization import _at_limit, _baseline, _baselines
 from projdist.earth.ellipsoid import SPHERE, WGS84
-from projdist.field.given_fields import nodes_of
+from projdist.field.sampling import nodes_of
 from projdist.regions import Box, get_region
 
 SQUARE = "box:5,47,15,55"

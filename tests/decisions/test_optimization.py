@@ -16,7 +16,7 @@ from projdist.decisions.families import extent_of, get_family
 from projdist.decisions.family_search import Objective
 from projdist.earth import SPHERE, WGS84, Ellipsoid, destination
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
-from projdist.field.given_fields import nodes_of
+from projdist.field.sampling import nodes_of
 from projdist.regions import Box, RegionLike
 
 SQUARE = "box:5,47,15,55"

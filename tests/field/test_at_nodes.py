@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from tables import each
 
 from projdist import GLOBE, SPHERE, WGS84, Box, Cap, PointSet, Projection, get_region, jacobian
-from projdist.field.given_fields import nodes_at, nodes_of
+from projdist.field.sampling import nodes_at, nodes_of
 
 REGIONS = ["globe", "box:-10,35,30,70", "box:170,-60,-170,-50", "box:0,80,90,90", "cap:10,50,3000", "cap:0,90,2000"]
 MAPS = [

@@ -9,10 +9,10 @@ from cubature_cases import SMOOTH, TOLERANCES, TORN, summary_of, triple, truth_o
 from tables import each
 
 from projdist.answers.summaries import summarize
-from projdist.field.cubature import sample_panels
-from projdist.field.field import DEFAULT_TOLERANCE
+from projdist.field.sampling import DEFAULT_TOLERANCE, field_resolving
 from projdist.field.stencils import hessian
 from projdist.matrices.flexion import flexion
+from projdist.matrices.measures import get_measure
 from projdist.projections import Projection
 from projdist.regions import GLOBE, PointSet, get_region
 
@@ -78,7 +78,7 @@ def test_accuracy_by_default(case):
 def test_second_derivatives_at_the_nodes(projection, region):
     """H from the panels agrees with H from stencils along geodesics, in any chart and on ellipsoids."""
     projection = Projection.from_user_input(projection)
-    found = sample_panels(projection, get_region(region), second_order=[flexion])
+    found = field_resolving(projection, get_region(region), second_order=[flexion])
     truth = hessian(projection, found.lon, found.lat)
     # Stencils are good to 1e-8; panels are refined for the mean of the flexion to 1e-5, nodes at their ends less.
     np.testing.assert_allclose(found.hessian, truth, atol=2e-4)
@@ -86,7 +86,7 @@ def test_second_derivatives_at_the_nodes(projection, region):
 
 def test_no_second_derivatives_are_kept_unless_asked_for():
     """They cost memory."""
-    assert sample_panels(Projection.from_user_input("moll"), GLOBE, tolerance=1e-3).hessian is None
+    assert field_resolving(Projection.from_user_input("moll"), GLOBE, tolerance=1e-3).hessian is None
 
 
 def test_second_derivatives_at_points():
@@ -98,16 +98,16 @@ def test_second_derivatives_at_points():
 
 def test_what_is_not_known_counts_in_the_error():
     """A constant over panels of which a part is not known, or undefined, is off by that part at most; more is NaN."""
-    found = sample_panels(Projection.from_user_input("mercator"), get_region("box:0,0,40,40"), tolerance=1e-3)
-    ones = np.ones(found.weight.shape)
-    least = found.mean(ones, 0.0)[1]
-    assert least < 1e-11
-    value, error = replace(found, undecided=0.01, coverage=0.5).mean(ones, 0.0)
+    found = field_resolving(Projection.from_user_input("mercator"), get_region("box:0,0,40,40"), tolerance=1e-3)
+    ones, flat = np.ones(found.weight.size), np.zeros(found.weight.size)
+    assert found.mean(ones, slope=flat).error < 1e-11
+    value, error = replace(found, _undecided=0.01, coverage=0.5).mean(ones, slope=flat)
     assert (value, error) == (pytest.approx(1.0), pytest.approx(0.02, rel=1e-6))
-    ones[0, 0, 0] = np.nan
-    assert np.isnan(found.mean(ones, 0.0)).all()
-    share = float(found.weight[0, 0, 0] / found.weight.sum())
-    value, error = found.mean(ones, 0.0, most=0.1)
+    least = found.weight.argmin()
+    ones[least] = np.nan
+    assert np.isnan(found.mean(ones, slope=flat)).all()
+    share = float(found.weight[least] / found.weight.sum())
+    [(value, error)] = found._means([ones.reshape(-1, 10, 10)], [0.0], get_measure("flexion"))
     assert value == pytest.approx(1.0 - share)
     assert error >= share
 

@@ -11,7 +11,7 @@ from tables import each
 
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import WGS84
-from projdist.field.cubature import sample_panels
+from projdist.field.sampling import field_resolving
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Box, Cap, get_region
 
@@ -138,13 +138,13 @@ def test_evaluations(region):
         points.append(lon.size)
         return R * np.radians(lon), R * np.radians(lat)
 
-    samples = sample_panels(Projection.from_function(plate_carree), get_region(region), tolerance=1e-6)
+    samples = field_resolving(Projection.from_function(plate_carree), get_region(region), tolerance=1e-6)
     assert samples.evaluations == sum(points)
 
 
 def test_budget():
     """A search that ends at the largest number of evaluations says so, and has not gone beyond it."""
-    samples = sample_panels(Projection.from_user_input("mercator"), GLOBE, tolerance=1e-12, max_evaluations=8_000)
+    samples = field_resolving(Projection.from_user_input("mercator"), GLOBE, tolerance=1e-12, max_evaluations=8_000)
     assert samples.limit == "budget"
     assert 6_000 < samples.evaluations <= 8_000
 
@@ -152,7 +152,7 @@ def test_budget():
 @pytest.mark.slow
 def test_limit_of_rounding():
     """Where the projection's own rounding forbids the tolerance the limit is `rounding`, long before the budget."""
-    samples = sample_panels(Projection.from_user_input("+proj=laea +R=6371000"), GLOBE, tolerance=1e-9)
+    samples = field_resolving(Projection.from_user_input("+proj=laea +R=6371000"), GLOBE, tolerance=1e-9)
     assert samples.limit == "rounding"
     assert samples.evaluations < 900_000
 
@@ -166,7 +166,7 @@ def test_weights_are_areas(projection, region):
     """The weights sum up to the region's true area: on WGS 84 that of the region, on the sphere by its own formula."""
     projection = Projection.from_user_input(projection)
     region = get_region(region, projection.ellipsoid.ground)
-    area = float(sample_panels(projection, region, tolerance=1e-4).weight.sum())
+    area = float(field_resolving(projection, region, tolerance=1e-4).weight.sum())
     if projection.ellipsoid.is_sphere:
         if isinstance(region, Box):
             west, south, east, north = np.radians(region.bounds)
@@ -182,7 +182,7 @@ def test_weights_are_areas(projection, region):
 def test_samples_are_in_the_region():
     """The nodes lie in the region, and J is that of the map there."""
     cap_region = Cap(20, 60, 2000)
-    samples = sample_panels(Projection.from_user_input("mercator"), cap_region, tolerance=1e-8)
+    samples = field_resolving(Projection.from_user_input("mercator"), cap_region, tolerance=1e-8)
     assert cap_region.contains(samples.lon, samples.lat).all()
     k = 1 / np.cos(np.radians(samples.lat))
     # Panels are refined until their integrals are good to 1e-8; the derivatives at single nodes are less so.

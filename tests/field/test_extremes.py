@@ -11,9 +11,8 @@ from tables import each
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, WGS84
 from projdist.field.at_points import jacobian, measure_at
-from projdist.field.cubature import sample_panels
-from projdist.field.extreme_bounds import Goal
-from projdist.field.extremes import Extreme, find_extremes
+from projdist.field.extremes import Extreme
+from projdist.field.sampling import field_resolving
 from projdist.matrices.measures import get_measure
 from projdist.projections import Projection
 from projdist.regions import Box, get_region, region_for
@@ -25,9 +24,10 @@ def maximum(projection, region, measure):
     """The maximum as `summarize` finds it."""
     projection, region, measure = Projection.from_user_input(projection), region, get_measure(measure)
     region = region_for(region, [projection])
-    samples = sample_panels(projection, region, tolerance=1e-6, second_order=[measure] if measure.needs_hessian else [])
-    values = measure(samples.jacobian, samples.hessian)
-    return find_extremes(projection, samples, [Goal(measure, values)])[0]
+    samples = field_resolving(
+        projection, region, tolerance=1e-6, second_order=[measure] if measure.needs_hessian else []
+    )
+    return samples.maximum(measure)
 
 
 # ---- on the edge ------------------------------------------------------------------------------

@@ -7,8 +7,8 @@ from projdist.answers.summaries import summarize
 from projdist.earth import SMOOTH, SPHERE
 from projdist.field import panels
 from projdist.field.at_points import jacobian
-from projdist.field.cubature import sample_panels
 from projdist.field.panels import Plan, plan_of
+from projdist.field.sampling import field_resolving
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Box, Cap, Polygons, get_region
 
@@ -53,10 +53,10 @@ def test_the_second_map_of_a_region_lays_nothing(region, charted):
 def test_a_plan_changes_no_figure(region, monkeypatch):
     """With a new plan each time the samples are the same to the last bit."""
     chosen = [Projection.from_user_input(name) for name in ("robin", "mercator", "bonne +lat_1=40")]
-    kept = [sample_panels(projection, region, tolerance=1e-6) for projection in chosen]
+    kept = [field_resolving(projection, region, tolerance=1e-6) for projection in chosen]
     monkeypatch.setattr(panels, "plan_of", Plan)
     for projection, one in zip(chosen, kept, strict=True):
-        alone = sample_panels(projection, region, tolerance=1e-6)
+        alone = field_resolving(projection, region, tolerance=1e-6)
         np.testing.assert_array_equal(one.jacobian, alone.jacobian)
         np.testing.assert_array_equal(one.weight, alone.weight)
         assert one.evaluations == alone.evaluations
@@ -65,7 +65,7 @@ def test_a_plan_changes_no_figure(region, monkeypatch):
 def test_equal_regions_have_one_plan():
     """A region that equals one measured before, as a worker has it, is cut along the edge of a map as that is."""
     first, second = (Polygons(get_region("country:AQ").geometry, "Antarctica") for _ in range(2))
-    one, other = (sample_panels(Projection.from_user_input("EPSG:8858"), region) for region in (first, second))
+    one, other = (field_resolving(Projection.from_user_input("EPSG:8858"), region) for region in (first, second))
     assert first is not second
     np.testing.assert_array_equal(one.jacobian, other.jacobian)
 
@@ -74,7 +74,7 @@ def test_equal_regions_have_one_plan():
 def test_jacobians_of_layouts(region):
     """J from a layout's nodes and sides agrees with stencils about the nodes, which know of no layout."""
     projection = Projection.from_user_input("wintri")
-    found = sample_panels(projection, region, tolerance=1e-9)
+    found = field_resolving(projection, region, tolerance=1e-9)
     inside = (np.abs(found.lat) < 85.0) & (np.abs((found.lon + 180.0) % 360.0 - 180.0) < 179.0)
     truth = jacobian(projection, found.lon[inside], found.lat[inside])
     np.testing.assert_allclose(found.jacobian[inside], truth, atol=2e-6)
@@ -87,13 +87,13 @@ def test_a_plan_is_bounded(monkeypatch):
     monkeypatch.setattr(panels, "_MOST", 30)
     projection = Projection.from_user_input("+proj=stere +R=6371008.7714 +lat_0=20")
     region = Box(-180.0, -70.0, 180.0, 90.0)
-    few = sample_panels(projection, region, tolerance=1e-4)
+    few = field_resolving(projection, region, tolerance=1e-4)
     plan = plan_of(region, projection.ellipsoid)
     assert len(few.lon) > 60
     assert 0 < len(plan._kept) <= 30
     monkeypatch.undo()
     plan_of.cache_clear()
-    assert sample_panels(projection, region, tolerance=1e-4).evaluations == few.evaluations
+    assert field_resolving(projection, region, tolerance=1e-4).evaluations == few.evaluations
     for k in range(30):
         plan.first(SMOOTH._replace(parallels=(float(k),)))
         plan_of(Box(0.0, 0.0, 1.0 + k, 10.0), SPHERE)

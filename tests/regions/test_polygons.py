@@ -16,7 +16,7 @@ from tables import each
 from projdist.answers.summaries import summarize
 from projdist.earth import GEOS_ARITHMETIC, MEAN_EARTH_RADIUS, SPHERE, WGS84
 from projdist.earth import natural_earth as geodata
-from projdist.field.cubature import sample_panels
+from projdist.field import field_resolving
 from projdist.numerics.polynomials import NODES
 from projdist.projections import Projection
 from projdist.regions import Box, Polygons, cells_of, get_region, polygons, polygons_of
@@ -138,7 +138,7 @@ def test_land_and_ocean_make_up_the_globe(projection, resolution):
     """The squares of the errors over land and ocean, by area, are that of the globe, whose panels are whole."""
     parts = [get_region(f"{name}@{resolution}") for name in ("land", "ocean")]
     projection = Projection.from_user_input(projection)
-    areas = [sample_panels(projection, part, tolerance=1e-2).weight.sum() for part in parts]
+    areas = [field_resolving(projection, part, tolerance=1e-2).weight.sum() for part in parts]
     squares = [raw(projection, part, 1e-7) ** 2 for part in parts]
     whole = raw(projection, "globe", 1e-7)
     assert math.sqrt(np.dot(areas, squares) / sum(areas)) == pytest.approx(whole, abs=1e-6)
@@ -159,7 +159,7 @@ def test_seams_and_edges_across_polygons(projection):
     corners = [(-60, -20), (60, -20), (60, 60), (-60, 60)]
     parts = [polygon(corners[:3]), polygon([corners[0], *corners[2:]])]
     projection = Projection.from_user_input(projection)
-    samples = [sample_panels(projection, part, tolerance=1e-5) for part in parts]
+    samples = [field_resolving(projection, part, tolerance=1e-5) for part in parts]
     areas = [part.weight.sum() for part in samples]
     squares = [raw(projection, part, 1e-5) ** 2 for part in parts]
     whole = summarize(projection, Box(-60, -20, 60, 60), tolerance=1e-5)
@@ -295,7 +295,7 @@ def test_areas_of_countries(code):
     """The weights of a country add up to its area by geodesics, on WGS 84."""
     region = get_region(f"country:{code}")
     assert region.area_km2 == pytest.approx(country_area(code), rel=1e-6)
-    weights = sample_panels(Projection.from_user_input("EPSG:8857"), region, tolerance=1e-3).weight
+    weights = field_resolving(Projection.from_user_input("EPSG:8857"), region, tolerance=1e-3).weight
     assert weights.sum() / 1e6 == pytest.approx(region.area_km2, rel=1e-9)
 
 

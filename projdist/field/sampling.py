@@ -1,22 +1,205 @@
-"""Jacobians at fixed nodes of a region, and fields whose Jacobians are given by arrays or by a function."""
+"""Fields of maps over regions, Jacobians at fixed nodes, and fields whose Jacobians are given."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from projdist import matrices
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import WGS84, Ellipsoid
-from projdist.field.at_points import jacobian
-from projdist.field.cubature import Samples
-from projdist.field.field import Field
-from projdist.field.stencils import fourth_order
-from projdist.projections import Projection
-from projdist.regions import Place, PointSet, Region, RegionLike, cells_of, get_region
-from projdist.support import check_numbers
+from projdist.field.at_points import derivatives, jacobian
+from projdist.field.cubature import STENCIL, Integrand, Mesh, MeshGoal
+from projdist.field.field import AnyMeasure, Field
+from projdist.field.figures import check_declared_property
+from projdist.field.panels import Pieces
+from projdist.field.stencils import fourth_order, hessian
+from projdist.matrices import Measure, get_measure
+from projdist.projections import Projection, ProjectionError, ProjectionLike, native_pole_of
+from projdist.regions import Box, Place, PointSet, Region, RegionLike, TurnedGlobe, cells_of, get_region, region_for
+from projdist.support import check_number, check_numbers
+
+# ---- fields of maps ------------------------------------------------------------------------------
+
+
+DEFAULT_TOLERANCE = 1e-8
+_SLACK = 0.5  # of the tolerance that would be enough if the error were proportional to it
+_MAX_EVALUATIONS = 1_500_000
+_MEAN_TOLERANCE = 1e-6  # measures have kinks, which cost more
+# Of second derivatives, which grow as panels shrink where J has a jump, so that splitting gains nothing.
+_SECOND_TOLERANCE = 1e-5
+_STUCK = 1.5  # for means of integrands: kinks may keep nearly all of their errors, rounding doubles
+
+
+def named_measures(measures: Any) -> dict[str, Measure]:
+    """Measures by the names that they were asked for; raises ValueError if two have the same."""
+    chosen: dict[str, Measure] = {}
+    for given in matrices.listed_measures(measures):
+        measure = get_measure(given)
+        name = given if isinstance(given, str) else measure.name
+        if chosen.get(name, measure) != measure:
+            raise ValueError(f"Invalid measures. Two are called '{name}'; each must have a name of its own.")
+        chosen[name] = measure
+    return chosen
+
+
+def sample(
+    projection: ProjectionLike,
+    region: RegionLike | None = None,
+    *,
+    measures: Iterable[AnyMeasure] = (),
+    tolerance: float = DEFAULT_TOLERANCE,
+) -> Field:
+    """The Jacobian field of a projection over a region, sampled finely enough for its figures.
+
+    Parameters
+    ----------
+    projection : ProjectionLike
+        Anything that `Projection.from_user_input` takes.
+    region : RegionLike, optional
+        Anything that `get_region` takes. Without one it is the area of use of a CRS, and the globe for other
+        projections.
+    measures : iterable of str, Measure or callable, or one of them
+        Measures whose means m are resolved to max(tolerance, 1e-6) * max(1, abs(m)), those of second derivatives to
+        1e-5. The field gives other measures, too; their errors tell how well they are resolved.
+    tolerance : float, default 1e-8
+        The error to which the Airy-Kavrayskiy errors are resolved, if the projection's rounding allows.
+
+    Returns
+    -------
+    Field
+        Its `mean`, `rms`, `statistic`, `maximum`, `minimum` and `figure` are those of the region, each with its error.
+
+    Raises
+    ------
+    ValueError
+        For an unknown region or measure, and a tolerance that is not positive.
+    ProjectionError
+        For what is no projection, and if no point of the region can be projected.
+
+    References
+    ----------
+    - V. V. Kavrayskiy 1934, Matematicheskaya kartografiya.
+    - D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications.
+
+    Examples
+    --------
+    On Mercator's map s is 1 / cos^2(lat). From the equator to 60 degrees its mean by area is ln(2 + sqrt(3)) / sin(60),
+    and its maximum 4.
+
+    >>> field = sample("mercator", "box:0,0,10,60", measures=["s"])
+    >>> round(field.mean("s").value, 6), round(field.maximum("s").value, 6)
+    (1.520692, 4.0)
+    """
+    projection = Projection.from_user_input(projection)
+    place, chosen = region_for(region, [projection]), named_measures(measures)
+    of_J = [measure for measure in chosen.values() if not measure.needs_hessian]
+    # The squares of flexion and skewness diverge on most maps.
+    of_H = [measure for measure in chosen.values() if measure.needs_hessian]
+    integrands = [integrand for one in of_J for integrand in (one, lambda J, one=one: one(J) ** 2)]
+    field = replace(field_resolving(projection, place, integrands, of_H, tolerance=tolerance), measures=chosen)
+    error = field.airy_kavrayskiy.error
+    J, weight = field._pieces.jacobian, field._pieces.weight
+    check_declared_property(projection, J, weight, max(tolerance, error))
+    if error > tolerance and not field.limit:
+        # The affine error is no goal of the refinement, and seldom larger than the others.
+        finer = _SLACK * tolerance * tolerance / error
+        field = replace(field_resolving(projection, place, integrands, of_H, tolerance=finer), measures=chosen)
+    if isinstance(place, PointSet) and place.coarse is not None:
+        coarse = sample(projection, place.coarse, measures=chosen.values(), tolerance=tolerance)
+        field = replace(field, evaluations=field.evaluations + coarse.evaluations, _coarser=coarse)
+    return field
+
+
+def field_resolving(
+    projection: Projection,
+    region: Place,
+    integrands: Sequence[Integrand] = (),
+    second_order: Sequence[Measure] = (),
+    *,
+    tolerance: float = DEFAULT_TOLERANCE,
+    max_evaluations: int = _MAX_EVALUATIONS,
+) -> Field:
+    """The field of a projection over a region, without `sample`'s notice and second pass.
+
+    The raw and the scaled Airy-Kavrayskiy error are resolved to `tolerance`, the mean m of each integrand, a function
+    of J (n, p, p, 2, 2), to max(tolerance, 1e-6) * max(1, |m|), and that of each measure of `second_order` to 1e-5.
+    Each mean may take another quarter of `max_evaluations`. Raises ValueError and ProjectionError as `sample`.
+    """
+    if not check_number("tolerance", tolerance) > 0:
+        raise ValueError(f"Invalid tolerance '{tolerance}'. It must be above 0.")
+    nothing = f"Invalid region '{region.name}' for {projection.name}. No point of it can be projected."
+    if isinstance(region, PointSet):
+        at = derivatives(projection, region.lon, region.lat)
+        H = hessian(projection, region.lon, region.lat) if second_order else None
+        field = _field_at_points(region.lon, region.lat, region.weight, at.jacobian, H, at.error)
+        if field is None:
+            raise ProjectionError(nothing)
+        return replace(field, projection=projection, region=region, evaluations=STENCIL * region.lon.size)
+    # The globe gets a chart about the map's own pole, if that is known; not for second derivatives, as east and north
+    # turn without bound about the Earth's poles, which its panels hold.
+    is_globe = isinstance(region, Box) and region.is_globe
+    pole = native_pole_of(projection) if is_globe and not second_order else None
+    charted = TurnedGlobe(*pole) if pole else region
+    mesh = Mesh(projection, charted, integrands, second_order)
+    limit = mesh.refine(MeshGoal(0, tolerance), max_evaluations)
+    for column in range(2, len(mesh.peaks)):
+        goal = MeshGoal(column, max(tolerance, _MEAN_TOLERANCE), _STUCK)
+        if column >= 2 + len(integrands):
+            goal = MeshGoal(column, max(tolerance, _SECOND_TOLERANCE), gives_up=True)
+        mesh.refine(goal, mesh.evaluations + max_evaluations // 4)
+    pieces = mesh.leaves()
+    if not len(pieces.panel):
+        raise ProjectionError(nothing)
+    panels, area = mesh.panels, mesh.region_area
+    return Field(
+        projection=projection,
+        region=region,
+        measures={},
+        coverage=min(1.0, float(pieces.weight.sum()) / area),
+        evaluations=mesh.evaluations,
+        limit=limit,
+        _pieces=pieces,
+        _charted=charted,
+        _undecided=float(panels.area[panels.alive & panels.undecided].sum()) / area,
+    )
+
+
+def _field_at_points(
+    lon: FloatArray, lat: FloatArray, weight: FloatArray, J: FloatArray, H: FloatArray | None, doubt: FloatArray
+) -> Field | None:
+    """The field of Jacobians at those of n points that have a weight and a Jacobian; None if none has."""
+    defined = np.isfinite(J).all(axis=(1, 2)) & (weight > 0.0)
+    if not defined.any():
+        return None
+    u, v, own = (values[defined, None, None] for values in (lon, lat, weight))
+    n, nothing = len(own), np.empty((len(own), 0))
+    pieces = Pieces(
+        panel=np.arange(n),
+        patch=np.zeros(n, dtype=int),
+        u=u,
+        v=v,
+        lon=u,
+        lat=v,
+        jacobian=J[defined, None, None],
+        hessian=nothing if H is None else H[defined, None, None],
+        sides=nothing,
+        density=own,
+        weight=own,
+        share=np.ones(n),
+        unresolved=np.zeros(n),
+        doubt=doubt[defined, None],
+    )
+    coverage = float(own.sum() / weight.sum())
+    return Field(projection=None, region=None, measures={}, coverage=coverage, evaluations=0, limit="", _pieces=pieces)
+
+
+# ---- fixed nodes ---------------------------------------------------------------------------------
+
 
 # Radians. Where the truncation of the fourth order, step^4 / 30, meets rounding, 1e-16 / step; and, where a pole that
 # is drawn as a line is near, as a part of the distance to it.
@@ -246,16 +429,16 @@ def field_of(
     (1.125, 1.2)
     """
     if not callable(jacobian):
-        return _field_of_points(jacobian, weight, lon, lat, hessian)
+        return __field_at_points(jacobian, weight, lon, lat, hessian)
     if region is None or not (weight is lon is lat is hessian is None):
         raise ValueError("Invalid field. A function of longitude and latitude goes with a region and nothing else.")
     place = get_region(region)
     fine, coarse = (nodes_of(place, WGS84, count) for count in (_FINE, _COARSE))
-    fields = [_field_of_points(jacobian(at.lon, at.lat), at.weight, at.lon, at.lat, None) for at in (fine, coarse)]
+    fields = [__field_at_points(jacobian(at.lon, at.lat), at.weight, at.lon, at.lat, None) for at in (fine, coarse)]
     return replace(fields[0], _coarser=fields[1])
 
 
-def _field_of_points(jacobian: Any, weight: Any, lon: Any, lat: Any, hessian: Any) -> Field:
+def __field_at_points(jacobian: Any, weight: Any, lon: Any, lat: Any, hessian: Any) -> Field:
     J = check_numbers("Jacobians", jacobian)
     if J.ndim != 3 or J.shape[1:] != (2, 2) or not len(J):
         raise ValueError(f"Invalid shape {J.shape} of Jacobians. It must be (n, 2, 2) with n at least 1.")
@@ -274,7 +457,7 @@ def _field_of_points(jacobian: Any, weight: Any, lon: Any, lat: Any, hessian: An
     if not (w.min() >= 0.0 and 0.0 < w.sum() < np.inf):
         raise ValueError("Invalid weights. They must be finite and not negative, and not all 0.")
     H = None if hessian is None else arrays["hessian"]
-    samples = Samples.of_points(arrays["lon"], arrays["lat"], w, J, H, doubt=np.zeros(len(J)), evaluations=0)
-    if samples is None:
+    found = _field_at_points(arrays["lon"], arrays["lat"], w, J, H, np.zeros(len(J)))
+    if found is None:
         raise ValueError("Invalid Jacobians. None of those with a weight is finite.")
-    return Field(projection=None, region=None, measures={}, _samples=samples)
+    return found
