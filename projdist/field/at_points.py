@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.field import chebyshev_panels as chebyshev
-from projdist.field.stencils import StencilPoints, fourth_order, hessian, is_torn, refine
+from projdist.field.stencils import TANGENT_LATITUDE, StencilPoints, fourth_order, hessian, is_torn, refine
 from projdist.matrices import Measure, principal_scales
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import RegionLike, region_for
@@ -60,7 +60,6 @@ _FAST_LATITUDE = 85.0
 _FAST_TARGET = 3e-12
 _MANY = 5_000  # points; polynomials on panels may pay for more
 _APART = 1e-11  # of J; differences and polynomials are good to 1e-12 each
-_CHUNK = 8192  # points at a time: the stencil's arrays stay in the cache
 _NOISE = 3e-9  # of J; smooth maps seem to have a noise of 1e-11
 _ROUGH, _HOPELESS = 1e-8, 1e-5  # relative errors of J
 _POOR, _LOST = 1e-6, 1e-2  # relative errors of b
@@ -158,7 +157,16 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
     done = np.zeros(lon.size, dtype=bool)
     if lon.size >= _MANY and np.isfinite(lon).any():
         _panel_stage(projection, lon, lat, found, done)
-    _point_stage(projection, lon, lat, found, done)
+    rest = np.flatnonzero(~done)
+    whole = rest.size == lon.size
+    for chunk in chebyshev.parts_of(rest.size):
+        part = chunk if whole else rest[chunk]
+        there, doubt = (J[chunk], error[chunk]) if whole else _empty(rest[chunk].size)
+        done[part] = _fast_stage(projection, lon[part], lat[part], (found.x[part], found.y[part]), there, doubt)
+        if not whole:
+            for i, j in np.ndindex(2, 2):
+                J[:, i, j][part] = there[:, i, j]
+            error[part] = doubt
     hard = np.flatnonzero(~done)
     if hard.size:
         _hard_stage(projection, lon, lat, found, hard)
@@ -177,7 +185,7 @@ def _flag_lost_digits(found: Derivatives) -> None:
     """Call ROUGH what is good against a but not against a much smaller b, and SINGULAR where b is lost."""
     J, error, quality = found.jacobian, found.error, found.quality
     parts = []
-    for part in _chunks(error.size):
+    for part in chebyshev.parts_of(error.size):
         # a / b is at most (a^2 + b^2) / |det J|, which is quick to compute.
         (xx, xy), (yx, yy) = J[part].transpose(1, 2, 0)
         with np.errstate(invalid="ignore"):
@@ -194,22 +202,15 @@ def _flag_lost_digits(found: Derivatives) -> None:
     J[lost], error[lost], quality[lost] = np.nan, np.nan, Quality.SINGULAR
 
 
-def _chunks(count: int) -> list[slice]:
-    """Parts of so many points, at least one part, whose arrays stay in the cache."""
-    return [slice(start, min(start + _CHUNK, count)) for start in range(0, max(count, 1), _CHUNK)]
-
-
 def _panel_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found: Derivatives, done: BoolArray) -> None:
-    """Derivatives of polynomials where many points are, written into `found` and `done`.
-
-    In each panel all points must have the x and y of the map, and a few the derivatives that differences have.
-    """
+    """Derivatives of polynomials where many points are, written into `found` and `done`."""
     panels = chebyshev.panels_for(projection, lon, lat)
     if panels is None:
         return
     x, y, J, error = found.x, found.y, found.jacobian, found.error
     good, number, at = chebyshev.evaluate_points(panels, lon, lat, (x, y), J, error)
     good &= error <= _FAST_TARGET
+    # A few points of each panel must have the derivatives that differences have.
     truth, doubt = np.empty((at.size, 2, 2)), np.empty(at.size)
     sound = _fast_stage(projection, lon[at], lat[at], (x[at], y[at]), truth, doubt)
     gap, size = np.abs(J[at] - truth).sum(axis=(1, 2)), np.abs(truth).sum(axis=(1, 2))
@@ -217,24 +218,6 @@ def _panel_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found
     if wrong.any():
         good &= ~np.isin(number, number[at[wrong]])
     done |= good
-
-
-def _point_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found: Derivatives, done: BoolArray) -> None:
-    """Differences at the points that are not done yet, written into `found` and `done`."""
-    J, error = found.jacobian, found.error
-    rest = np.flatnonzero(~done)
-    whole = rest.size == lon.size
-    for chunk in _chunks(rest.size):
-        part = chunk if whole else rest[chunk]
-        place = lon[part], lat[part], (found.x[part], found.y[part])
-        if whole:
-            done[part] = _fast_stage(projection, *place, J[part], error[part])
-            continue
-        there, doubt = _empty(place[0].size)
-        done[part] = _fast_stage(projection, *place, there, doubt)
-        for i, j in np.ndindex(2, 2):
-            J[:, i, j][part] = there[:, i, j]
-        error[part] = doubt
 
 
 def _fast_stage(
@@ -296,7 +279,7 @@ def _hard_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found:
     defined = np.isfinite(found.x[hard])
     outside, hard = hard[~defined], hard[defined]
     J[outside], error[outside], quality[outside] = np.nan, np.nan, Quality.OUTSIDE
-    points = StencilPoints.of(projection, lon[hard], lat[hard])
+    points = StencilPoints(projection, lon[hard], lat[hard], np.abs(lat[hard]) > TANGENT_LATITUDE)
     centre = np.stack([found.x[hard], found.y[hard]])
     best = refine(points, centre)
     code = np.where(best.one_sided, Quality.ONE_SIDED, Quality.OK).astype(np.int8)
@@ -393,9 +376,10 @@ def _difference_grid(projection: Projection, lon: FloatArray, lat: FloatArray, J
             north = [rows[first + k : last + k] - rows[first - k : last - k] for k in (1, 2, 3, 4)]
             for j, (steps, per_metre) in enumerate(((east, per_east), (north, per_north))):
                 factor = per_metre[first:last]
-                J[first - 4 : last - 4, :, i, j] = column = _combined(_EIGHTH, steps) * factor
+                column, beyond = (sum(map(np.multiply, some, steps)) * factor for some in (_EIGHTH, _BEYOND_SIXTH))
+                J[first - 4 : last - 4, :, i, j] = column
                 size += np.abs(column)
-                gap += np.abs(_combined(_BEYOND_SIXTH, steps) * factor)
+                gap += np.abs(beyond)
         hard[first - 4 : last - 4] = ~(gap <= _GRID_TARGET * size)
     # Beside a kink the orders agree by accident at a point, and then not at the next: with its neighbours' gaps
     # an error is at most 28 times what the orders differ by, whatever kink of degree one or more there is.
@@ -404,13 +388,6 @@ def _difference_grid(projection: Projection, lon: FloatArray, lat: FloatArray, J
     hard[:-1] |= own[1:]
     hard[:, 1:] |= own[:, :-1]
     hard[:, :-1] |= own[:, 1:]
-
-
-def _combined(weights: FloatArray, steps: list[FloatArray]) -> FloatArray:
-    total = weights[0] * steps[0]
-    for weight, step in zip(weights[1:], steps[1:], strict=True):
-        total += weight * step
-    return total
 
 
 # ---- as polynomials on panels --------------------------------------------------------------------
@@ -427,10 +404,7 @@ class Interpolant:
     panels: chebyshev.Panels | None
 
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> Derivatives:
-        """Coordinates, Jacobian, quality and error at points (...) in degrees, as `derivatives` has them.
-
-        In panels they are those of the polynomials, without a call of the map.
-        """
+        """`derivatives` at points (...) in degrees; in panels those of the polynomials, without a call of the map."""
         lon, lat = check_degrees(lon, lat)
         shape, lon, lat = lon.shape, lon.ravel(), lat.ravel()
         x, y, error = np.full((3, lon.size), np.nan)
@@ -438,7 +412,7 @@ class Interpolant:
         quality = np.full(lon.size, Quality.OK, dtype=np.int8)
         found: BoolArray = np.zeros(lon.size, dtype=bool)
         if self.panels is not None:
-            found = chebyshev.interpolate_points(self.panels, lon, lat, (x, y), J, error)
+            found, _, _ = chebyshev.evaluate_points(self.panels, lon, lat, (x, y), J, error, known=False)
             found &= error <= _FAST_TARGET
         rest = np.flatnonzero(~found)
         if rest.size:
@@ -493,17 +467,15 @@ def interpolant(projection: ProjectionLike, region: RegionLike | None = None) ->
     projection = Projection.from_user_input(projection)
     west, south, east, north = region_for(region, [projection]).bounds
     panels = chebyshev.panels_over(projection, (float(west), float(south), float(east), float(north)))
-    return Interpolant(projection, None if panels is None else _held(panels))
-
-
-def _held(panels: chebyshev.Panels) -> chebyshev.Panels:
-    """The panels that agree with the map at places between their nodes; the others are removed from the index."""
+    if panels is None:
+        return Interpolant(projection, None)
+    # Panels that do not agree with the map at places between their nodes are removed from the index.
     lon, lat = (panels.centre[:, None] + panels.half[:, None] * _HELD_OUT).reshape(-1, 2).T
-    truth = derivatives(panels.projection, lon, lat)
+    truth = derivatives(projection, lon, lat)
     J, error = np.empty((lon.size, 2, 2)), np.full(lon.size, np.nan)
     found, _, _ = chebyshev.evaluate_points(panels, lon, lat, (truth.x, truth.y), J, error)
     size: FloatArray = np.abs(truth.jacobian).sum(axis=(1, 2))
     close = np.abs(J - truth.jacobian).sum(axis=(1, 2)) <= (_APART + 10.0 * (error + truth.error)) * size
     agree = found & (close | (truth.quality != Quality.OK))
     good = np.append(agree.reshape(-1, len(_HELD_OUT)).all(axis=1), False)
-    return replace(panels, index=np.where(good[panels.index], panels.index, -1))
+    return Interpolant(projection, replace(panels, index=np.where(good[panels.index], panels.index, -1)))

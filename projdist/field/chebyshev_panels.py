@@ -33,7 +33,7 @@ _SPARE = 0.2  # evaluations a point that may be spent before any has paid
 _AHEAD = 4  # times as much must be allowed as the largest panels take
 _TRUNCATION = 3e-13  # of J
 _FLOOR = np.finfo(float).eps  # of x and y; coefficients round to a third of it
-_TOGETHER = 8192  # points at a time, whose arrays stay in the cache
+_TOGETHER = 8192  # points at a time
 
 _DEGREES = np.arange(ORDER)
 # Cosines of multiples of pi / (2 p), exact to rounding, which those of large angles are not.
@@ -73,23 +73,21 @@ class Panels:
         """The number of the panel of each point (m,), counted from 1; 0 for none."""
         number = np.pad(self.index + 1, ((0, 1), (0, 1))).astype(np.uint16)
         found = np.empty(lon.size, dtype=np.uint16)
-        for part in _parts_of(lon.size):
+        for part in parts_of(lon.size):
             rows, columns = _cells_of(lon[part], lat[part], self.corner, self.index.shape)
             found[part] = number[rows, columns]
         return found
 
 
-def _parts_of(count: int) -> Iterator[slice]:
-    return (slice(start, start + _TOGETHER) for start in range(0, count, _TOGETHER))
+def parts_of(count: int) -> Iterator[slice]:
+    """Parts of so many points, at least one part, whose arrays stay in the cache."""
+    return (slice(start, start + _TOGETHER) for start in range(0, max(count, 1), _TOGETHER))
 
 
 def _cells_of(
     lon: FloatArray, lat: FloatArray, corner: tuple[float, float], shape: tuple[int, ...]
 ) -> tuple[IntArray, IntArray]:
-    """Rows and columns (m,) of points in the graticule of the smallest panels, one too many for points outside.
-
-    The north pole is in the last row.
-    """
+    """Rows and columns (m,) of points in the graticule of the smallest panels, one too many for points outside."""
     rows = np.floor((np.minimum(lat, _NORTH) - corner[1]) * (1.0 / _CELL_HEIGHT))
     columns = np.floor((lon - corner[0]) * (1.0 / _CELL_WIDTH))
     outside = ~((np.abs(lat) <= 90.0) & (rows >= 0) & (rows < shape[0]) & (columns >= 0) & (columns < shape[1]))
@@ -105,7 +103,7 @@ def panels_for(projection: Projection, lon: FloatArray, lat: FloatArray) -> Pane
     if shape[1] > _MOST_COLUMNS:
         return None
     counts = np.zeros((shape[0] + 1) * (shape[1] + 1), dtype=np.int64)
-    for part in _parts_of(lon.size):
+    for part in parts_of(lon.size):
         rows, columns = _cells_of(lon[part], lat[part], corner, shape)
         counts += np.bincount(rows * np.int32(shape[1] + 1) + columns, minlength=counts.size)
     return _resolving_panels(projection, (west, south, east, north), corner, counts.reshape(shape[0] + 1, -1)[:-1, :-1])
@@ -213,7 +211,11 @@ def _resolving_panels(
         if not chosen.size:
             break
         waiting, tiles = tiles.take(np.delete(np.arange(points.size), chosen)), tiles.take(chosen)
-        centre, half = _bounds(projection, box, corner, tiles)
+        low = np.stack([corner[0] + tiles.column * _CELL_WIDTH, corner[1] + tiles.row * _CELL_HEIGHT], axis=1)
+        high = low + np.stack([tiles.columns * _CELL_WIDTH, tiles.rows * _CELL_HEIGHT], axis=1)
+        if not projection.answers_everywhere:  # panels of functions do not reach beyond the points
+            low, high = np.maximum(low, box[:2]), np.minimum(high, box[2:])
+        centre, half = 0.5 * (low + high), 0.5 * (high - low)
         coefficients, size = _sampled(projection, centre, half)
         kept, left_out = _chopped(coefficients, size, centre, half)
         resolved = (kept <= ORDER - 2) & (half.min(axis=1) >= 0.5 * _NARROWEST)[:, None]
@@ -229,20 +231,6 @@ def _resolving_panels(
     if not number:
         return None
     return Panels(projection, corner, index, *(np.concatenate(each) for each in zip(*found, strict=True)))
-
-
-def _bounds(
-    projection: Projection,
-    box: tuple[float, float, float, float],
-    corner: tuple[float, float],
-    tiles: _Tiles,
-) -> tuple[FloatArray, FloatArray]:
-    """Centres and half sides (n, 2) of panels in degrees; panels of functions do not reach beyond the box of points."""
-    low = np.stack([corner[0] + tiles.column * _CELL_WIDTH, corner[1] + tiles.row * _CELL_HEIGHT], axis=1)
-    high = low + np.stack([tiles.columns * _CELL_WIDTH, tiles.rows * _CELL_HEIGHT], axis=1)
-    if not projection.answers_everywhere:
-        low, high = np.maximum(low, box[:2]), np.minimum(high, box[2:])
-    return 0.5 * (low + high), 0.5 * (high - low)
 
 
 def _sampled(projection: Projection, centre: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -263,11 +251,8 @@ def _sampled(projection: Projection, centre: FloatArray, half: FloatArray) -> tu
 def _chopped(
     coefficients: FloatArray, size: FloatArray, centre: FloatArray, half: FloatArray
 ) -> tuple[IntArray, FloatArray]:
-    """The numbers (n, 2) of coefficients needed along longitude and latitude, and the effect of leaving out the others.
-
-    The effect (n, 2) is in m per radian. Where the map is not defined all are needed, and the effect is NaN.
-    """
-    with np.errstate(invalid="ignore"):
+    """How many coefficients (n, 2) are needed along either axis, and the effect of the others (n, 2), m per radian."""
+    with np.errstate(invalid="ignore"):  # where the map is not defined all are needed
         c = np.abs(coefficients)
         c = np.sqrt((np.where(c <= _FLOOR * size[:, None, None, None], 0.0, c) ** 2).sum(axis=1))
         east, north = np.radians(half).T[:, :, None, None]
@@ -340,20 +325,15 @@ def _evaluate_panel(
         np.multiply(np.subtract(lat, lat_0, out=s[1]), 1.0 / north, out=s[1])
         np.maximum(np.abs(r[1], out=r[0]), np.abs(s[1], out=s[0]), out=r[0])
         np.greater(r[0], 1.0 - _MARGIN, out=beside[part])
-        _fill_powers(r)
-        _fill_powers(s)
+        for t in (r, s):  # the powers of t[1], from 1
+            t[0] = 1.0
+            done = 2
+            while done < len(t):
+                more = min(done - 1, len(t) - done)
+                np.multiply(t[1 : more + 1], t[done - 1], out=t[done : done + more])
+                done += more
         products = np.matmul(rows, s[:q], out=scratch.of(scratch.products, 6 * p, lon.size))
         np.einsum("kpm,pm->km", products.reshape(6, p, lon.size), r[:p], out=out[:, part])
-
-
-def _fill_powers(t: FloatArray) -> None:
-    """The powers (p, m) of t[1], from 1."""
-    t[0] = 1.0
-    done = 2
-    while done < len(t):
-        more = min(done - 1, len(t) - done)
-        np.multiply(t[1 : more + 1], t[done - 1], out=t[done : done + more])
-        done += more
 
 
 def evaluate_points(
@@ -363,48 +343,34 @@ def evaluate_points(
     xy: tuple[FloatArray, FloatArray],
     J: FloatArray,
     error: FloatArray,
+    *,
+    known: bool = True,
 ) -> tuple[BoolArray, NDArray[np.uint16], IntArray]:
     """J (m, 2, 2) and its relative error, written where points (m,) lie in panels that have the map's own x and y.
 
     The root mean square by which x and y differ from the polynomial in a panel counts as an error of J: by Markov's
     inequality the derivative of a polynomial of p coefficients that is below d on [-1, 1] is below p^2 d. Panels that
-    differ by more than the map's own rounding anywhere are not used. Returned are a mask of the points with a J, the
-    number of each point's panel, 0 for none, and the indices of some points of every panel.
+    differ by more than the map's own rounding anywhere are not used. If x and y are not `known` they are written, too,
+    in all panels. Returned are a mask of the points with a J, the number of each point's panel, 0 for none, and the
+    indices of some points of every panel.
     """
     number = panels.at(lon, lat)
     found, good = np.zeros(lon.size, dtype=bool), np.ones(len(panels.centre) + 1, dtype=bool)
     order = np.argsort(number, kind="stable")
     counts = np.bincount(number, minlength=good.size)
-    given = np.stack([lon, lat, *xy], axis=1)  # the numbers of a point are contiguous
+    given = np.stack([lon, lat, *xy] if known else [lon, lat], axis=1)  # the numbers of a point are contiguous
     scratch = _Scratch()
     for pieces in _groups(counts):
         index = order[pieces[0][1] : pieces[-1][2]]
         good[[piece[0] for piece in pieces]] &= _evaluate_group(panels, pieces, index, given, J, error, found, scratch)
+        if not known:
+            xy[0][index], xy[1][index] = scratch.of(scratch.out, 6, index.size)[:2]
     if not good.all():
         found &= good[number]
     ends = np.cumsum(counts)
     held = np.flatnonzero(counts[1:]) + 1
     first, last = ends[held - 1], ends[held] - 1
     return found, number, order[np.concatenate([first, (first + last) // 2, last])]
-
-
-def interpolate_points(
-    panels: Panels,
-    lon: FloatArray,
-    lat: FloatArray,
-    xy: tuple[FloatArray, FloatArray],
-    J: FloatArray,
-    error: FloatArray,
-) -> BoolArray:
-    """x, y, J (m, 2, 2) and its relative error, written where points (m,) lie in panels; True for these points."""
-    number, found = panels.at(lon, lat), np.zeros(lon.size, dtype=bool)
-    order = np.argsort(number, kind="stable")
-    given, scratch = np.stack([lon, lat], axis=1), _Scratch()
-    for pieces in _groups(np.bincount(number, minlength=len(panels.centre) + 1)):
-        index = order[pieces[0][1] : pieces[-1][2]]
-        _evaluate_group(panels, pieces, index, given, J, error, found, scratch)
-        xy[0][index], xy[1][index] = scratch.of(scratch.out, 6, index.size)[:2]
-    return found
 
 
 def _evaluate_group(
@@ -447,11 +413,8 @@ def _evaluate_group(
 def _scaled(
     projection: Projection, places: FloatArray, derivatives: FloatArray, doubt: FloatArray, sizes: IntArray
 ) -> FloatArray:
-    """Scale derivatives (4, m) by longitude and latitude to derivatives by metres; returns their relative error (m,).
-
-    The error comes from the doubt (n, 2) of each panel, which has `sizes` points. The places are overwritten.
-    """
-    cos = np.cos(np.radians(places[1], out=places[0]), out=places[0])
+    """Scale derivatives (4, m) to metres; their relative errors (m,), from doubts (n, 2) of panels of such sizes."""
+    cos = np.cos(np.radians(places[1], out=places[0]), out=places[0])  # nobody needs the places any more
     inverse = 1.0 / cos
     # Radians per metre along the parallel and the meridian (Snyder 1987, 4-18 and 4-20).
     a, e2 = projection.ellipsoid.a, projection.ellipsoid.eccentricity_squared
@@ -476,12 +439,9 @@ def _scaled(
 
 
 def _groups(counts: IntArray) -> Iterator[list[tuple[int, int, int]]]:
-    """Groups of pieces of panels that are evaluated together: a panel's number, and the range of its points in order.
-
-    The points without a panel, number 0, come first and are left out.
-    """
+    """Groups of pieces of panels to evaluate together: a panel's number, and the range of its points in order."""
     group: list[tuple[int, int, int]] = []
-    done = int(counts[0])
+    done = int(counts[0])  # points without a panel, number 0, come first
     for number in (np.flatnonzero(counts[1:]) + 1).tolist():
         end = done + int(counts[number])
         while done < end:

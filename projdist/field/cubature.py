@@ -12,16 +12,13 @@ from projdist.field import panels as spectral
 from projdist.field.at_points import jacobian
 from projdist.field.panel_cuts import TEAR, cut, jumps
 from projdist.field.panels import Layout, Pieces, Rows, tails
-from projdist.matrices import log_scales
+from projdist.matrices import Measure, log_scales
 from projdist.numerics import NODES, PLANE_WEIGHTS
 from projdist.projections import Projection, discontinuities_of
 from projdist.regions import Clips, Region
 
 Integrand = Callable[[FloatArray], FloatArray]
 """A function of Jacobians (n, p, p, 2, 2) whose mean over the region is to be resolved."""
-
-SecondOrder = Callable[[FloatArray, FloatArray], FloatArray]
-"""The same of Jacobians and second derivatives (n, p, p, 2, 2, 2), per radian of the semi-major axis."""
 
 _BATCH = 1500  # panels in one call: 150,000 points
 _SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
@@ -72,9 +69,6 @@ class _MeasuredPanels(Rows):
     strikes: IntArray  # splits in a row, up to this panel, that gained nothing; those of uncut panels count double
     alive: BoolArray  # not split yet
 
-    def __len__(self) -> int:
-        return len(self.patch)
-
 
 class Mesh:
     """The panels of a region under a projection, and the integrals over them.
@@ -87,7 +81,7 @@ class Mesh:
         projection: Projection,
         region: Region,
         integrands: Sequence[Integrand],
-        second_order: Sequence[SecondOrder] = (),
+        second_order: Sequence[Measure] = (),
     ) -> None:
         self.plan = spectral.plan_of(region, projection.ellipsoid)
         self.projection, self.region = projection, self.plan.region  # the plan's own has its parts at hand
@@ -113,10 +107,7 @@ class Mesh:
     def _evaluated(
         self, first: int, patch: IntArray, rectangles: FloatArray, within: FloatArray | None = None
     ) -> tuple[list[_MeasuredPanels], IntArray]:
-        """New panels, in batches, numbered from `first`, and the indices of the rectangles that they are of.
-
-        Rectangles that hold nothing of the region have no panel. `within` are the panels that they were split from.
-        """
+        """New panels, in batches, numbered from `first`, and the indices of rectangles that hold any of the region."""
         clips = self.region.clip(patch, rectangles, within)
         parts = []
         for start in range(0, len(clips.kept), _BATCH):
@@ -198,11 +189,9 @@ class Mesh:
         return whole & border.all(axis=1), empty & ~border.any(axis=1)
 
     def _mend(self, pieces: Pieces, suspects: BoolArray) -> None:
-        """Take the Jacobian point by point, which sees one side only, where seams are too tangled to cut.
-
-        That costs 20 times as much, so it is done in small pieces only, and in very small ones where there are few, as
-        about a singular point: splitting these soon leaves next to nothing.
-        """
+        """Take the Jacobian point by point, which sees one side only, where seams are too tangled to cut."""
+        # That costs 20 times as much, so it is done in small pieces only, and in very small ones where there are few,
+        # as about a singular point: splitting these soon leaves next to nothing.
         # Areas as shares of the globe: those of the pieces are on the map's own ellipsoid, which may be another one.
         share = pieces.weight.sum(axis=(1, 2)) / self.projection.ellipsoid.area
         whole = 1e6 * self.region.area_km2 / self.region.figure.area

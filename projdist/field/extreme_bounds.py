@@ -30,11 +30,6 @@ class Goal:
         return 1.0 if self.largest else -1.0
 
     @property
-    def bounded(self) -> bool:
-        """True if there is a bound on every map; only signed measures, such as logarithms, may fall without one."""
-        return self.measure.bounded or not (self.largest or self.measure.kind == "signed")
-
-    @property
     def limit(self) -> float:
         """Largest value that the measure times the sign has on any map."""
         low, high = self.measure.limits
@@ -83,20 +78,6 @@ class Polynomials(Rows):
     error: FloatArray  # (n, k), of each entry anywhere in the piece
     clipped: BoolArray  # whether the region ends within the piece
     size: FloatArray  # half of its width in m, about
-
-    @property
-    def straight(self) -> BoolArray:
-        """True for pieces that are rectangles in the chart, with sides along its axes."""
-        bent = np.ptp(self.u, axis=2).max(axis=1) + np.ptp(self.v, axis=1).max(axis=1)
-        return np.asarray(bent <= 1e-12 * (np.ptp(self.u, axis=(1, 2)) + np.ptp(self.v, axis=(1, 2))))
-
-    @property
-    def rectangle(self) -> FloatArray:
-        """Least and largest u, then v, (n, 4) of pieces that are rectangles."""
-        sides = [self.u[:, 0, 0], self.u[:, -1, -1], self.v[:, 0, 0], self.v[:, -1, -1]]
-        middle = [0.5 * (low + high) for low, high in (sides[:2], sides[2:])]
-        half = [0.5 * (high - low) / NODES[-1] for low, high in (sides[:2], sides[2:])]
-        return np.stack([part for c, h in zip(middle, half, strict=True) for part in (c - h, c + h)], axis=-1)
 
     def on_grids(self, piece: IntArray, r: FloatArray, s: FloatArray) -> FloatArray:
         """The fields at grids r (m, q) by s (m, q) of pieces (m,), entries last: (m, q, q, k)."""
@@ -173,11 +154,7 @@ _LINE_FIT = np.linalg.pinv(_LINE_DESIGN)
 
 
 def bounds_on_cells(values: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Upper bounds (n,) of functions in cells from their values (n, 5, 5), and the offsets (n, 2) of the maxima.
-
-    They are those of fitted quadratics. The last array (n, 2) is True where the function may be stationary along either
-    axis of its cell.
-    """
+    """Upper bounds (n,) on cells from values (n, 5, 5), their places, and axes (n, 2) that may be stationary."""
     flat, spoilt = _mended(values.reshape(len(values), -1))
     c = flat @ _FIT.T
     rest = np.abs(flat - c @ _DESIGN.T).max(axis=1)
@@ -269,20 +246,12 @@ class _Cells(NamedTuple):
         return _Cells(np.repeat(self.piece, 4), r, s, half)
 
 
-class _Seen(NamedTuple):
-    """Bounds of a goal on cells, and its largest values there within the region."""
-
-    upper: FloatArray
-    counts: BoolArray  # True if the goal may be largest in the cell, and not only where the region ends
-    top: Top
-
-
 def reach(goal: Goal, pieces: Polynomials, chosen: IntArray, inside: Inside) -> tuple[FloatArray, Top]:
     """Upper bounds over whole pieces, also beyond the region, and the largest values seen within it."""
     cells = _Cells.of(len(chosen))
-    seen = _look_at_cells(goal, pieces, chosen, cells, inside)
-    best = seen.top.value.reshape(-1, 4).argmax(axis=1) + 4 * np.arange(len(chosen))
-    return seen.upper.reshape(-1, 4).max(axis=1), Top(*(part[best] for part in seen.top))
+    upper, _, top = _look_at_cells(goal, pieces, chosen, cells, inside)
+    best = top.value.reshape(-1, 4).argmax(axis=1) + 4 * np.arange(len(chosen))
+    return upper.reshape(-1, 4).max(axis=1), Top(*(part[best] for part in top))
 
 
 def climb_cells(
@@ -298,17 +267,16 @@ def climb_cells(
     top = Top(np.full(len(chosen), -np.inf), np.zeros(len(chosen)), np.zeros(len(chosen)))
     bound = -np.inf
     for _ in range(_CELL_LEVELS):
-        seen = _look_at_cells(goal, pieces, chosen, cells, inside)
-        order = np.argsort(seen.top.value, kind="stable")  # the last one written is the largest
-        order = order[seen.top.value[order] > top.value[cells.piece[order]]]
-        for old, new in zip(top, seen.top, strict=True):
+        upper, counts, seen = _look_at_cells(goal, pieces, chosen, cells, inside)
+        order = np.argsort(seen.value, kind="stable")  # the last one written is the largest
+        order = order[seen.value[order] > top.value[cells.piece[order]]]
+        for old, new in zip(top, seen, strict=True):
             old[cells.piece[order]] = new[order]
         known = max(known, float((top.value - error).max()))
-        reached = np.minimum(seen.upper + error[cells.piece], goal.limit)
-        counts = seen.counts & np.isfinite(seen.top.value)
-        open_ = counts & (reached > known + exact) & (seen.upper > top.value[cells.piece] + exact)
-        if open_.sum() > _MOST_CELLS:
-            open_[np.argsort(-np.where(open_, reached, -np.inf), kind="stable")[_MOST_CELLS:]] = False
+        reached = np.minimum(upper + error[cells.piece], goal.limit)
+        counts &= np.isfinite(seen.value)
+        open_ = counts & (reached > known + exact) & (upper > top.value[cells.piece] + exact)
+        _close_but(_MOST_CELLS, open_, reached)
         bound = max(bound, float(reached[counts & ~open_].max(initial=-np.inf)))
         if not open_.any():
             return bound, top
@@ -317,7 +285,16 @@ def climb_cells(
     return max(bound, last), top
 
 
-def _look_at_cells(goal: Goal, pieces: Polynomials, chosen: IntArray, cells: _Cells, inside: Inside) -> _Seen:
+def _close_but(most: int, open_: BoolArray, reached: FloatArray) -> None:
+    """Leave no more parts open than the ones with the highest bounds."""
+    if open_.sum() > most:
+        open_[np.argsort(-np.where(open_, reached, -np.inf), kind="stable")[most:]] = False
+
+
+def _look_at_cells(
+    goal: Goal, pieces: Polynomials, chosen: IntArray, cells: _Cells, inside: Inside
+) -> tuple[FloatArray, BoolArray, Top]:
+    """Bounds of a goal on cells, where it may be largest not only as the region ends, and its largest values within."""
     piece = chosen[cells.piece]
     r, s = (middle[:, None] + cells.half * OFFSETS for middle in (cells.r, cells.s))
     values = goal.of(pieces.on_grids(piece, r, s))
@@ -337,7 +314,7 @@ def _look_at_cells(goal: Goal, pieces: Polynomials, chosen: IntArray, cells: _Ce
     better = higher > best.value
     top = Top(*(np.where(better, new, old) for new, old in zip((higher, *at), best, strict=True)))
     sides = np.abs(np.stack([cells.r, cells.s], axis=-1)) + cells.half >= 1.0 - _ROUNDING
-    return _Seen(upper, (level | sides).all(axis=1) | ~clipped, top)
+    return upper, (level | sides).all(axis=1) | ~clipped, top
 
 
 # ---- along edges of polygons ---------------------------------------------------------------------
@@ -362,11 +339,7 @@ class Border(Rows):
     def halves(self) -> Border:
         """Both halves of each interval."""
         middle = 0.5 * (self.start + self.end)
-        return Border(
-            np.concatenate([self.piece, self.piece]),
-            np.concatenate([self.start, middle]),
-            np.concatenate([middle, self.end]),
-        )
+        return Border.joined([replace(self, end=middle), replace(self, start=middle)])
 
     def at(self, offset: FloatArray) -> FloatArray:
         """Places (n, q, 2) at offsets (n, q) or (q,) in [-1, 1]."""
@@ -377,44 +350,33 @@ class Border(Rows):
 def climb_borders(
     goal: Goal, pieces: Polynomials, border: Border, error: FloatArray, known: float, exact: float
 ) -> tuple[float, FloatArray]:
-    """An upper bound along a border, and the largest value seen with its place: (value, lon, lat).
-
-    `error` (n,) is that of the goal in each of all pieces.
-    """
+    """An upper bound along a border, and the largest value seen, lon and lat; `error` (n,) is that of all pieces."""
     best = np.array([-np.inf, np.nan, np.nan])
     bound = last = -np.inf
     for _ in range(_INTERVAL_LEVELS):
         upper = np.empty(len(border.piece))
         for start in range(0, len(upper), _BATCH):
             part = border.take(np.arange(start, min(start + _BATCH, len(upper))))
-            upper[start : start + _BATCH], best = _look_at_intervals(goal, pieces, part, best)
+            places = part.at(OFFSETS)
+            values = _values(goal, pieces, part.piece, places)
+            most, t = bounds_on_lines(values)
+            higher = part.at(t[:, None])
+            places = np.concatenate([places, higher], axis=1)
+            values = np.concatenate([values, _values(goal, pieces, part.piece, higher)], axis=1)
+            row, column = np.unravel_index(int(values.argmax()), values.shape)
+            if values[row, column] > best[0]:
+                best = np.array([values[row, column], *places[row, column]])
+            upper[start : start + _BATCH] = np.where(np.isfinite(values).any(axis=1), most, -np.inf)
         reached = np.minimum(upper + error[border.piece], goal.limit)
         known = max(known, best[0] - float(error[border.piece].max(initial=0.0)))
         open_ = (reached > known + exact) & (upper > best[0] + exact)
-        if open_.sum() > _MOST_INTERVALS:
-            open_[np.argsort(-np.where(open_, reached, -np.inf), kind="stable")[_MOST_INTERVALS:]] = False
+        _close_but(_MOST_INTERVALS, open_, reached)
         bound = max(bound, float(reached[~open_].max(initial=-np.inf)))
         if not open_.any():
             return bound, best
         last = float(reached[open_].max())
         border = border.take(open_).halves()
     return max(bound, last), best
-
-
-def _look_at_intervals(
-    goal: Goal, pieces: Polynomials, border: Border, best: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Upper bounds on intervals, and the largest value seen so far, with its place."""
-    places = border.at(OFFSETS)
-    values = _values(goal, pieces, border.piece, places)
-    upper, t = bounds_on_lines(values)
-    higher = border.at(t[:, None])
-    places = np.concatenate([places, higher], axis=1)
-    values = np.concatenate([values, _values(goal, pieces, border.piece, higher)], axis=1)
-    row, column = np.unravel_index(int(values.argmax()), values.shape)
-    if values[row, column] > best[0]:
-        best = np.array([values[row, column], *places[row, column]])
-    return np.where(np.isfinite(values).any(axis=1), upper, -np.inf), best
 
 
 def _values(goal: Goal, pieces: Polynomials, piece: IntArray, places: FloatArray) -> FloatArray:
@@ -430,9 +392,16 @@ def _values(goal: Goal, pieces: Polynomials, piece: IntArray, places: FloatArray
 
 def _square(pieces: Polynomials, piece: IntArray, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Coordinates r, s in the pieces' squares of chart coordinates u, v (n, q)."""
-    west, east, low, high = pieces.rectangle[piece].T[:, :, None]
+    ends = []
+    for own in (pieces.u, pieces.v):  # as if they were rectangles in the chart, with sides along its axes
+        first, last = own[:, 0, 0], own[:, -1, -1]
+        middle, half = 0.5 * (first + last), 0.5 * (last - first) / _LAST_NODE
+        ends += [middle - half, middle + half]
+    west, east, low, high = np.stack(ends)[:, piece, None]
     r, s = (2.0 * u - west - east) / (east - west), (2.0 * v - low - high) / (high - low)
-    bent = np.flatnonzero(~pieces.straight[piece])
+    off = np.ptp(pieces.u, axis=2).max(axis=1) + np.ptp(pieces.v, axis=1).max(axis=1)
+    straight = off <= 1e-12 * (np.ptp(pieces.u, axis=(1, 2)) + np.ptp(pieces.v, axis=(1, 2)))
+    bent = np.flatnonzero(~straight[piece])
     if bent.size:
         r[bent], s[bent] = _by_newton(pieces.take(piece[bent]), u[bent], v[bent])
     return r, s
@@ -456,27 +425,19 @@ def _by_newton(pieces: Polynomials, u: FloatArray, v: FloatArray) -> tuple[Float
     return r, s
 
 
-def _box(pieces: Polynomials, number: int) -> tuple[FloatArray, FloatArray]:
+def box_about(pieces: Polynomials, number: int) -> tuple[FloatArray, FloatArray]:
     """The south-western and the north-eastern corner, in degrees, of a box that holds a piece."""
-    sides = []
-    for values in (pieces.u[number], pieces.v[number]):
-        half = 0.5 * np.ptp(values) / _LAST_NODE
-        middle = 0.5 * (values.max() + values.min())
-        sides.append((middle - half, middle + half))
-    lats = np.sort(latitude_of(int(pieces.patch[number]), np.array(sides[1])))
-    return np.array([sides[0][0], lats[0]]), np.array([sides[0][1], lats[1]])
-
-
-def near(pieces: Polynomials, number: int, edges: FloatArray) -> BoolArray:
-    """True for edges (m, 4) that may cross the box about a piece."""
-    low, high = _box(pieces, number)
-    start, end = edges[:, :2], edges[:, 2:]
-    return np.asarray(((np.minimum(start, end) <= high) & (np.maximum(start, end) >= low)).all(axis=1))
+    (west, east), ends = (
+        0.5 * (values.max() + values.min()) + 0.5 * np.ptp(values) / _LAST_NODE * np.array([-1.0, 1.0])
+        for values in (pieces.u[number], pieces.v[number])
+    )
+    south, north = np.sort(latitude_of(int(pieces.patch[number]), ends))
+    return np.array([west, south]), np.array([east, north])
 
 
 def crossing(pieces: Polynomials, number: int, edges: FloatArray) -> Border:
     """The parts of edges (m, 4) in the box about a piece."""
-    low, high = _box(pieces, number)
+    low, high = box_about(pieces, number)
     start, way = edges[:, :2], edges[:, 2:] - edges[:, :2]
     with np.errstate(divide="ignore", invalid="ignore"):
         gates = np.sort(np.stack([(low - start) / way, (high - start) / way]), axis=0)

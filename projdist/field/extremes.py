@@ -57,9 +57,9 @@ class State:
         self.exact = 0.0  # differences that are no more than rounding
         self.places: list[tuple[float, float]] = []  # where the goal may be largest
 
-    def raise_bound(self, bounds: FloatArray) -> None:
+    def raise_bound(self, bounds: FloatArray | float) -> None:
         """Take account of the bounds of pieces that are left."""
-        self.bound = max(self.bound, float(bounds.max(initial=-np.inf)))
+        self.bound = max(self.bound, float(np.max(bounds, initial=-np.inf)))
 
 
 # ---- values at places ----------------------------------------------------------------------------
@@ -112,13 +112,6 @@ def _size(field: FloatArray) -> FloatArray:
     return np.sqrt(0.5 * (field[..., :4] ** 2).sum(axis=-1))
 
 
-def _exact(field: FloatArray) -> FloatArray:
-    """The errors of each entry of a field (k,) that a search resolves."""
-    error = np.full(field.shape, _EXACT * _size(field))
-    error[4:] = BENT * np.abs(field[4:]).max(initial=0.0)
-    return error
-
-
 # ---- measures without bound ----------------------------------------------------------------------
 
 
@@ -142,7 +135,9 @@ def _unbounded(
     The way leads from the middle of the nearest broad panel. A goal without bound grows by no less in every step, and
     beside a pole the growth does not come to an end.
     """
-    doubtful = [k for k, one in enumerate(found) if np.isfinite(one.value) and not goals[k].bounded]
+    # Only signed measures, such as logarithms, may fall without bound.
+    may_grow = [not goal.measure.bounded and (goal.largest or goal.measure.kind == "signed") for goal in goals]
+    doubtful = [k for k, one in enumerate(found) if may_grow[k] and np.isfinite(one.value)]
     result = list(found)
     if not doubtful:
         return result
@@ -208,17 +203,18 @@ _CANDIDATES = 3  # places of a goal to measure at
 def find_extremes(
     projection: Projection | None, charted: Region | None, nodes: Pieces, goals: Sequence[Goal]
 ) -> list[Extreme]:
-    """The extreme of each goal; NaN if the measure is defined nowhere. Of a set of points it is the best point.
-
-    `charted` is the region whose chart the nodes are of.
-    """
-    if not goals:
-        return []
+    """The extreme of each goal, of points (`charted` None) the best one; NaN if the measure is defined nowhere."""
     if projection is None or charted is None:
         found = [_best_point(nodes, goal) for goal in goals]
     else:
         found = _Search(projection, charted, nodes, goals).run()
-    return [_signed(goal, one) for goal, one in zip(goals, found, strict=True)]
+    for k, (goal, one) in enumerate(zip(goals, found, strict=True)):
+        if one.value == -np.inf:
+            found[k] = Extreme(np.nan, np.nan, np.nan)
+        else:
+            lon, error = float((one.lon + 180.0) % 360.0 - 180.0), one.error if np.isfinite(one.value) else np.nan
+            found[k] = Extreme(goal.sign * one.value, lon, one.lat, error)
+    return found
 
 
 def _best_point(points: Pieces, goal: Goal) -> Extreme:
@@ -230,20 +226,8 @@ def _best_point(points: Pieces, goal: Goal) -> Extreme:
     field = np.concatenate([J, H])
     error = np.full(field.shape, np.max(np.abs(J))) * points.doubt[top]
     error[4:] = BENT * np.max(np.abs(field[4:]), initial=0.0)
-    return Extreme(
-        float(values.flat[top]),
-        float(points.lon.flat[top]),
-        float(points.lat.flat[top]),
-        float(goal.change(field, error)) if np.isfinite(values.flat[top]) else np.nan,
-    )
-
-
-def _signed(goal: Goal, found: Extreme) -> Extreme:
-    """The extreme of the measure itself, without the goal's sign, with a longitude from -180 to 180."""
-    if found.value == -np.inf:
-        return Extreme(np.nan, np.nan, np.nan)
-    error = found.error if np.isfinite(found.value) else np.nan
-    return Extreme(goal.sign * found.value, float((found.lon + 180.0) % 360.0 - 180.0), found.lat, error)
+    value, lon, lat = (float(each.flat[top]) for each in (values, points.lon, points.lat))
+    return Extreme(value, lon, lat, float(goal.change(field, error)) if np.isfinite(value) else np.nan)
 
 
 class _Search:
@@ -293,7 +277,11 @@ class _Search:
         if best.value == -np.inf:
             if (values == -np.inf).all():
                 return best
-            best = self._on_edges(goal)
+            # Of an archipelago whose islands lie between the nodes, some points on the edges.
+            edges = self.region.edges[:: max(1, len(self.region.edges) // _ON_EDGES)]
+            at_edges = goal.of(fields_at(self.projection, edges[:, 0], edges[:, 1], goal.measure.needs_hessian)[0])
+            on_edge = int(at_edges.argmax())
+            best = Extreme(float(at_edges[on_edge]), float(edges[on_edge, 0]), float(edges[on_edge, 1]))
             state.known, state.known_at = best.value, (best.lon, best.lat)
         fields = np.moveaxis(pieces.field, 1, -1).reshape(n, -1, pieces.field.shape[1])
         rows = np.arange(n)
@@ -308,7 +296,9 @@ class _Search:
             state.places = [state.known_at]
         best_piece = int(certain.argmax()) if trusted.any() else top // values[0].size
         field = fields[best_piece, within[best_piece].argmax()]
-        resolved = float(goal.change(field, _exact(field)))
+        error_resolved = np.full(field.shape, _EXACT * _size(field))
+        error_resolved[4:] = BENT * np.abs(field[4:]).max(initial=0.0)
+        resolved = float(goal.change(field, error_resolved))
         state.exact = resolved if np.isfinite(resolved) else 0.0
         high, low = values.max(axis=(1, 2)), np.where(values > -np.inf, values, np.inf).min(axis=(1, 2))
         error = np.where(high > -np.inf, error, 0.0)
@@ -319,20 +309,8 @@ class _Search:
         state.live = np.flatnonzero(live)
         return best
 
-    def _on_edges(self, goal: Goal) -> Extreme:
-        """The best of some points on the edges, for an archipelago whose islands lie between the nodes."""
-        edges = self.region.edges
-        some = edges[:: max(1, len(edges) // _ON_EDGES)]
-        lon, lat = some[:, 0], some[:, 1]
-        values = goal.of(fields_at(self.projection, lon, lat, goal.measure.needs_hessian)[0])
-        top = int(values.argmax())
-        return Extreme(float(values[top]), float(lon[top]), float(lat[top]))
-
     def _sift(self, state: State, *, last: bool) -> None:
-        """Bound a goal on its live pieces, and leave those that hold nothing more.
-
-        Pieces with good polynomials, or with none that can be had, are kept for `_climb`; the others stay live.
-        """
+        """Bound a goal on its live pieces; leave some, keep good and hopeless ones for `_climb`; others stay live."""
         live = state.live = self._touched(state.live)
         if not live.size:
             return
@@ -350,7 +328,10 @@ class _Search:
         bound[~good] = np.minimum(bound[~good], _within_steps(self._values(goal, live[~good])))
         kept = bound > state.known + state.exact
         state.raise_bound(bound[~kept])
-        rest = np.flatnonzero(kept & ~good & ~self._stuck(live) & (not last))
+        before = self._relative_errors(self.parent[live])
+        with np.errstate(invalid="ignore"):
+            stuck = (self.parent[live] >= 0) & ~(self._relative_errors(live) < _STUCK * before)
+        rest = np.flatnonzero(kept & ~good & ~stuck & (not last))
         rest = rest[np.argsort(-bound[rest], kind="stable")][:_MOST]
         ends = kept.copy()
         ends[rest] = False
@@ -368,12 +349,6 @@ class _Search:
         """True if the polynomials of pieces can be trusted, despite noise and PROJ's snapping to singular points."""
         large = self.pieces.size[piece] > _NARROW * np.sqrt(self.nodes.weight.sum())
         return np.asarray(large & (self._relative_errors(piece) < _NOISY))
-
-    def _stuck(self, piece: IntArray) -> BoolArray:
-        """True for quarters whose errors are hardly smaller than those of the whole piece."""
-        before = self._relative_errors(self.parent[piece])
-        with np.errstate(invalid="ignore"):
-            return np.asarray((self.parent[piece] >= 0) & ~(self._relative_errors(piece) < _STUCK * before))
 
     def _relative_errors(self, piece: IntArray) -> FloatArray:
         """The errors of J in pieces, over its size."""
@@ -425,7 +400,9 @@ class _Search:
         if piece not in self.edges:
             parent = int(self.parent[piece])
             among = self.region.edges if parent < 0 else self._edges(parent)
-            self.edges[piece] = among[bounds.near(self.pieces, piece, among)]
+            low, high = bounds.box_about(self.pieces, piece)
+            start, end = among[:, :2], among[:, 2:]
+            self.edges[piece] = among[((np.minimum(start, end) <= high) & (np.maximum(start, end) >= low)).all(axis=1)]
         return self.edges[piece]
 
     # ---- climbing -----------------------------------------------------------------------
@@ -435,10 +412,9 @@ class _Search:
         goal = state.goal
         good = Chosen.joined(state.good)
         if good.piece.size:
-            bound, top = bounds.climb_cells(
-                goal, self.pieces, good.piece, good.error, self._contains, state.known, state.exact
-            )
-            state.raise_bound(np.array(bound))
+            aims = self._contains, state.known, state.exact
+            bound, top = bounds.climb_cells(goal, self.pieces, good.piece, good.error, *aims)
+            state.raise_bound(bound)
             best = np.argsort(-top.value, kind="stable")[:_CANDIDATES]
             best = best[np.isfinite(top.value[best])]
             places = self._degrees(good.piece[best], top.r[best], top.s[best])
@@ -446,22 +422,17 @@ class _Search:
             certain = np.where(self._trusted(good.piece[best]), top.value[best] - good.error[best], -np.inf)
             if certain.max(initial=-np.inf) > state.known:
                 state.known, state.known_at = float(certain.max()), places[int(certain.argmax())]
-        self._climb_borders(state, good)
-        self._climb_rough(state, Chosen.joined(state.rough))
-
-    def _climb_borders(self, state: State, good: Chosen) -> None:
-        """Climb along the edges in some pieces."""
         crossed = self.pieces.clipped[good.piece] & (good.bound > state.known + state.exact)
         parts = [bounds.crossing(self.pieces, int(k), self._edges(int(k))) for k in good.piece[crossed]]
-        if not any(part.piece.size for part in parts):
-            return
-        border = bounds.Border.joined(parts)
-        error = np.zeros(len(self.parent))
-        error[good.piece] = good.error
-        bound, best = bounds.climb_borders(state.goal, self.pieces, border, error, state.known, state.exact)
-        state.raise_bound(np.array(bound))
-        if np.isfinite(best[0]):
-            state.places.append((float(best[1]), float(best[2])))
+        if any(part.piece.size for part in parts):
+            error = np.zeros(len(self.parent))
+            error[good.piece] = good.error
+            border = bounds.Border.joined(parts)
+            bound, seen = bounds.climb_borders(goal, self.pieces, border, error, state.known, state.exact)
+            state.raise_bound(bound)
+            if np.isfinite(seen[0]):
+                state.places.append((float(seen[1]), float(seen[2])))
+        self._climb_rough(state, Chosen.joined(state.rough))
 
     def _climb_rough(self, state: State, rough: Chosen) -> None:
         """Measure pieces without good polynomials point by point, and bound them by `_within_steps`."""
@@ -496,7 +467,9 @@ class _Search:
         """The best place of grids of five by five points that shrink from a node to their best point."""
         place = np.array(node)
         step = np.array([np.ptp(start.u), np.ptp(start.v)]) / ORDER
-        low, high = _limits(self.region, int(start.patch[0]))
+        number, rectangles = self.region.panels()
+        own = rectangles[number == start.patch[0]]
+        low, high = own[:, 0::2].min(axis=0), own[:, 1::2].max(axis=0)
         best = -np.inf
         for _ in range(_TURNS):
             # Beyond a side of the region all points are those on it.
@@ -529,10 +502,3 @@ def _within_steps(values: FloatArray) -> FloatArray:
         peak = (~known | (drops >= 0.0)).all(axis=0)
         bound += np.moveaxis(np.where(peak, np.where(known, drops, 0.0).max(axis=0), 0.0), 0, axis)
     return np.asarray(bound.max(axis=(1, 2)))
-
-
-def _limits(region: Region, patch: int) -> tuple[FloatArray, FloatArray]:
-    """The least and the largest u and v in a patch."""
-    number, rectangles = region.panels()
-    own = rectangles[number == patch]
-    return own[:, 0::2].min(axis=0), own[:, 1::2].max(axis=0)

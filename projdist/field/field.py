@@ -343,10 +343,8 @@ class Field:
 
     def _extremes(self, wanted: Sequence[tuple[Measure, bool]]) -> list[Extreme]:
         """The extreme of each measure, the largest if True, from one search."""
-        if not wanted:
-            return []
         goals = [Goal(one, self._values(one), largest) for one, largest in wanted]
-        found = find_extremes(self.projection, self._charted, self._pieces, goals)
+        found = find_extremes(self.projection, self._charted, self._pieces, goals) if goals else []
         if self._coarser is not None and self.projection is None:
             # Coarser nodes lie about twice as far from the true extreme: the error is twice the difference.
             coarse = self._coarser._extremes(wanted)
@@ -354,15 +352,13 @@ class Field:
                 one._replace(error=one.error + 2.0 * abs(one.value - other.value))
                 for one, other in zip(found, coarse, strict=True)
             ]
-        return [self._unbounded(goal, one) for goal, one in zip(goals, found, strict=True)]
-
-    def _unbounded(self, goal: Goal, found: Extreme) -> Extreme:
-        """An extreme, infinite where no search bounds it and the integral of its measure diverges to that side."""
-        is_sure = goal.measure.bounded or found.error <= _BOUNDED * abs(found.value)
-        if is_sure or self._singular_part(goal.values) < np.inf:
-            return found
-        upward = np.nansum(self._pieces.weight * goal.values) >= 0
-        return found if goal.largest != upward else found._replace(value=goal.sign * np.inf, error=np.nan)
+        for k, (goal, one) in enumerate(zip(goals, found, strict=True)):
+            # Infinite where no search bounds it and the integral of the measure diverges to that side.
+            is_sure = goal.measure.bounded or one.error <= _BOUNDED * abs(one.value)
+            if not is_sure and self._singular_part(goal.values) == np.inf:
+                upward = np.nansum(self._pieces.weight * goal.values) >= 0
+                found[k] = one._replace(value=goal.sign * np.inf, error=np.nan) if goal.largest == upward else one
+        return found
 
     def _mean(self, measure: Measure | None, values: FloatArray, slope: FloatArray | None = None) -> Estimate:
         singular = 0.0 if measure and measure.bounded else self._singular_part(values)
@@ -430,16 +426,13 @@ class Field:
         return float(in_tiny) if converges else np.inf
 
     def _dense(self, values: FloatArray, *, thinned: bool = False) -> tuple[FloatArray, FloatArray]:
-        """Values (m, k) and weights (k,) at many points of the region, from values (m, n, p, p) at the nodes.
-
-        The points of each panel are a lattice of the golden ratio, which has as many levels along either direction as
-        it has points. `thinned` takes half of them.
-        """
+        """Values (m, k) and weights (k,) at many points, `thinned` to half, from values (m, n, p, p) at the nodes."""
         pieces, every = self._pieces, 2 if thinned else 1
         if self._charted is None:
             return values.reshape(len(values), -1)[:, ::every], pieces.weight.ravel()[::every]
         smooth = np.isfinite(values).all(axis=(0, 2, 3))
         m = int(np.clip(_DENSE / values.shape[1], 64, _DENSEST)) // every
+        # In each panel a lattice of the golden ratio: as many levels along either direction as points.
         step = np.arange(m) + 0.5
         r, s = 2.0 * step / m - 1.0, 2.0 * np.mod(step * (np.sqrt(5.0) - 1.0) / 2.0, 1.0) - 1.0
         fine = []
@@ -463,11 +456,8 @@ class Field:
         )
 
     def _factors(self, *, thinned: bool = False) -> tuple[FloatArray, FloatArray]:
-        """Triangular factors (m, 2, 2) of J, and weights (m,) above 0.
-
-        Interpolated are ln |det J| and the point in the hyperbolic plane, which are smooth where J is, however it
-        turns.
-        """
+        """Triangular factors (m, 2, 2) of J, and weights (m,) above 0."""
+        # Interpolated are ln |det J| and the point in the hyperbolic plane: smooth where J is, however it turns.
         J = self._pieces.jacobian
         row = J[..., 0, 0] ** 2 + J[..., 0, 1] ** 2
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -116,13 +116,10 @@ class AiryKavrayskiy(NamedTuple):
 
 
 class GeometricMedian(NamedTuple):
-    """The linear map T (2, 2) with the least mean Fisher distortion of T^-1 J, its error and whether it is unique.
-
-    The error is the Fisher distortion between T and the true one.
-    """
+    """The linear map T (2, 2) with the least mean Fisher distortion of T^-1 J, its error and whether it is unique."""
 
     T: FloatArray
-    error: float
+    error: float  # the Fisher distortion between T and the true one
     unique: bool
 
 
@@ -144,35 +141,29 @@ def _scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _log_scale(J: FloatArray) -> FloatArray:
-    """Largest |ln scale| over all directions."""
     a, b = _scales(J)
     return np.maximum(np.abs(np.log(a)), np.abs(np.log(b)))
 
 
 def _balance(J: FloatArray) -> FloatArray:
-    """sqrt(((a / b - 1)^2 + (a b - 1)^2) / 2)."""
     a, b = _scales(J)
     return np.sqrt(0.5 * ((a / b - 1.0) ** 2 + (a * b - 1.0) ** 2))
 
 
 def _angles_twice(J: FloatArray) -> FloatArray:
-    """sqrt((2 ln^2(a/b) + ln^2(ab)) / 3)."""
     return np.sqrt((2.0 * log_anisotropy(J) ** 2 + log_areal_scale(J) ** 2) / 3.0)
 
 
 def _areas_twice(J: FloatArray) -> FloatArray:
-    """sqrt((ln^2(a/b) + 2 ln^2(ab)) / 3)."""
     return np.sqrt((log_anisotropy(J) ** 2 + 2.0 * log_areal_scale(J) ** 2) / 3.0)
 
 
 def _relative_scales(J: FloatArray) -> FloatArray:
-    """(max(a, 1/a) + max(b, 1/b)) / 2 - 1."""
     a, b = _scales(J)
     return 0.5 * (np.maximum(a, 1.0 / a) + np.maximum(b, 1.0 / b)) - 1.0
 
 
 def _relative_area(J: FloatArray) -> FloatArray:
-    """By how much areas are too large or too small, max(s, 1/s) - 1."""
     s = matrices.areal_scale(J)
     s = np.where(s > 0, s, np.nan)
     return np.maximum(s, 1.0 / s) - 1.0

@@ -8,7 +8,7 @@ patch like others. Interrupted, oblique and limited maps then converge as fast a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -47,15 +47,12 @@ def jumps(xy: FloatArray, smallest: float) -> BoolArray:
 
 @dataclass
 class Cuts:
-    """Result of trying to cut n panels.
+    """Result of trying to cut n panels."""
 
-    `pieces` stand for the panels of the mask `done`. `split_at` (n, 2) is the u and the v at which to split a panel
-    further, NaN for a direction that would not help: where the seam leaves a panel that could not be cut, and beside
-    or across the seam of one that was cut.
-    """
-
-    pieces: list[Pieces]
+    pieces: list[Pieces]  # in place of the panels of the mask `done`
     done: BoolArray
+    # (n, 2), u and v at which to split a panel further: where the seam leaves one that could not be cut, and beside or
+    # across the seam of one that was; NaN for a direction that would not help
     split_at: FloatArray
     evaluations: int
 
@@ -70,10 +67,7 @@ def cut(
     *,
     curved: bool,
 ) -> Cuts:
-    """Cut panels across v or across u, along the seam or the edge of the map that crosses them.
-
-    `whole` panels lie within the region. `curved` pieces are for second derivatives.
-    """
+    """Cut panels, `whole` ones lie within the region, along the seam or the edge of the map that crosses them."""
     n = len(rectangles)
     result = Cuts([], np.zeros(n, dtype=bool), np.full((n, 2), np.nan), 0)
     for along in (1, 0):
@@ -83,18 +77,12 @@ def cut(
         lines = _Lines(projection, region, patch[todo], rectangles[todo], along, NODES)
         where, kind = lines.find_cuts(result, every=True)
         kind = np.where((kind == kind[:, :1]).all(axis=1), kind[:, 0], _NONE)
-        for side, how, grades in (
-            (lines.low, _SEAM, _WHOLE),
-            (lines.low, _END, _GRADES),
-            (lines.high, _SEAM, _WHOLE),
-            (lines.high, _START, _GRADES),
-        ):
+        for side, how in ((lines.low, _SEAM), (lines.low, _END), (lines.high, _SEAM), (lines.high, _START)):
             index = np.flatnonzero(kind == how)
             if index.size:
-                own = todo[index]
-                slices = _slices(
-                    lines.take(index), panel[own], whole[own], side[index], where[index], grades, curved=curved
-                )
+                own, grades = todo[index], _WHOLE if how == _SEAM else _GRADES
+                some = lines.take(index), panel[own], whole[own], side[index], where[index]
+                slices = _slices(*some, grades, curved=curved)
                 result.pieces.extend(slices)
                 result.evaluations += sum(piece.lon.size for piece in slices)
         cut_now = np.flatnonzero(kind != _NONE)
@@ -116,29 +104,26 @@ _NONE, _END, _START, _SEAM = range(4)
 _SIDES = np.array([-1.0, 1.0]) * (1.0 - 1e-9)  # the sides of a panel, as seen from within
 
 
+@dataclass
 class _Lines:
     """Lines through panels along u (0) or v (1), at `shares` in [-1, 1] of the other direction."""
 
-    def __init__(
-        self,
-        projection: Projection,
-        region: Region,
-        patch: IntArray,
-        rectangles: FloatArray,
-        along: int,
-        shares: FloatArray,
-    ) -> None:
-        self.projection, self.region, self.patch, self.along = projection, region, patch, along
-        self.rectangles, self.shares = rectangles, shares
-        u0, u1, v0, v1 = rectangles.T
-        self.low, self.high = (u0, u1) if along == 0 else (v0, v1)
-        first, last = (v0, v1) if along == 0 else (u0, u1)
+    projection: Projection
+    region: Region
+    patch: IntArray
+    rectangles: FloatArray
+    along: int
+    shares: FloatArray
+
+    def __post_init__(self) -> None:
+        self.low, self.high = self.rectangles.T[2 * self.along : 2 * self.along + 2]
+        first, last = self.rectangles.T[2 - 2 * self.along : 4 - 2 * self.along]
         self.middle_across, self.half_across = 0.5 * (first + last), 0.5 * (last - first)
-        self.across = self.middle_across[:, None] + self.half_across[:, None] * shares
+        self.across = self.middle_across[:, None] + self.half_across[:, None] * self.shares
 
     def take(self, index: IntArray) -> _Lines:
         """The lines of some of the panels."""
-        return _Lines(self.projection, self.region, self.patch[index], self.rectangles[index], self.along, self.shares)
+        return replace(self, patch=self.patch[index], rectangles=self.rectangles[index])
 
     def __call__(self, along: FloatArray) -> FloatArray:
         """f at positions (n, k) or (n, k, m) on the lines; shape (2, ...)."""
@@ -149,10 +134,7 @@ class _Lines:
         return np.stack(self.projection(points.lon, points.lat))
 
     def find_cuts(self, count: Cuts, *, every: bool) -> tuple[FloatArray, IntArray]:
-        """Where each line (n, k) is cut, and how; with `every` only in panels whose lines may all be cut.
-
-        Evaluations are added to `count`.
-        """
+        """Where each line (n, k) is cut, and how; with `every` only in panels whose lines may all be cut."""
         half = 0.5 * (self.high - self.low)
         stations = (0.5 * (self.low + self.high)[:, None] + half[:, None] * _STATIONS)[:, None]
         stations = np.broadcast_to(stations, (*self.across.shape, _STATIONS.size))
@@ -175,10 +157,9 @@ class _Lines:
             chosen = np.flatnonzero(hopeful.all(axis=1) if every else hopeful.any(axis=1))
             if not chosen.size:
                 break
-            bracket = (a[chosen], b[chosen], fa[:, chosen], fb[:, chosen])
-            a[chosen], b[chosen], fa[:, chosen], fb[:, chosen] = self.take(chosen).halved(
-                *bracket, edge[chosen], halvings
-            )
+            bracket = a[chosen], b[chosen], fa[:, chosen], fb[:, chosen]
+            bracket = self.take(chosen).halved(*bracket, edge[chosen], halvings)
+            a[chosen], b[chosen], fa[:, chosen], fb[:, chosen] = bracket
             count.evaluations += halvings * a[chosen].size
             # A steep place shrinks with the interval, a tear does not.
             hopeful &= edge | (np.hypot(*(fb - fa)) > 0.1 * first)
@@ -263,16 +244,8 @@ def _slices(
         if not held.any():
             continue
         u_r, u_s, v_r, v_s = (p[held] if isinstance(p, np.ndarray) else p for p in partials)
-        layout = lay(
-            lines.region,
-            lines.projection.ellipsoid,
-            lines.patch[held],
-            u[held],
-            v[held],
-            (u_r, u_s, v_r, v_s),
-            rule[held],
-            whole[held],
-        )
+        chart = lines.patch[held], u[held], v[held], (u_r, u_s, v_r, v_s)
+        layout = lay(lines.region, lines.projection.ellipsoid, *chart, rule[held], whole[held])
         piece = pieces_of(lines.projection, panel[held], layout, curved=curved)
         piece.doubt[:] = 0.0  # the tear that it might come from is the cut
         pieces.append(piece)

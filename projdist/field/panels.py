@@ -89,10 +89,7 @@ def torn_sides(
 def without_seams(
     projection: Projection, region: Region, patch: IntArray, rectangles: FloatArray, torn: BoolArray
 ) -> tuple[IntArray, FloatArray, int]:
-    """Panels (n, 4) with the strips along their `torn` sides cut off, and the evaluations that this took.
-
-    A strip may hold a seam along its own side, and is cut in turn.
-    """
+    """Panels (n, 4) with the strips along their `torn` sides cut off, in turn, and the evaluations that this took."""
     finished: list[tuple[IntArray, FloatArray]] = []
     evaluations = 0
     for turn in range(_DEEPEST):
@@ -234,10 +231,7 @@ def lay(
     rule: FloatArray,
     whole: BoolArray,
 ) -> Layout:
-    """The layout of pieces with chart coordinates u, v at their nodes (n, p, p).
-
-    `rule` holds the nodes' weights on the square of r and s; a `whole` piece has those of Gauss.
-    """
+    """The layout of pieces with u, v and the weights `rule` at nodes (n, p, p); `whole` ones have Gauss's rule."""
     points = region.chart(patch[:, None, None], u, v)
     meridian, vertical = ellipsoid.radii(points.lat)
     u_r, u_s, v_r, v_s = partials
@@ -268,10 +262,7 @@ def lay(
 
 @dataclass(frozen=True)
 class First:
-    """The first panels of a region, and the points at which a map of them is evaluated: nodes, then points on sides.
-
-    The latter are (n, 2, 2, 3), just within the low and the high side, on lines along u and along v.
-    """
+    """The first panels of a region, and where maps are evaluated: at nodes, then (n, 2, 2, 3) on their sides."""
 
     clips: Clips
     layout: Layout
@@ -374,10 +365,7 @@ class Pieces(Rows):
 def pieces_of(
     projection: Projection, panel: IntArray, layout: Layout, xy: FloatArray | None = None, *, curved: bool
 ) -> Pieces:
-    """The pieces of a layout under a projection, whose x and y (2, n, p, p) may be known.
-
-    `curved` ones have `sides`, which second derivatives need.
-    """
+    """The pieces of a layout under a projection, whose xy (2, n, p, p) may be known; `curved` ones have `sides`."""
     ellipsoid = projection.ellipsoid
     xy = np.stack(projection(layout.lon, layout.lat)) if xy is None else xy
     # Less a constant, there is less to round, and nothing where PROJ snaps to a pole line.
@@ -441,10 +429,7 @@ def second_derivatives(pieces: Pieces, ellipsoid: Ellipsoid) -> FloatArray:
 
 
 def blurred(pieces: Pieces, index: IntArray, ellipsoid: Ellipsoid) -> BoolArray:
-    """True for the pieces of an index in which J is not smooth enough for derivatives of it.
-
-    Roughness counts where it would make a difference to flexion and skewness.
-    """
+    """True for pieces of an index in which J is so rough that it makes a difference to flexion and skewness."""
     J = np.moveaxis(pieces.jacobian[index], (-2, -1), (1, 2))
     along = np.stack([np.abs(LEGENDRE @ J).max(axis=(1, 2, 4)), np.abs(J @ LEGENDRE.T).max(axis=(1, 2, 3))], axis=1)
     last = np.maximum(along[..., -1], along[..., -2])

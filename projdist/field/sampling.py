@@ -213,10 +213,7 @@ _HIGHEST = 20  # Gauss nodes along a side of a panel: enough for whole hemispher
 
 @dataclass(frozen=True, kw_only=True)
 class Nodes:
-    """Points in degrees, their shares of the area, and stencils (8, n) about them.
-
-    Nodes of weight 0 lie on edges and count for extremes only.
-    """
+    """Points in degrees, shares of the area (0 on edges, for extremes only), and stencils (8, n) about them."""
 
     lon: FloatArray
     lat: FloatArray
@@ -332,10 +329,7 @@ def nodes_of(region: Place, ellipsoid: Ellipsoid, count: int, *, edges: bool = F
 
 
 def _along_edges(region: Region, all_ends: bool) -> tuple[FloatArray, FloatArray]:
-    """Points on the edges: every end and points between where ends are far apart, or else a selection of them.
-
-    There are none at a pole, because polygons around it have edges there at which they do not end.
-    """
+    """Points on the edges: every end and points between where ends are far apart, or else a selection of them."""
     lon0, lat0, lon1, lat1 = region.edges.T
     length = np.hypot(lon1 - lon0, lat1 - lat0)
     west, south, east, north = region.bounds
@@ -344,7 +338,7 @@ def _along_edges(region: Region, all_ends: bool) -> tuple[FloatArray, FloatArray
     which = np.repeat(np.arange(parts.size), parts)
     share = (np.arange(which.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[which]
     lon, lat = lon0[which] + share * (lon1 - lon0)[which], lat0[which] + share * (lat1 - lat0)[which]
-    apart = np.abs(lat) < _POLE
+    apart = np.abs(lat) < _POLE  # polygons around a pole have edges there at which they do not end
     lon, lat = lon[apart], lat[apart]
     every = 1 if all_ends else max(1, lon.size // _MOST_ALONG)
     return lon[::every], lat[::every]
@@ -428,28 +422,19 @@ def field_of(
     >>> round(field.mean("s").value, 12), field.maximum("s").value
     (1.125, 1.2)
     """
-    if not callable(jacobian):
-        return __field_at_points(jacobian, weight, lon, lat, hessian)
-    if region is None or not (weight is lon is lat is hessian is None):
-        raise ValueError("Invalid field. A function of longitude and latitude goes with a region and nothing else.")
-    place = get_region(region)
-    fine, coarse = (nodes_of(place, WGS84, count) for count in (_FINE, _COARSE))
-    fields = [__field_at_points(jacobian(at.lon, at.lat), at.weight, at.lon, at.lat, None) for at in (fine, coarse)]
-    return replace(fields[0], _coarser=fields[1])
-
-
-def __field_at_points(jacobian: Any, weight: Any, lon: Any, lat: Any, hessian: Any) -> Field:
+    if callable(jacobian):
+        if region is None or not (weight is lon is lat is hessian is None):
+            raise ValueError("Invalid field. A function of longitude and latitude goes with a region and nothing else.")
+        fine, coarse = (nodes_of(get_region(region), WGS84, count) for count in (_FINE, _COARSE))
+        both = [field_of(jacobian(at.lon, at.lat), at.weight, lon=at.lon, lat=at.lat) for at in (fine, coarse)]
+        return replace(both[0], _coarser=both[1])
     J = check_numbers("Jacobians", jacobian)
     if J.ndim != 3 or J.shape[1:] != (2, 2) or not len(J):
         raise ValueError(f"Invalid shape {J.shape} of Jacobians. It must be (n, 2, 2) with n at least 1.")
     arrays: dict[str, FloatArray] = {}
-    for name, given, default, rest in (
-        ("weight", weight, 1.0, ()),
-        ("lon", lon, np.nan, ()),
-        ("lat", lat, np.nan, ()),
-        ("hessian", hessian, 0.0, (2, 2, 2)),
-    ):
-        shape = (len(J), *rest)
+    given_by_name = {"weight": (weight, 1.0), "lon": (lon, np.nan), "lat": (lat, np.nan), "hessian": (hessian, 0.0)}
+    for name, (given, default) in given_by_name.items():
+        shape = (len(J), 2, 2, 2) if name == "hessian" else (len(J),)
         arrays[name] = np.full(shape, default) if given is None else check_numbers(name, given)
         if arrays[name].shape != shape:
             raise ValueError(f"Invalid shape {arrays[name].shape} of {name}. It must be {shape}.")

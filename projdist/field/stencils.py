@@ -18,7 +18,7 @@ TARGET = 1e-12  # relative error at which a stencil is good enough
 # and at most 2e-4 on smooth maps.
 KINK = 1e-3
 _ROUGH = 1e-8
-_TANGENT_LATITUDE = 89.99
+TANGENT_LATITUDE = 89.99  # beyond, lines are straight in the tangent plane
 _LINE_LATITUDE = 90.0 - 1e-4  # beyond, steps along the meridian are too short for the digits of a latitude
 
 # Central weights of f(+j h) - f(-j h), j = 1.., for the first derivative times h, of orders 2, 4 and 6.
@@ -120,11 +120,6 @@ class StencilPoints:
     lat: FloatArray
     tangent: BoolArray
 
-    @staticmethod
-    def of(projection: Projection, lon: FloatArray, lat: FloatArray) -> StencilPoints:
-        """The points, with lines in the tangent plane near the poles."""
-        return StencilPoints(projection, lon, lat, np.asarray(np.abs(lat) > _TANGENT_LATITUDE))
-
     def take(self, index: IntArray | BoolArray) -> StencilPoints:
         """Some of the points."""
         return StencilPoints(self.projection, self.lon[index], self.lat[index], self.tangent[index])
@@ -207,11 +202,8 @@ def _in_parts(
     centre: FloatArray,
     steps: FloatArray,
 ) -> _Found:
-    """Differences of some thousand points at a time, because one-sided ones need a hundred numbers a point.
-
-    Functions are called for all points at once, because their answers may depend on the other points.
-    """
-    if not points.projection.answers_everywhere:
+    """Differences of some thousand points at a time, because one-sided ones need a hundred numbers a point."""
+    if not points.projection.answers_everywhere:  # functions, whose answers may depend on the other points
         return differences(points, centre, steps)
     parts = [np.arange(start, min(start + _AT_ONCE, steps.size)) for start in range(0, steps.size, _AT_ONCE)]
     found = [differences(points.take(part), centre[:, part], steps[part]) for part in parts]
@@ -258,10 +250,7 @@ def _one_sided(points: StencilPoints, centre: FloatArray, steps: FloatArray) -> 
 
 
 def fourth_order(values: FloatArray, metre: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """First derivatives (n,) of values (4, n) at h, -h, 2 h and -2 h, where `metre` is 1 / h, and their correction.
-
-    The correction is what fourth order adds to second order: a third of its change from 2 h to h.
-    """
+    """Derivatives of values (4, n) at h, -h, 2 h and -2 h by 1 / h, `metre`, and what fourth order adds to second."""
     ahead, behind, far_ahead, far_behind = values
     near = ahead - behind
     change = (near - 0.5 * (far_ahead - far_behind)) * (metre / 6.0)
@@ -269,19 +258,13 @@ def fourth_order(values: FloatArray, metre: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _white(fourth: FloatArray, sixth: FloatArray) -> FloatArray:
-    """The sixth difference where it is white noise, else 0: on smooth maps it is well below the fourth difference.
-
-    Noise counts as an error, but not in the choice of the step: a smaller one is no better.
-    """
+    """The sixth difference where it is white noise, else 0: on smooth maps it is well below the fourth difference."""
     fourth, sixth = np.max(np.abs(fourth), axis=0), np.max(np.abs(sixth), axis=0)
     return np.where(sixth > 0.3 * fourth, sixth, 0.0)
 
 
 def _slopes(f: FloatArray, t: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Derivatives (o, 2, k, n) along k lines by stencils of o orders, and the metres (k, n) of the last stencil.
-
-    They are the stencil of f (2, k, m, n) divided by that of the distances `t` (k, m, n) at which f is sampled.
-    """
+    """Stencils (o, 2, k, n) of o orders of f (2, k, m, n) over those of distances t (k, m, n); the last of these."""
     metres = weights @ t
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         return np.moveaxis((weights @ f) / metres, 2, 0), metres[:, -1]

@@ -55,7 +55,7 @@ def find_tears(
     which jumps of a thousandth of their length count; with `smallest` all links are, and jumps of as many metres count.
     """
     valid = drawn(start), drawn(stop)
-    middle = _middle(function, start, stop)
+    middle = evaluate(function, *(0.5 * (start[:, :2] + stop[:, :2])).T)
     offset = _distance(middle, 0.5 * (start + stop))
     length = _distance(start, stop)
     with np.errstate(invalid="ignore"):
@@ -92,10 +92,6 @@ def drawn(points: FloatArray) -> BoolArray:
     return np.asarray(np.isfinite(points[..., 2]))
 
 
-def _middle(function: Map, start: FloatArray, stop: FloatArray) -> FloatArray:
-    return evaluate(function, *(0.5 * (start[:, :2] + stop[:, :2])).T)
-
-
 def _distance(start: FloatArray, stop: FloatArray) -> FloatArray:
     return np.hypot(stop[:, 2] - start[:, 2], stop[:, 3] - start[:, 3])
 
@@ -104,7 +100,7 @@ def _halve(function: Map, start: FloatArray, stop: FloatArray) -> tuple[FloatArr
     """The two sides of the largest jump, or of the first change between drawn and not drawn."""
     low, high = start.copy(), stop.copy()
     for _ in range(_HALVINGS):
-        middle = _middle(function, low, high)
+        middle = evaluate(function, *(0.5 * (low[:, :2] + high[:, :2])).T)
         both = drawn(low) & drawn(high)
         with np.errstate(invalid="ignore"):
             by_jump = _distance(middle, high) >= _distance(low, middle)
@@ -132,7 +128,8 @@ def is_interrupted(projection: Projection, region: Region) -> bool:
     if cut_length(projection, region) == 0.0:
         return False
     west, _, east, _ = region.bounds
-    return east - west < 360.0 or cut_length(projection, GLOBE) > _ONE_CUT * _radius_km(projection)
+    longest = _ONE_CUT * (projection.ellipsoid.ground.mean_radius / 1000.0)
+    return east - west < 360.0 or cut_length(projection, GLOBE) > longest
 
 
 def cut_length(projection: Projection, region: Place) -> float:
@@ -163,12 +160,7 @@ def cut_length(projection: Projection, region: Place) -> float:
         padded = np.zeros([_BLOCK * -(-size // _BLOCK) for size in (rows + 1, columns + 1)])
         padded[: one.shape[0], : one.shape[1]] = one
         lengths.append(padded.reshape(padded.shape[0] // _BLOCK, _BLOCK, -1, _BLOCK).sum(axis=(1, 3)))
-    return float(np.radians(np.hypot(*lengths).sum()) * _radius_km(projection))
-
-
-def _radius_km(projection: Projection) -> float:
-    """The mean radius of the celestial body."""
-    return projection.ellipsoid.ground.mean_radius / 1000.0
+    return float(np.radians(np.hypot(*lengths).sum()) * (projection.ellipsoid.ground.mean_radius / 1000.0))
 
 
 def _tears(projection: Projection, region: Place, start: FloatArray, stop: FloatArray) -> FloatArray:
