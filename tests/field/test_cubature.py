@@ -1,4 +1,4 @@
-"""The Airy-Kavrayskiy errors against closed forms, over globe, boxes and caps."""
+"""The Airy-Kavrayskiy errors against closed forms, over globe, boxes and caps; what serves all maps of a region."""
 
 import math
 from dataclasses import replace
@@ -8,45 +8,42 @@ import pytest
 from cubature_cases import SMOOTH, TOLERANCES, TORN, summary_of, triple, truth_of
 from tables import each
 
+from projdist import earth
 from projdist.answers.summaries import summarize
+from projdist.earth import SPHERE
+from projdist.field import panels
+from projdist.field.at_points import jacobian
+from projdist.field.panels import Plan, plan_of
 from projdist.field.sampling import DEFAULT_TOLERANCE, field_resolving
 from projdist.field.stencils import hessian
 from projdist.matrices.flexion import flexion
 from projdist.matrices.measures import get_measure
 from projdist.projections import Projection
-from projdist.regions import GLOBE, PointSet, get_region
+from projdist.regions import GLOBE, Box, Cap, PointSet, get_region
+from projdist.regions.polygons import Polygons
 
 # ---- the errors and their estimates -----------------------------------------------------------
 
 ROUNDING = 1e-12  # of sums over 10^5 nodes, on either side
 
 
-def is_slow(case):
-    """Whether a singular point or a seam off the panels' sides makes a case cost a good part of a second."""
-    return case in TORN or case.id.endswith(("-equatorial", "-oblique")) or case.id == "stere-polar"
+def marks(case):
+    """Slow where a singular point or a seam off the panels' sides makes a case cost a good part of a second."""
+    is_slow = case in TORN or case.id.endswith(("-equatorial", "-oblique")) or case.id == "stere-polar"
+    return [pytest.mark.slow] if is_slow else []
 
 
-def cases_with_tolerances():
-    """All cases at all tolerances."""
-    params = []
-    for case in SMOOTH + TORN:
-        for tolerance in TOLERANCES:
-            marks = [pytest.mark.slow] if is_slow(case) else []
-            params.append(pytest.param(case, tolerance, id=f"{case.id}-{tolerance:g}", marks=marks))
-    return params
+CASES = [pytest.param(case, tolerance, marks=marks(case)) for case in SMOOTH + TORN for tolerance in TOLERANCES]
 
 
-@each(("case", "tolerance"), cases_with_tolerances())
-def test_errors_are_within_their_estimate(case, tolerance):
-    """The raw, scaled and affine errors differ from the truth by no more than three times the error estimate."""
+@each(("case", "tolerance"), CASES)
+def test_errors_and_their_estimates(case, tolerance):
+    """The errors differ from the truth by three estimates at most, and these are the tolerance, or PROJ's floor.
+
+    The estimate of the affine error, which is not steered by, is twice the tolerance.
+    """
     found = summary_of(case.id, tolerance)
     np.testing.assert_allclose(triple(found), truth_of(case.id), rtol=0, atol=3 * found.error_estimate + ROUNDING)
-
-
-@each(("case", "tolerance"), cases_with_tolerances())
-def test_estimates_meet_the_tolerance(case, tolerance):
-    """The estimate is the tolerance at most, or PROJ's floor; twice for the affine error, which is not steered by."""
-    found = summary_of(case.id, tolerance)
     assert found.error_estimate <= max(2 * tolerance, case.floor)
     assert found.limit in ("", "rounding")
     if found.limit == "":
@@ -54,10 +51,7 @@ def test_estimates_meet_the_tolerance(case, tolerance):
     assert found.coverage == pytest.approx(1.0, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    "case",
-    [pytest.param(case, id=case.id, marks=[pytest.mark.slow] if is_slow(case) else []) for case in SMOOTH + TORN],
-)
+@each("case", [pytest.param(case, marks=marks(case)) for case in SMOOTH + TORN])
 def test_accuracy_by_default(case):
     """Without a tolerance smooth maps are right to 1e-8, interrupted and oblique ones to 1e-6 (PROJ's floors apart)."""
     atol = max(1e-8 if case in SMOOTH else 1e-6, case.floor)
@@ -76,17 +70,13 @@ def test_accuracy_by_default(case):
     ],
 )
 def test_second_derivatives_at_the_nodes(projection, region):
-    """H from the panels agrees with H from stencils along geodesics, in any chart and on ellipsoids."""
+    """H from the panels, if asked for, is that of stencils along geodesics, in any chart and on ellipsoids."""
     projection = Projection.from_user_input(projection)
+    assert field_resolving(projection, get_region(region), tolerance=1e-3).hessian is None  # it costs memory
     found = field_resolving(projection, get_region(region), second_order=[flexion])
     truth = hessian(projection, found.lon, found.lat)
     # Stencils are good to 1e-8; panels are refined for the mean of the flexion to 1e-5, nodes at their ends less.
     np.testing.assert_allclose(found.hessian, truth, atol=2e-4)
-
-
-def test_no_second_derivatives_are_kept_unless_asked_for():
-    """They cost memory."""
-    assert field_resolving(Projection.from_user_input("moll"), GLOBE, tolerance=1e-3).hessian is None
 
 
 def test_second_derivatives_at_points():
@@ -126,3 +116,101 @@ def test_a_map_that_ends_beside_the_region(region):
     found = summarize(ending, region, tolerance=1e-7)
     assert found.coverage == pytest.approx(1.0, abs=1e-9)
     assert found.airy_kavrayskiy == pytest.approx(summarize(whole, region, tolerance=1e-8).airy_kavrayskiy, abs=2e-7)
+
+
+# ---- what is laid once for a region ------------------------------------------------------------
+
+
+REGIONS = {
+    "globe": GLOBE,
+    "box": Box(170.0, 20.0, -150.0, 88.0),
+    "cap": Cap(10.0, 50.0, 3000.0),
+    "country": get_region("country:NO"),
+}
+of_regions = pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS)
+
+
+@pytest.fixture
+def charted(monkeypatch):
+    """How many points charts were asked for."""
+    counts = []
+    for kind in (Box, Cap, Polygons):
+
+        def chart(self, patch, u, v, usual=kind.chart):
+            counts.append(np.size(u))
+            return usual(self, patch, u, v)
+
+        monkeypatch.setattr(kind, "chart", chart)
+    return counts
+
+
+@of_regions
+def test_the_second_map_of_a_region_lays_nothing(region, charted):
+    """The same map again asks for no chart, nor does another that needs no finer panels."""
+    plan_of.cache_clear()
+    first = summarize("moll", region, tolerance=1e-4)
+    assert sum(charted) > 0
+    charted.clear()
+    again = summarize("moll", region, tolerance=1e-4)
+    other = summarize("sinu", region, tolerance=1e-2)
+    assert charted == []
+    assert again.airy_kavrayskiy == first.airy_kavrayskiy
+    assert other.airy_kavrayskiy != first.airy_kavrayskiy
+
+
+@of_regions
+def test_a_plan_changes_no_figure(region, monkeypatch):
+    """With a new plan each time the samples are the same to the last bit."""
+    chosen = [Projection.from_user_input(name) for name in ("robin", "mercator", "bonne +lat_1=40")]
+    kept = [field_resolving(projection, region, tolerance=1e-6) for projection in chosen]
+    monkeypatch.setattr(panels, "plan_of", Plan)
+    for projection, one in zip(chosen, kept, strict=True):
+        alone = field_resolving(projection, region, tolerance=1e-6)
+        np.testing.assert_array_equal(one.jacobian, alone.jacobian)
+        np.testing.assert_array_equal(one.weight, alone.weight)
+        assert one.evaluations == alone.evaluations
+
+
+def test_equal_regions_have_one_plan():
+    """A region that equals one measured before, as a worker has it, is cut along the edge of a map as that is."""
+    first, second = (Polygons(get_region("country:AQ").geometry, "Antarctica") for _ in range(2))
+    one, other = (field_resolving(Projection.from_user_input("EPSG:8858"), region) for region in (first, second))
+    assert first is not second
+    np.testing.assert_array_equal(one.jacobian, other.jacobian)
+
+
+@of_regions
+def test_jacobians_of_layouts(region):
+    """J from a layout's nodes and sides agrees with stencils about the nodes, which know of no layout."""
+    projection = Projection.from_user_input("wintri")
+    found = field_resolving(projection, region, tolerance=1e-9)
+    inside = (np.abs(found.lat) < 85.0) & (np.abs((found.lon + 180.0) % 360.0 - 180.0) < 179.0)
+    truth = jacobian(projection, found.lon[inside], found.lat[inside])
+    np.testing.assert_allclose(found.jacobian[inside], truth, atol=2e-6)
+
+
+@pytest.mark.slow
+def test_a_plan_is_bounded(monkeypatch):
+    """However many panels maps need, a plan keeps some, and regions of which there are too many are forgotten."""
+    plan_of.cache_clear()
+    monkeypatch.setattr(panels, "_MOST", 30)
+    projection = Projection.from_user_input("+proj=stere +R=6371008.7714 +lat_0=20")
+    region = Box(-180.0, -70.0, 180.0, 90.0)
+    few = field_resolving(projection, region, tolerance=1e-4)
+    plan = plan_of(region, projection.ellipsoid)
+    assert len(few.lon) > 60
+    assert 0 < len(plan._kept) <= 30
+    monkeypatch.undo()
+    plan_of.cache_clear()
+    assert field_resolving(projection, region, tolerance=1e-4).evaluations == few.evaluations
+    for k in range(30):
+        plan.first(earth.SMOOTH._replace(parallels=(float(k),)))
+        plan_of(Box(0.0, 0.0, 1.0 + k, 10.0), SPHERE)
+    assert len(plan._first) <= panels._WAYS
+    assert plan_of.cache_info().currsize <= panels._REGIONS
+
+
+def test_layouts_cannot_be_changed():
+    """They are those of other maps, too."""
+    with pytest.raises(ValueError, match="read-only"):
+        plan_of(GLOBE, SPHERE).first(earth.SMOOTH).layout.lon[0] = 0.0

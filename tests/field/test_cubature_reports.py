@@ -65,7 +65,7 @@ def test_the_quadrature_against_mpmath():
         assert truth_of("lcc-wgs84-box")[0] == pytest.approx(float(mpmath.sqrt(top / bottom)), abs=1e-13)
 
 
-@pytest.mark.parametrize("name", ["plate-carree", "natural-earth", "winkel-tripel"])
+@each("name", ["plate-carree", "natural-earth", "winkel-tripel"])
 def test_the_tolerance_is_honest(name):
     """The error is below a tenth of each tolerance, and a hundred times finer costs less than ten times as much."""
     errors, costs = [], []
@@ -96,10 +96,7 @@ ENDING_ACCURACY = {"ortho": 1e-5, "gnom": 1e-3}
 
 
 @pytest.mark.slow
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "tolerance", [pytest.param(1e-4, marks=pytest.mark.slow), 1e-6, pytest.param(1e-8, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
 @pytest.mark.parametrize("aspect", ["polar", "equatorial", "oblique"])
 @pytest.mark.parametrize("name", ["ortho", "gnom"])
 def test_maps_of_a_hemisphere(name, aspect, tolerance):
@@ -129,7 +126,7 @@ def test_coverage_of_a_box():
 # ---- what is reported -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("region", ["globe", "box:-10,20,30,70", "cap:0,50,3000"])
+@each("region", ["globe", "box:-10,20,30,70", "cap:0,50,3000"])
 def test_evaluations(region):
     """`evaluations` is the number of points that were projected."""
     points = []

@@ -10,6 +10,8 @@ from tables import each
 
 import projdist
 from projdist import GLOBE, PointSet, Projection, field_of, sample, summarize
+from projdist.field import field_resolving
+from projdist.regions import get_region
 
 # Quantiles come from a lattice of some 10,000 points; the errors given are of that order.
 LATTICE = 2e-3
@@ -21,7 +23,7 @@ def plate_carree():
     return sample("plate-carree", GLOBE, measures=["s"], tolerance=1e-9)
 
 
-@pytest.mark.parametrize(
+@each(
     ("criterion", "truth"),
     [
         ("mean", math.pi / 2),
@@ -107,13 +109,8 @@ def test_it_is_what_summarize_says():
     """One implementation: the same figures to the last digit."""
     field = sample("winkel-tripel", "continent:Africa@110m", measures=["omega"], tolerance=1e-5)
     summary = summarize("winkel-tripel", "continent:Africa@110m", measures=["omega"], tolerance=1e-5)
-    omega = summary.measures["omega"]
-    assert field.airy_kavrayskiy[:4] == (
-        summary.airy_kavrayskiy,
-        summary.airy_kavrayskiy_scaled,
-        summary.airy_kavrayskiy_affine,
-        summary.error_estimate,
-    )
+    omega, scaled, affine = summary.measures["omega"], summary.airy_kavrayskiy_scaled, summary.airy_kavrayskiy_affine
+    assert field.airy_kavrayskiy[:4] == (summary.airy_kavrayskiy, scaled, affine, summary.error_estimate)
     assert (field.mean("omega").value, field.rms("omega").value) == (omega.mean, omega.rms)
     assert field.statistic("omega", "max") == (omega.max, omega.max_error)
     assert field.statistic("omega", "median").value == omega.median
@@ -192,10 +189,7 @@ def test_a_function_that_gives_the_jacobian():
         (lambda: field_of([np.eye(2)], weight=[-1]), r"^Invalid weights\. They must be finite and not negative"),
         (lambda: field_of([np.full((2, 2), np.nan)]), r"^Invalid Jacobians\. None of those with a weight is finite"),
         (lambda: field_of(lambda lon, lat: None), r"^Invalid field\. A function of longitude and latitude goes with"),
-        (
-            lambda: field_of([np.eye(2)]).mean([1.0, 2.0]),
-            r"^Invalid values of shape \(2,\)\. There must be one for each",
-        ),
+        (lambda: field_of([np.eye(2)]).mean([1.0, 2.0]), r"^Invalid values of shape \(2,\)\. There must be one for"),
         (lambda: field_of([np.eye(2)]).statistic("s", "middle"), r"^Invalid criterion 'middle'"),
         (lambda: field_of([np.eye(2)]).maximum("size"), r"^Invalid measure 'size'"),
     ],
@@ -221,9 +215,8 @@ def test_a_shape_is_a_region():
     found = sample("plate-carree", shapely.Polygon([(0, 10), (20, 10), (20, 40)]), measures=["s"])
     lon = np.radians(np.linspace(0, 20, 200_001))
     top = np.radians(10) + 1.5 * lon
-    truth = integrate.trapezoid(top - np.radians(10), lon) / integrate.trapezoid(
-        np.sin(top) - np.sin(np.radians(10)), lon
-    )
+    area = integrate.trapezoid(np.sin(top) - np.sin(np.radians(10)), lon)
+    truth = integrate.trapezoid(top - np.radians(10), lon) / area
     assert found.mean("s").value == pytest.approx(truth, rel=1e-8)
 
 
@@ -248,3 +241,30 @@ def test_errors_of_means_beside_a_pole_at_infinity(parallels: tuple[float, float
     found = sample(f"+proj=lcc +lat_1={lat_1} +lat_2={lat_2} +R=6371007", "globe").mean("k")
     assert found.value == pytest.approx(whole, abs=found.error)
     assert found.error < 0.02 * found.value
+
+
+# ---- values at many points ---------------------------------------------------------------------
+
+
+# Panels of a polygon's edge have just their part. In whole ones the lattice's sum of a smooth density is as far off as
+# one in its number of points, a few thousand to a panel.
+EXACT, OF_PANELS = 1e-12, 2e-4
+
+
+@pytest.mark.parametrize(
+    ("region", "error"),
+    [
+        ("country:CH", EXACT),
+        ("box:0,40,20,60", OF_PANELS),
+        pytest.param("cap:10,80,2000", OF_PANELS, marks=pytest.mark.slow),
+    ],
+)
+def test_weights_are_the_area(region, error):
+    """The points stand for the whole region, and for nothing beside it."""
+    place = get_region(region)
+    field = field_resolving(Projection.from_user_input("plate-carree"), place, tolerance=1e-4)
+    values, weights = field.many(field.lat)
+    assert (weights >= 0).all()
+    assert weights.sum() == pytest.approx(field.weight.sum(), rel=error)
+    south, north = place.bounds[1::2]
+    assert ((values >= south - 1e-9) & (values <= north + 1e-9))[weights > 0].all()

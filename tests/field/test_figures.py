@@ -127,14 +127,12 @@ def test_each_is_defined(name):
 
 def test_unknown_figures():
     """One line with what was meant, and what there is."""
-    with pytest.raises(
-        ValueError, match=r"^Invalid criterion 'max_omga'\. Did you mean max_omega.* It must be one of "
+    for name, message in (
+        ("max_omga", "Did you mean max_omega.* It must be one of "),
+        (5, "It must be one of airy_kavrayskiy, .*, or a function"),
     ):
-        get_figure("max_omga")
-    with pytest.raises(
-        ValueError, match=r"^Invalid criterion '5'\. It must be one of airy_kavrayskiy, .*, or a function"
-    ):
-        get_figure(5)
+        with pytest.raises(ValueError, match=rf"^Invalid criterion '{name}'\. {message}"):
+            get_figure(name)
 
 
 # ---- of matrices -----------------------------------------------------------------------------

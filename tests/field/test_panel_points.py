@@ -1,4 +1,4 @@
-"""Jacobians of very many points by polynomials on panels, against closed forms; and what must not be given to them."""
+"""Jacobians of many points, over regions and on rasters, against closed forms; what polynomials must not get."""
 
 import math
 
@@ -7,8 +7,9 @@ import pytest
 from jacobians import ACCURACY, FORMS, R, arc_distance, make, value
 from tables import each
 
+from projdist import jacobian, jacobian_grid
 from projdist.earth.ellipsoid import SPHERE, WGS84
-from projdist.field.at_points import Quality, derivatives
+from projdist.field.at_points import Quality, derivatives, interpolant
 from projdist.field.chebyshev_panels import panels_for
 from projdist.matrices.measures import principal_scales
 from projdist.projections import Projection
@@ -111,19 +112,20 @@ def test_an_oblique_aspect():
     assert np.abs(b / np.cos(c / 2) - 1).max() <= ACCURACY
 
 
-def test_points_within_a_metre():
-    """Points that crowd in one place are no harder than others."""
+def test_points_that_crowd():
+    """Within a metre, and on the lines of a graticule, where panels end, points are no harder than others."""
     rng = np.random.default_rng(4)
-    lon, lat = 7.3 + rng.uniform(0, 1e-5, MANY), 47.1 + rng.uniform(0, 1e-5, MANY)
-    found = derivatives("mercator", lon, lat)
-    np.testing.assert_allclose(
-        principal_scales(found.jacobian), 1 / np.cos(np.radians(lat))[:, None] * [1, 1], rtol=ACCURACY
-    )
-    counted = Counted(smooth)
-    assert_honest(counted, lon, lat, smooth_jacobian(lon, lat))
+    near = 7.3 + rng.uniform(0, 1e-5, MANY), 47.1 + rng.uniform(0, 1e-5, MANY)
+    assert_honest(smooth, *near, smooth_jacobian(*near))
+    lines = np.tile(np.arange(-175.0, 180, 5), 400), np.repeat(np.linspace(-80.0, 80.0, 400), 71)
+    for lon, lat in (near, lines):
+        found = derivatives("mercator", lon, lat)
+        k = 1 / np.cos(np.radians(lat))
+        np.testing.assert_allclose(principal_scales(found.jacobian), k[:, None] * [1, 1], rtol=ACCURACY)
+        assert (found.quality == Quality.OK).all()
 
 
-@pytest.mark.parametrize("turns", [-1, 0, 1])
+@each("turns", [-1, 0, 1])
 def test_longitudes_of_other_turns(turns):
     """The meridians may be counted from anywhere."""
     lon, lat = scattered()
@@ -145,16 +147,6 @@ def test_seams_and_poles_among_many():
     np.testing.assert_allclose(found.jacobian[:500], alone.jacobian[:500], rtol=1e-10, atol=1e-10)
 
 
-def test_points_on_few_meridians_and_parallels():
-    """Points on the lines of a graticule, where panels end, are measured as they are alone."""
-    lon = np.tile(np.arange(-175.0, 180, 5), 400)
-    lat = np.repeat(np.linspace(-80.0, 80.0, 400), 71)
-    k = 1 / np.cos(np.radians(lat))
-    found = derivatives("mercator", lon, lat)
-    np.testing.assert_allclose(principal_scales(found.jacobian), k[:, None] * [1, 1], rtol=ACCURACY)
-    assert (found.quality == Quality.OK).all()
-
-
 def test_missing_points_among_many():
     """Points without a longitude, and beyond the poles, have no figures, and do not touch those of others."""
     lon, lat = scattered()
@@ -169,18 +161,19 @@ def test_missing_points_among_many():
     assert np.isfinite(derivatives("mercator", np.linspace(-360.0, 539.0, MANY), 10.0).jacobian).all()
 
 
-@pytest.mark.parametrize("size", [1.0, 1e-3, 1e-6, 1e-9, 1e-11])
-def test_a_kink_within_a_panel(size):
-    """A map whose scale jumps at a meridian by however little has J on either side as it is told."""
+@each(("size", "jump"), [(1.0, 0.0), (1e-3, 0.0), (1e-6, 0.0), (1e-9, 0.0), (1e-11, 0.0), (0.0, 1e6)])
+def test_kinks_and_tears_within_a_panel(size, jump):
+    """A map whose scale or x jumps at a meridian by however little has J on either side, and none that reaches over."""
     lon, lat = scattered(limit=80.0)
 
-    def kinked(lon, lat):
+    def broken(lon, lat):
         x, y = smooth(lon, lat)
-        return x + size * R * np.radians(np.maximum(lon - 3.7, 0.0)), y
+        return x + size * R * np.radians(np.maximum(lon - 3.7, 0.0)) + np.where(lon > 33.21, jump, 0.0), y
 
     truth = smooth_jacobian(lon, lat)
     truth[:, 0, 0] += np.where(lon > 3.7, size, 0.0) / np.cos(np.radians(lat))
-    assert_honest(kinked, lon, lat, truth)
+    found = assert_honest(broken, lon, lat, truth)
+    assert not jump or (found.quality <= Quality.ONE_SIDED).all()
 
 
 def bump(lon, lat, width):
@@ -229,18 +222,6 @@ def test_a_hole_within_a_panel():
     assert good[~inside].mean() > 0.999
 
 
-def test_a_torn_map():
-    """A map that jumps at a meridian of no round number has J on both sides, and none that reaches over."""
-    lon, lat = scattered(limit=80.0)
-
-    def torn(lon, lat):
-        x, y = smooth(lon, lat)
-        return x + np.where(lon > 33.21, 1e6, 0.0), y
-
-    found = assert_honest(torn, lon, lat, smooth_jacobian(lon, lat))
-    assert (found.quality <= Quality.ONE_SIDED).all()
-
-
 @pytest.mark.slow
 def test_noise_costs_little():
     """A map that no polynomial resolves costs a fifth of an evaluation a point more."""
@@ -274,8 +255,7 @@ def test_a_map_that_looks_at_all_its_points():
 
 def test_functions_are_asked_within_the_points():
     """A function is not asked for places beyond the points, but for the steps of differences."""
-    rng = np.random.default_rng(5)
-    counted = Counted(smooth)
+    rng, counted = np.random.default_rng(5), Counted(smooth)
     derivatives(counted, rng.uniform(5.0, 9.0, MANY), rng.uniform(45.0, 49.0, MANY))
     west, south, east, north = counted.box
     assert min(west - 4.9, south - 44.9, 9.1 - east, 49.1 - north) > 0
@@ -295,3 +275,119 @@ def test_many_and_few_agree():
         if name != "robinson":  # whose table has kinks that differences near them feel, and tell too little of
             assert (gap <= told * size).all()
         assert np.quantile(gap / size, 0.99) <= ACCURACY
+
+
+# ---- maps over regions as polynomials ----------------------------------------------------------
+
+
+BOUNDS = (-20.0, 30.0, 40.0, 70.0)
+
+
+def points(n=3000, bounds=BOUNDS):
+    """Points of a box."""
+    return np.random.default_rng(1).uniform(bounds[:2], bounds[2:], (n, 2)).T
+
+
+def test_values_and_derivatives():
+    """x, y and J of Mercator's map (Snyder 1987, 7-1 to 7-3), with an error that is no larger than is told."""
+    lon, lat = points()
+    found = interpolant("mercator", BOUNDS)(lon, lat)
+    phi = np.radians(lat)
+    np.testing.assert_allclose(found.x, R * np.radians(lon), atol=1e-7)
+    np.testing.assert_allclose(found.y, R * np.arctanh(np.sin(phi)), atol=1e-7)
+    gap = np.abs(found.jacobian - np.eye(2) / np.cos(phi)[:, None, None]).sum(axis=(1, 2)) * np.cos(phi)
+    assert gap.max() <= ACCURACY
+    assert (gap <= 10 * found.error + 1e-13).all()
+    assert (found.quality == Quality.OK).all()
+
+
+def test_the_map_is_not_called_again():
+    """Where there are polynomials the map is not called; elsewhere it is, and answers as ever."""
+    calls = []
+
+    def conic(lon, lat):
+        calls.append(lon.size)
+        rho, theta = 1.8 - np.radians(lat), 0.7 * np.radians(lon)
+        return R * rho * np.sin(theta), -R * rho * np.cos(theta)
+
+    f = interpolant(conic, BOUNDS)
+    assert sum(calls) < 10_000
+    calls.clear()
+    lon, lat = points(100_000)
+    found = f(lon, lat)
+    assert not calls
+    rho = 1.8 - np.radians(lat)
+    k = 0.7 * rho / np.cos(np.radians(lat))
+    np.testing.assert_allclose(np.hypot(found.jacobian[:, 0, 0], found.jacobian[:, 1, 0]), k, rtol=ACCURACY)
+    np.testing.assert_allclose(np.hypot(found.jacobian[:, 0, 1], found.jacobian[:, 1, 1]), 1.0, rtol=ACCURACY)
+    beyond = f(100.0, 10.0)
+    assert calls
+    np.testing.assert_array_equal(beyond.jacobian, derivatives(conic, 100.0, 10.0).jacobian)
+
+
+GLOBAL = ["robinson", "igh", "EPSG:3035", "+proj=tmerc +lon_0=9 +R=6371000"]
+
+
+@each("name", [*GLOBAL, *(pytest.param(name, marks=pytest.mark.slow) for name in ("gnom", "isea"))])
+def test_any_map_of_the_globe(name):
+    """Seams, kinks, horizons and noise: the same qualities but beside edges, and J to 1e-9 of what differences have."""
+    lon, lat = points(3000, (-180.0, -90.0, 180.0, 90.0))
+    found, truth = interpolant(name, (-180, -90, 180, 90))(lon, lat), derivatives(name, lon, lat)
+    np.testing.assert_array_equal(found.quality == Quality.OUTSIDE, truth.quality == Quality.OUTSIDE)
+    both = (found.quality <= Quality.ONE_SIDED) & (truth.quality <= Quality.ONE_SIDED)
+    size = np.abs(truth.jacobian[both]).sum(axis=(1, 2))
+    assert (np.abs(found.jacobian - truth.jacobian)[both].sum(axis=(1, 2)) <= 1e-8 * size).all()
+    np.testing.assert_allclose(found.x[both], truth.x[both], atol=1e-6, rtol=1e-12)
+
+
+def test_shapes_and_missing_points():
+    """Points have any shape, and what is no number has no figures."""
+    f = interpolant(Projection.from_user_input("mercator"), BOUNDS)
+    found = f([[0.0, 10.0], [np.nan, 20.0]], 60.0)
+    assert found.jacobian.shape == (2, 2, 2, 2)
+    assert np.isnan(found.x).tolist() == [[False, False], [True, False]]
+    np.testing.assert_allclose(found.jacobian[0, :, 0, 0], 2.0, rtol=ACCURACY)
+
+
+# ---- rasters -----------------------------------------------------------------------------------
+
+
+# Differences of eighth order over neighbours half a degree apart: h^8 / 630 of a ninth derivative is 1e-13 of one that
+# doubles with each order beside 60 degrees of latitude. Points that are no better than 1e-9 are done one by one.
+CLOSE = 1e-9
+
+
+def test_mercator() -> None:
+    """On the ellipsoid h = k = 1 / (cos lat sqrt(1 - e2 sin2 lat)) in the raster's inside and at its rim."""
+    lon, lat = np.linspace(-10.0, 10.0, 41), np.linspace(40.0, 60.0, 41)
+    found = jacobian_grid("+proj=merc +ellps=WGS84", lon, lat)
+    phi, e2 = np.radians(lat), WGS84.f * (2.0 - WGS84.f)
+    scale = np.sqrt(1.0 - e2 * np.sin(phi) ** 2) / np.cos(phi)
+    assert found.shape == (41, 41, 2, 2)
+    np.testing.assert_allclose(found, scale[:, None, None, None] * np.eye(2) * np.ones((41, 41, 1, 1)), atol=CLOSE)
+
+
+@each("projection", ["moll", "+proj=igh +R=6371000", "+proj=ortho +lat_0=20 +R=6371000"])
+def test_points_of_a_raster(projection: str) -> None:
+    """Pole lines, cuts and the edge of the map do not show in a raster's Jacobian: it is that of the points."""
+    lon, lat = np.linspace(-60.0, 60.0, 25), np.linspace(-69.0, 84.0, 32)
+    truth = jacobian(projection, *np.meshgrid(lon, lat))
+    found = jacobian_grid(projection, lon, lat)
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(truth))
+    np.testing.assert_allclose(found, truth, rtol=0, atol=1e-7)
+
+
+@each("first", [-80.0, -79.3])
+@each("step", [5.0, 2.0, 1.0, 0.5])
+def test_kinks_between_and_on_the_points(step: float, first: float) -> None:
+    """Robinson's map has other polynomials every five degrees: two orders agree beside these by accident."""
+    lon, lat = np.arange(0.0, 12 * step, step), np.arange(first, 80.0, step)
+    truth = jacobian("robin", *np.meshgrid(lon, lat))
+    np.testing.assert_allclose(jacobian_grid("robin", lon, lat), truth, rtol=0, atol=5e-9)
+
+
+@each("lon", [[0.0, 1.0, 3.0], [[0.0, 1.0]]])
+def test_uneven_rasters_are_refused(lon: object) -> None:
+    """Neighbours are a stencil where they stand evenly."""
+    with pytest.raises(ValueError, match=r"^Invalid longitudes of a raster\. They must be evenly spaced"):
+        jacobian_grid("merc", lon, [0.0, 1.0])
