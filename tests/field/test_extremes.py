@@ -320,8 +320,12 @@ def test_unbounded_below():
     assert found.measures["s"].min >= 0.0
 
 
-@each("region", ["country:MV", "country:PW", "country:MH"])
-@each("projection", ["merc", "+proj=laea +lat_0=3.7 +lon_0=100"])
+LAEA = "+proj=laea +lat_0=3.7 +lon_0=100"
+ARCHIPELAGOS = [("country:MV", "merc"), ("country:PW", LAEA), ("country:MH", "merc")]
+OTHERS = [("country:MV", LAEA), ("country:PW", "merc"), ("country:MH", LAEA)]
+
+
+@each(("region", "projection"), [*ARCHIPELAGOS, *(pytest.param(*pair, marks=pytest.mark.slow) for pair in OTHERS)])
 def test_islands_between_the_nodes(region, projection):
     """The extremes of scales that grow to one side are on a coast, also where no node falls on an island."""
     place = get_region(region)

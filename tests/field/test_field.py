@@ -107,8 +107,8 @@ def test_second_derivatives_are_sampled_by_name():
 
 def test_it_is_what_summarize_says():
     """One implementation: the same figures to the last digit."""
-    field = sample("winkel-tripel", "continent:Africa@110m", measures=["omega"], tolerance=1e-5)
-    summary = summarize("winkel-tripel", "continent:Africa@110m", measures=["omega"], tolerance=1e-5)
+    given = {"region": "continent:Africa@110m", "measures": ["omega"], "tolerance": 1e-3}
+    field, summary = sample("winkel-tripel", **given), summarize("winkel-tripel", **given)
     omega, scaled, affine = summary.measures["omega"], summary.airy_kavrayskiy_scaled, summary.airy_kavrayskiy_affine
     assert field.airy_kavrayskiy[:4] == (summary.airy_kavrayskiy, scaled, affine, summary.error_estimate)
     assert (field.mean("omega").value, field.rms("omega").value) == (omega.mean, omega.rms)
@@ -225,7 +225,11 @@ def test_a_shape_is_a_region():
 PROJ_ENDS = 1e-10  # radians from the pole at infinity, where PROJ's conic ends
 
 
-@each("parallels", [(5.0, 8.0), (10.0, 20.0), (15.0, 30.0), (25.0, 32.0), (30.0, 50.0), (35.0, 40.0)])
+PARALLELS = [(5.0, 8.0), (15.0, 30.0), (35.0, 40.0)]
+BETWEEN = [pytest.param(pair, marks=pytest.mark.slow) for pair in ((10.0, 20.0), (25.0, 32.0), (30.0, 50.0))]
+
+
+@each("parallels", [*PARALLELS, *BETWEEN])
 def test_errors_of_means_beside_a_pole_at_infinity(parallels: tuple[float, float]) -> None:
     """The scale of Lambert's conic grows as r^-1.1 to r^-1.65 at the other pole; its mean is known by quadrature."""
     one, two = np.radians(90.0 - np.array(parallels))  # polar distances
@@ -251,7 +255,7 @@ def test_errors_of_means_beside_a_pole_at_infinity(parallels: tuple[float, float
 EXACT, OF_PANELS = 1e-12, 2e-4
 
 
-@pytest.mark.parametrize(
+@each(
     ("region", "error"),
     [
         ("country:CH", EXACT),
