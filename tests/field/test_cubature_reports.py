@@ -139,19 +139,19 @@ def test_evaluations(region):
     assert samples.evaluations == sum(points)
 
 
-def test_budget():
-    """A search that ends at the largest number of evaluations says so, and has not gone beyond it."""
-    samples = field_resolving(Projection.from_user_input("mercator"), GLOBE, tolerance=1e-12, max_evaluations=8_000)
-    assert samples.limit == "budget"
-    assert 6_000 < samples.evaluations <= 8_000
+# A budget is not exceeded; where the projection's own rounding forbids the tolerance, the search ends long before it.
+LIMITS = [
+    ("mercator", {"tolerance": 1e-12, "max_evaluations": 8_000}, "budget", 6_000, 8_000),
+    pytest.param("+proj=laea +R=6371000", {"tolerance": 1e-9}, "rounding", 0, 899_999, marks=pytest.mark.slow),
+]
 
 
-@pytest.mark.slow
-def test_limit_of_rounding():
-    """Where the projection's own rounding forbids the tolerance the limit is `rounding`, long before the budget."""
-    samples = field_resolving(Projection.from_user_input("+proj=laea +R=6371000"), GLOBE, tolerance=1e-9)
-    assert samples.limit == "rounding"
-    assert samples.evaluations < 900_000
+@each(("projection", "given", "limit", "least", "most"), LIMITS)
+def test_limits(projection, given, limit, least, most):
+    """A search that ends before its tolerance is met says why."""
+    found = field_resolving(Projection.from_user_input(projection), GLOBE, **given)
+    assert found.limit == limit
+    assert least < found.evaluations <= most
 
 
 @pytest.mark.slow

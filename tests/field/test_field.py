@@ -47,10 +47,13 @@ def test_what_has_no_bound(plate_carree):
     assert abs(plate_carree.maximum("s").lat) > 89
 
 
-def test_a_criterion_of_ones_own(plate_carree):
-    """The share of the globe on which areas are less than doubled is that within 60 degrees: sin(60)."""
+def test_shares_of_the_globe(plate_carree):
+    """By a criterion of one's own, areas are less than doubled within 60 degrees; by Jacobians, half is within 30."""
     found = plate_carree.statistic("s", lambda values, weights: weights[values < 2.0].sum() / weights.sum())
     assert found.value == pytest.approx(math.sqrt(0.75), abs=max(found.error, LATTICE))
+    J, weights = plate_carree.dense_jacobian
+    within = projdist.MEASURES["areal_scale"](J) < 1 / math.cos(math.radians(30))
+    assert weights[within].sum() / weights.sum() == pytest.approx(0.5, abs=LATTICE)
 
 
 def test_deviation():
@@ -143,13 +146,6 @@ def test_a_slope_counts_for_the_error_only():
     steady, steep = (field.mean(values, slope=slope * values) for slope in (0.0, 2.0))
     assert steady.value == steep.value == field.mean("s").value
     assert steady.error < steep.error == field.mean("s").error
-
-
-def test_dense_jacobians(plate_carree):
-    """The areal scale at very many points: half of the globe is within 30 degrees of the equator."""
-    J, weights = plate_carree.dense_jacobian
-    found = projdist.MEASURES["areal_scale"](J)
-    assert weights[found < 1 / math.cos(math.radians(30))].sum() / weights.sum() == pytest.approx(0.5, abs=LATTICE)
 
 
 def test_given_jacobians_have_the_same_figures():
