@@ -132,9 +132,9 @@ def charted(monkeypatch):
     counts = []
     for kind in (Box, Cap, Polygons):
 
-        def chart(self, patch, u, v, usual=kind.chart):
+        def chart(self, patch, u, v, usual=kind.__dict__["chart"]):
             counts.append(np.size(u))
-            return usual(self, patch, u, v)
+            return usual.__get__(self)(patch, u, v)  # a static method or not
 
         monkeypatch.setattr(kind, "chart", chart)
     return counts
