@@ -247,7 +247,7 @@ def units() -> None:
     )
     for text, name in CASES:
         region, projection = get_region(name), Projection.from_user_input(f"{text} +R={R}")
-        timed = replace(projection, function=Timed(projection.function.pipeline, projection.function.to_metre))
+        timed = replace(projection, function=Timed(projection.function.definition, projection.function.to_metre))
         found = summarize(timed, region, tolerance=1e-7)
         own, whole = [], []
         for _ in range(4 * RUNS + 1):

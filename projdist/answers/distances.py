@@ -11,7 +11,7 @@ import numpy as np
 
 from projdist import earth, support
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.projections import Projection, ProjectionLike, geodesic_lengths, geodesic_points
+from projdist.projections import Projection, ProjectionLike, geodesic_direct, geodesic_inverse
 from projdist.regions import Box, Cap, Place, PointSet, Region, RegionLike, cells_of, region_for
 
 # Points in a set, for spheres (True), on which distances cost a twentieth, and for other ellipsoids.
@@ -257,8 +257,7 @@ def _globe_distances(projection: Projection, one: ScatteredPoints, other: Scatte
     if ellipsoid.is_sphere:
         vectors = earth.unit_vectors(one.lon, one.lat)[:, :, None]
         return ellipsoid.a * earth.chord_angle(vectors, earth.unit_vectors(other.lon, other.lat)[:, None])
-    ends = np.broadcast_arrays(one.lon[:, None], one.lat[:, None], other.lon, other.lat)
-    return geodesic_lengths(ellipsoid, *ends)
+    return geodesic_inverse(ellipsoid, one.lon[:, None], one.lat[:, None], other.lon, other.lat)[0]
 
 
 # ---- great circles -------------------------------------------------------------------------------
@@ -354,7 +353,9 @@ def _along(
 ) -> tuple[FloatArray, FloatArray]:
     """Longitudes and latitudes (n, k) at shares (n, k) of geodesics."""
     if not projection.ellipsoid.is_sphere:
-        return geodesic_points(projection.ellipsoid, ends, shares)
+        length, azimuth, _ = geodesic_inverse(projection.ellipsoid, *ends)
+        lon, lat, azimuth, length = (values[:, None] for values in (*ends[:2], azimuth, length))
+        return geodesic_direct(projection.ellipsoid, lon, lat, azimuth, length * shares)[:2]
     start, end = earth.unit_vectors(*ends[:2]), earth.unit_vectors(*ends[2:])
     angle = earth.chord_angle(start, end)[:, None]
     # The sum of sines is a multiple of the point; its length does not matter.

@@ -217,7 +217,7 @@ class _Course:
     def __init__(self, projection: projections.Projection, line: FloatArray, height: float | None) -> None:
         self.projection = projection
         lon, lat, own = line.T
-        lengths = projections.geodesic_lengths(projection.ellipsoid, lon[:-1], lat[:-1], lon[1:], lat[1:])
+        lengths = projections.geodesic_inverse(projection.ellipsoid, lon[:-1], lat[:-1], lon[1:], lat[1:])[0]
         moves = np.append(True, lengths > 0.0)  # a vertex may repeat the one before a turn away
         self.lon, self.lat, own = lon[moves], lat[moves], own[moves]
         self.ends = np.append(0.0, np.cumsum(lengths[lengths > 0.0]))
@@ -243,7 +243,9 @@ class _Course:
         """Longitudes, latitudes and azimuths at distances; vertices are as given, to the last bit."""
         k = np.clip(np.searchsorted(self.ends, at, side="right") - 1, 0, len(self.ends) - 2)
         ends = (self.lon[k], self.lat[k], self.lon[k + 1], self.lat[k + 1])
-        lon, lat, azimuth = projections.geodesic_courses(self.projection.ellipsoid, ends, at - self.ends[k])
+        ellipsoid = self.projection.ellipsoid
+        start = projections.geodesic_inverse(ellipsoid, *ends)[1]
+        lon, lat, azimuth = projections.geodesic_direct(ellipsoid, *ends[:2], start, at - self.ends[k])
         for number in (k, k + 1):
             vertex = at == self.ends[number]
             lon[vertex], lat[vertex] = self.lon[number[vertex]], self.lat[number[vertex]]

@@ -329,7 +329,8 @@ def _in_characters(
 
     land = np.ones(len(triangles))  # as all is on other bodies
     if not surface.domain.projection.is_of_another_body:
-        outline = earth.land_within(surface.domain.region.bounds, surfaces.coast_resolution(surface))
+        resolution = surfaces.coast_resolution(surface)
+        outline = earth.polygons_within("land", surface.domain.region.bounds, resolution)
         first = triangles[:, 0]
         land *= False if outline.is_empty else regions.get_region(outline).contains(lon[first], lat[first])
     return (count > 0).reshape(rows, columns), mean(measured[triangles].mean(axis=1)), mean(land) > 0.5

@@ -215,7 +215,7 @@ def outline_of(name: str) -> regions.Region:
 @functools.cache
 def outline_keys() -> dict[str, str]:
     """The outlines' keys of all countries, by name."""
-    return {row["name"]: row["iso_n3"] or row["name"] for row in earth.natural_earth.country_keys()}
+    return {row["name"]: row["iso_n3"] or row["name"] for row in earth.data_rows("countries.csv")}
 
 
 @functools.lru_cache(maxsize=4096)
@@ -234,11 +234,11 @@ def words_in(text: str) -> list[str]:
 def _vocabulary() -> tuple[re.Pattern[str], dict[str, str]]:
     """A pattern of all names, longest first, and the country of each: the USA of New Mexico."""
     names: dict[str, str] = {}
-    for row in earth.natural_earth.country_keys():
+    for row in earth.data_rows("countries.csv"):
         for name in (row["name"], *row["other_names"].split("|")):
             if name:
                 names.setdefault(name, row["name"])
-    for row in earth.state_keys():
+    for row in earth.data_rows("states.csv"):
         names.setdefault(row["name"], USA)
     names.update(_PARTS)
     longest = sorted(names, key=len, reverse=True)
@@ -263,7 +263,7 @@ class CountryPart:
         """True if an area of use is that of other states."""
         if not self.state:
             return False
-        others = {row["name"] for row in earth.state_keys()} - {self.state}
+        others = {row["name"] for row in earth.data_rows("states.csv")} - {self.state}
         return any(others.intersection(words_in(name)) for name in extents[:1])
 
     def has(self, record: projections.CrsRecord, extents: Sequence[str]) -> bool:
@@ -279,7 +279,7 @@ def part_of(home: str, region: regions.Region, points: WeightedPoints) -> Countr
     """The part of the `home` country that a region is, by its points with weights whose sum is 1."""
     if not home:
         return CountryPart()
-    for row in earth.state_keys() if home == USA else ():
+    for row in earth.data_rows("states.csv") if home == USA else ():
         outline = earth.state_outline(row["fips"])
         if points.weight @ _is_within(outline.bounds, points.lon, points.lat) < _IS_IN:
             continue

@@ -218,7 +218,7 @@ def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> project
         raise ValueError(f"Invalid purpose '{purpose}' for {region.name}. No CRS serves it there.")
     for note in found.warnings:
         support.tell(note)
-    return projections.to_pyproj(found.code)
+    return projections.CRS.from_user_input(found.code)
 
 
 # ---- data errors ---------------------------------------------------------------------------------

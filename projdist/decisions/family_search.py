@@ -358,7 +358,9 @@ class Members:
     def refine(self, start: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float, int]:
         """Free parameters of the best member near a start, its value at nodes, and the number of evaluations."""
         place = np.array([start[name] for name in self.variables])
-        last = numerics.descend(self._at(nodes), place, self.low, self.high, worst=self.objective.figure.is_maximum)
+        last = numerics.minimise(
+            self._at(nodes), self.low, self.high, worst=self.objective.figure.is_maximum, start=place
+        )
         best = self.named(last.place)
         return best, self.value(best, nodes), last.evaluations
 

@@ -370,7 +370,7 @@ def _turned(plane_map: PlaneMap, base: projections.Projection, north: tuple[floa
 def _inverse_error(crs: projections.DerivedCrs, nodes: BaseNodes) -> float:
     """Largest round-trip error of the region's nodes, metres."""
     lon, lat = nodes.lon[nodes.in_region], nodes.lat[nodes.in_region]
-    missed = projections.geodesic_lengths(nodes.base.ellipsoid, lon, lat, *crs.inverse(*crs.projection(lon, lat)))
+    missed = projections.geodesic_inverse(nodes.base.ellipsoid, lon, lat, *crs.inverse(*crs.projection(lon, lat)))[0]
     return float(np.max(np.where(np.isfinite(missed), missed, np.inf)))
 
 

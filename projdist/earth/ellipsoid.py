@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 import importlib.resources
 import math
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
 
+_EARTHLY = 6.35e6, 6.45e6  # metres
 _LARGEST_GLOBE = 100.0  # metres; the smallest body that PROJ knows, Itokawa, has 173
 
 
@@ -46,7 +48,7 @@ class Ellipsoid:
     @property
     def is_earthly(self) -> bool:
         """True if it has the size of the Earth."""
-        return 6.35e6 < self.a < 6.45e6
+        return _EARTHLY[0] < self.a < _EARTHLY[1]
 
     @property
     def is_of_another_body(self) -> bool:
@@ -54,8 +56,7 @@ class Ellipsoid:
 
         False for sizes of a globe, a unit sphere, or the Earth in kilometres.
         """
-        in_metres = self.a > _LARGEST_GLOBE and not Ellipsoid(1000.0 * self.a).is_earthly
-        return in_metres and not self.is_earthly
+        return self.a > _LARGEST_GLOBE and not any(_EARTHLY[0] < a < _EARTHLY[1] for a in (self.a, 1000.0 * self.a))
 
     @property
     def ground(self) -> Ellipsoid:
@@ -157,9 +158,6 @@ def chord_angle(one: FloatArray, other: FloatArray) -> FloatArray:
     return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(square), 1.0)))
 
 
-# ---- discontinuities -----------------------------------------------------------------------------
-
-
 class Discontinuities(NamedTuple):
     """Lines where a map is torn or bent: parallels, and meridians by hemisphere, in degrees."""
 
@@ -198,10 +196,8 @@ def _text(value: float, letters: str, end: float, minutes: bool) -> str:
     return text + ("" if value == 0.0 or (end == 180.0 and value == end) else letters[int(value < 0)])
 
 
-# ---- shipped tables ------------------------------------------------------------------------------
-
-
-def data_rows(name: str) -> list[dict[str, str]]:
+@functools.cache
+def data_rows(name: str) -> tuple[dict[str, str], ...]:
     """The rows of a CSV file shipped in projdist/data, by column."""
     file = importlib.resources.files("projdist") / "data" / name
-    return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+    return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))

@@ -7,16 +7,15 @@ import functools
 import importlib.resources
 import io
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth.ellipsoid import data_rows
 
 _HALF_TURN, _TURN = 180.0, 360.0
 _HALVINGS = 20  # of an interval: a curve that is not smooth is left alone
@@ -149,54 +148,76 @@ def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
 # ---- TopoJSON ------------------------------------------------------------------------------------
 
 
-Geometry = dict[str, Any]
-"""A TopoJSON geometry, with indices of arcs in place of points."""
-
 POLE_CAP = 89.99  # degrees; a ring beyond is an artefact of closing Antarctica, not a coast
 
 
-class Topology(NamedTuple):
-    """Geometries by object name, and their shared arcs in degrees."""
+class Outline(NamedTuple):
+    """Polygons of a country or state, or of all land or lakes, as lists of rings of arcs; ~i is arc i backwards."""
 
-    objects: dict[str, list[Geometry]]
-    arcs: list[FloatArray]
+    key: str
+    polygons: list[list[list[int]]]
+
+    @property
+    def arcs(self) -> set[int]:
+        """Indices of its arcs, without direction."""
+        return {max(index, ~index) for rings in self.polygons for ring in rings for index in ring}
+
+
+Topology = tuple[list[Outline], list[FloatArray]]
+"""Outlines, and their shared arcs in degrees."""
 
 
 @functools.cache
-def topology(name: str) -> Topology:
-    """The topology of a shipped file: TopoJSON, or packed by tools/make_outlines.py."""
+def _file(name: str) -> tuple[dict[str, list[Outline]], list[FloatArray]]:
+    """Outlines by object, and arcs, of a shipped file: TopoJSON, or packed by tools/make_outlines.py."""
     file = importlib.resources.files("projdist") / "data" / name
     if name.endswith(".npz"):  # steps with the sign in the lowest bit, stored by byte rank
         with np.load(io.BytesIO(file.read_bytes())) as packed:
             unsigned = np.ascontiguousarray(packed["steps"].transpose(2, 1, 0)).view("<u4")[..., 0].astype(np.int64)
             ends, scale, origin = np.cumsum(packed["sizes"]), packed["scale"], packed["origin"]
             objects = json.loads(packed["objects"].tobytes())
-        steps = np.where(unsigned % 2, -(unsigned + 1) // 2, unsigned // 2)
-        return Topology(objects, [np.cumsum(arc, axis=0) * scale + origin for arc in np.split(steps, ends[:-1])])
-    content = json.loads(file.read_text(encoding="utf-8"))
-    scale, origin = np.array(content["transform"]["scale"]), np.array(content["transform"]["translate"])
-    arcs = [np.cumsum(np.array(arc), axis=0) * scale + origin for arc in content["arcs"]]
-    return Topology({key: one["geometries"] for key, one in content["objects"].items()}, arcs)
+        steps = np.split(np.where(unsigned % 2, -(unsigned + 1) // 2, unsigned // 2), ends[:-1])
+    else:
+        content = json.loads(file.read_text(encoding="utf-8"))
+        scale, origin = np.array(content["transform"]["scale"]), np.array(content["transform"]["translate"])
+        objects = {name: one["geometries"] for name, one in content["objects"].items()}
+        steps = [np.array(arc) for arc in content["arcs"]]
+    outlines = {
+        name: [
+            Outline(
+                str(one.get("id") or one.get("properties", {}).get("name")),
+                one["arcs"] if one["type"] == "MultiPolygon" else [one["arcs"]],
+            )
+            for one in geometries
+        ]
+        for name, geometries in objects.items()
+    }
+    return outlines, [np.cumsum(arc, axis=0) * scale + origin for arc in steps]
 
 
-def arcs_used(geometry: Geometry) -> set[int]:
-    """Indices of the arcs of a geometry, without direction; ~i means arc i backwards."""
-    return {max(index, ~index) for rings in _polygons(geometry) for ring in rings for index in ring}
+def topology(what: str, resolution: str) -> Topology:
+    """The outlines of "land", "lakes", "countries" or, at 10m, "states"; raises ValueError."""
+    allowed = RESOLUTIONS[:2] if what == "lakes" else RESOLUTIONS
+    if resolution not in allowed:
+        raise ValueError(f"Invalid resolution '{resolution}'. It must be one of {', '.join(allowed)}.")
+    fine = "states-10m.npz" if what == "states" else "countries-10m.npz"
+    outlines, arcs = _file(fine if resolution == "10m" else f"{what}-{resolution}.json")
+    return outlines[what], arcs
 
 
 @GEOS_ARITHMETIC
-def decoded(geometry: Geometry, arcs: Sequence[FloatArray]) -> shapely.MultiPolygon:
-    """A geometry as plane polygons, cut at the antimeridian and closed along the poles."""
+def decoded(outlines: Iterable[Outline], arcs: Sequence[FloatArray]) -> shapely.MultiPolygon:
+    """Outlines as plane polygons, cut at the antimeridian and closed along the poles."""
     parts: list[shapely.Polygon] = []
-    for polygon in as_stored(geometry, arcs):
+    for polygon in as_stored(outlines, arcs):
         parts.extend(cut_at_antimeridian(polygon if polygon.is_valid else shapely.make_valid(polygon)))
     # Polygons that share an edge at the antimeridian are valid only when merged.
     return merged(parts)
 
 
-def as_stored(geometry: Geometry, arcs: Sequence[FloatArray]) -> Iterator[shapely.Polygon]:
-    """The polygons of a geometry, closed along the poles, with unwrapped longitudes; some cross themselves."""
-    for rings in _polygons(geometry):
+def as_stored(outlines: Iterable[Outline], arcs: Sequence[FloatArray]) -> Iterator[shapely.Polygon]:
+    """The polygons of outlines, closed along the poles, with unwrapped longitudes; some cross themselves."""
+    for rings in (rings for one in outlines for rings in one.polygons):
         points: list[FloatArray] = []
         for ring in rings:
             parts = [arcs[index] if index >= 0 else arcs[~index][::-1] for index in ring]
@@ -204,11 +225,6 @@ def as_stored(geometry: Geometry, arcs: Sequence[FloatArray]) -> Iterator[shapel
         # A tiny ring round the pole may precede Antarctica's coast as if it were the shell.
         shell, *holes = (ring for ring in points if np.abs(ring[:, 1]).min() < POLE_CAP)
         yield shapely.Polygon(closed_round_pole(shell), [beside(hole, shell) for hole in holes])
-
-
-def _polygons(geometry: Geometry) -> list[list[list[int]]]:
-    """Polygons of a geometry as lists of rings of arc indices."""
-    return geometry["arcs"] if geometry["type"] == "MultiPolygon" else [geometry["arcs"]]
 
 
 # ---- Natural Earth -------------------------------------------------------------------------------
@@ -234,21 +250,15 @@ class CountryBorder(NamedTuple):
 @functools.cache
 def land(resolution: str = "110m") -> shapely.MultiPolygon:
     """The land as polygons in degrees, longitudes -180 to 180; 10m takes some seconds."""
-    return decoded(*_only("land", resolution))
-
-
-def land_within(bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
-    """The part of `land` in bounds W, S, E, N in degrees, E may exceed 180; 10m takes 0.2 s, then some ms."""
-    return _within("land", bounds, resolution)
-
-
-def lakes_within(bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
-    """The part of `lakes` in bounds, as for `land_within`."""
-    return _within("lakes", bounds, resolution)
+    return decoded(*topology("land", resolution))
 
 
 @GEOS_ARITHMETIC
-def _within(what: str, bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
+def polygons_within(what: str, bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
+    """The part of the "land" or "lakes" in bounds W, S, E, N in degrees, E may exceed 180.
+
+    At 10m it takes 0.2 s, then some ms.
+    """
     polygons = _stored(what, resolution)
     west, south, east, north = bounds
     parts: list[shapely.Polygon] = []
@@ -264,7 +274,7 @@ def _within(what: str, bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
 
 @functools.cache
 def _stored(what: str, resolution: str) -> NDArray[np.object_]:
-    return np.array(list(as_stored(*_only(what, resolution))))
+    return np.array(list(as_stored(*topology(what, resolution))))
 
 
 @functools.cache
@@ -276,23 +286,15 @@ def lakes(resolution: str = "50m") -> shapely.MultiPolygon:
     At 1 : 50 million vertices are accurate to 2 km for 253 lakes and to 4 km for 22 of Siberia, New Zealand and
     Australia; Tanganyika and Balkhash are as at 1 : 110 million.
     """
-    return decoded(*_only("lakes", resolution))
-
-
-@functools.cache
-def country_keys() -> tuple[dict[str, str], ...]:
-    """The rows of countries.csv: `name`, `iso_a2`, `iso_a3`, `iso_n3`, `continent`, `other_names` with | between."""
-    return tuple(data_rows("countries.csv"))
+    return decoded(*topology("lakes", resolution))
 
 
 @functools.cache
 def country(key: str, resolution: str = "50m") -> shapely.MultiPolygon | None:
     """The polygons of a country by numeric ISO code, or name if it has none; None if it is too small for the data."""
-    objects, arcs = _topology("countries", resolution)
-    found = [decoded(one, arcs) for one in objects["countries"] if key == _key(one)]
-    if len(found) > 1:
-        return merged(found)
-    return found[0] if found else None
+    outlines, arcs = topology("countries", resolution)
+    found = [decoded([one], arcs) for one in outlines if one.key == key]
+    return merged(found) if len(found) > 1 else next(iter(found), None)
 
 
 def near(outline: shapely.MultiPolygon, lon: FloatArray, lat: FloatArray, degrees: float) -> BoolArray:
@@ -313,13 +315,13 @@ def countries_about(lon: FloatArray, lat: FloatArray) -> dict[str, BoolArray]:
 @functools.cache
 def _boxes() -> dict[str, FloatArray]:
     """West, south, east, north of countries with a margin; all longitudes if the antimeridian cuts one."""
-    objects, arcs = _topology("countries", "50m")
+    outlines, arcs = topology("countries", "50m")
     low, high = (np.array([end(arc, axis=0) for arc in arcs]) for end in (np.min, np.max))
-    used: dict[str, set[int]] = {}
-    for one in objects["countries"]:
-        used.setdefault(_key(one), set()).update(arcs_used(one))
+    used: dict[str, list[int]] = {}
+    for one in outlines:
+        used.setdefault(one.key, []).extend(one.arcs)
     return {
-        key: np.concatenate([low[list(some)].min(axis=0) - _MARGIN, high[list(some)].max(axis=0) + _MARGIN])
+        key: np.concatenate([low[some].min(axis=0) - _MARGIN, high[some].max(axis=0) + _MARGIN])
         for key, some in used.items()
     }
 
@@ -346,9 +348,9 @@ def shores(resolution: str = "50m") -> tuple[FloatArray, ...]:
 
 
 def _arcs(what: str, resolution: str) -> list[FloatArray]:
-    """Arcs of the only geometry of a file."""
-    geometry, arcs = _only(what, resolution)
-    return [arcs[index] for index in sorted(arcs_used(geometry))]
+    """Arcs of land or lakes."""
+    (outline,), arcs = topology(what, resolution)
+    return [arcs[index] for index in sorted(outline.arcs)]
 
 
 @functools.cache
@@ -357,35 +359,17 @@ def borders(resolution: str = "50m") -> tuple[CountryBorder, ...]:
 
     Longitudes are continuous, as in `coastlines`.
     """
-    objects, arcs = _topology("countries", resolution)
+    outlines, arcs = topology("countries", resolution)
     users: dict[int, set[str]] = {}
-    for geometry in objects["countries"]:
-        for index in arcs_used(geometry):
-            users.setdefault(index, set()).add(_key(geometry))
+    for one in outlines:
+        for index in one.arcs:
+            users.setdefault(index, set()).add(one.key)
     return tuple(
         CountryBorder(frozenset(keys), part)
         for index, keys in sorted(users.items())
         if len(keys) > 1
         for part in _without_cuts(arcs[index])
     )
-
-
-def _key(geometry: Geometry) -> str:
-    return str(geometry.get("id", geometry["properties"]["name"]))
-
-
-def _topology(what: str, resolution: str) -> Topology:
-    allowed = RESOLUTIONS[:2] if what == "lakes" else RESOLUTIONS
-    if resolution not in allowed:
-        raise ValueError(f"Invalid resolution '{resolution}'. It must be one of {', '.join(allowed)}.")
-    return topology("countries-10m.npz" if resolution == "10m" else f"{what}-{resolution}.json")
-
-
-def _only(what: str, resolution: str) -> tuple[Geometry, list[FloatArray]]:
-    """The only geometry of a file, and the arcs."""
-    objects, arcs = _topology(what, resolution)
-    (geometry,) = objects[what]
-    return geometry, arcs
 
 
 _ON_CUT = 1e-6  # degrees
@@ -409,23 +393,10 @@ def _less(line: FloatArray, left_out: BoolArray) -> Iterator[FloatArray]:
             yield line[piece[0] : piece[-1] + 2]
 
 
-# ---- states --------------------------------------------------------------------------------------
-
-
-@functools.cache
-def state_keys() -> tuple[dict[str, str], ...]:
-    """The rows of states.csv: `name`, `postal`, `fips`, `other_names` with | between."""
-    return tuple(data_rows("states.csv"))
-
-
 def state_outline(fips: str) -> shapely.MultiPolygon:
     """The polygons of a state, the District of Columbia or a territory by its FIPS code, at 1 : 10 million."""
-    objects, arcs = topology("states-10m.npz")
-    (geometry,) = (one for one in objects["states"] if one["id"] == fips)
-    return decoded(geometry, arcs)
-
-
-# ---- cities --------------------------------------------------------------------------------------
+    outlines, arcs = topology("states", "10m")
+    return decoded((one for one in outlines if one.key == fips), arcs)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -175,12 +175,12 @@ def raster(
 
         def places(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
             """Degrees of coordinates; NaN beyond the poles, where outer pixels may lie."""
-            lon, lat = graticule.degrees(u, v)
+            lon, lat = graticule.angles.to_degrees(u, v)
             outside = np.abs(lat) > 90.0
             return np.where(outside, np.nan, normalised(lon)), np.where(outside, np.nan, lat)
 
         west, south, east, north = area.bounds
-        (x0, x1), (y0, y1) = graticule.coordinates(np.array([west, east]), np.array([south, north]))
+        (x0, x1), (y0, y1) = graticule.angles.from_degrees(np.array([west, east]), np.array([south, north]))
         extent = float(x0), float(y0), float(x1), float(y1)
         found, wkt = pixels(extent, len(chosen), size, resolution), graticule.wkt
         values = _values(projection, chosen, area, places, found)

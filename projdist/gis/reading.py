@@ -193,7 +193,7 @@ def save_points(
             import geopandas
         given = Projection.from_user_input(projection)
         graticule = projections.graticule_of(given)
-        points = geopandas.points_from_xy(*graticule.coordinates(*projections.places(given, frame)))
+        points = geopandas.points_from_xy(*graticule.angles.from_degrees(*projections.places(given, frame)))
         layer = geopandas.GeoDataFrame(frame, geometry=points, crs=graticule.wkt)
     if suffix == ".geojson":
         try:

@@ -1,4 +1,4 @@
-from .minima import descend, descend_lattice, lattice, least_between, least_largest, least_squares, minimise
+from .minima import descend_lattice, lattice, least_between, least_largest, least_squares, minimise
 from .polynomials import (
     DIFFERENTIATE,
     LEGENDRE,
@@ -26,7 +26,6 @@ __all__ = [
     "Estimate",
     "HarmonicFit",
     "PlanePolynomials",
-    "descend",
     "descend_lattice",
     "fit_harmonic",
     "get_criterion",

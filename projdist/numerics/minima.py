@@ -65,30 +65,31 @@ def lattice(dimensions: int, count: int) -> FloatArray:
 
 
 def minimise(
-    function: Terms, low: FloatArray, high: FloatArray, *, worst: bool, count: int | None = None
+    function: Terms,
+    low: FloatArray,
+    high: FloatArray,
+    *,
+    worst: bool,
+    count: int | None = None,
+    start: FloatArray | None = None,
 ) -> BoxMinimum:
     """Minimum over the box of the sum of squares of a function's terms, or, with `worst`, of the largest term.
 
     With `worst` the terms have the shape (groups, n), and the sum of the groups' largest terms is minimised.
-    `count` points are tried before the descents; by default 24 in one dimension, 53 in two, 126 in four.
+    `count` points are tried before the descents; by default 24 in one dimension, 53 in two, 126 in four. With a
+    `start` the minimum is the local one that a descent from there finds.
     """
     counted = _Counted(function, low, high, worst)
     dimensions = low.size
     if not dimensions:
         return BoxMinimum(low, counted.value(low), 1)
-    points = lattice(dimensions, count or int(12 * dimensions * (dimensions + 3) ** 0.5))
-    values = np.array([counted.value(point) for point in points])
-    found = [_descend(counted, start, _ROUGH) for start in _starts(points, values)]
-    best = _descend(counted, min(found, key=counted.value), _FINE)
-    return BoxMinimum(counted.place(best), counted.value(best), counted.evaluations)
-
-
-def descend(function: Terms, start: FloatArray, low: FloatArray, high: FloatArray, *, worst: bool) -> BoxMinimum:
-    """Local minimum from a start; arguments as for `minimise`."""
-    counted = _Counted(function, low, high, worst)
-    if not low.size:
-        return BoxMinimum(low, counted.value(low), 1)
-    best = _descend(counted, (start - low) / counted.width, _FINE)
+    if start is None:
+        points = lattice(dimensions, count or int(12 * dimensions * (dimensions + 3) ** 0.5))
+        values = np.array([counted.value(point) for point in points])
+        begin = min((_descend(counted, one, _ROUGH) for one in _starts(points, values)), key=counted.value)
+    else:
+        begin = (start - low) / counted.width
+    best = _descend(counted, begin, _FINE)
     return BoxMinimum(counted.place(best), counted.value(best), counted.evaluations)
 
 
@@ -143,6 +144,7 @@ _ROUGH, _FINE = _Effort(1e-4, 1e-5, "2-point"), _Effort(1e-10, 1e-14, "3-point")
 
 
 def _descend(counted: _Counted, start: FloatArray, effort: _Effort) -> FloatArray:
+    """The better of the place that a descent finds and that place moved to the edges that are near."""
     found = _minimax(counted, start, effort) if counted.worst else _least_squares(counted, start, effort)
     edges = np.where(found < _AT_EDGE, 0.0, np.where(found > 1.0 - _AT_EDGE, 1.0, found))
     return min((found, edges), key=counted.value)

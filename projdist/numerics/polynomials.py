@@ -15,17 +15,12 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(ORDER)
 PLANE_WEIGHTS = WEIGHTS[:, None] * WEIGHTS
 
 
-def _differentiation_matrix(x: FloatArray) -> FloatArray:
-    """D with (D f)_i = f'(x_i) for polynomials through the nodes (Berrut & Trefethen 2004, section 9.3)."""
-    gap = x[:, None] - x[None, :] + np.eye(len(x))
-    barycentric = 1.0 / np.prod(gap, axis=1)
-    D = (barycentric[None, :] / barycentric[:, None]) / gap
-    np.fill_diagonal(D, 0.0)
-    np.fill_diagonal(D, -D.sum(axis=1))
-    return D
-
-
-DIFFERENTIATE = _differentiation_matrix(NODES)
+# D with (D f)_i = f'(x_i) for polynomials through the nodes (Berrut & Trefethen 2004, section 9.3).
+_GAP = NODES[:, None] - NODES[None, :] + np.eye(ORDER)
+_BARYCENTRIC = 1.0 / np.prod(_GAP, axis=1)
+DIFFERENTIATE = (_BARYCENTRIC[None, :] / _BARYCENTRIC[:, None]) / _GAP
+np.fill_diagonal(DIFFERENTIATE, 0.0)
+np.fill_diagonal(DIFFERENTIATE, -DIFFERENTIATE.sum(axis=1))
 # From values at the nodes to Legendre coefficients.
 LEGENDRE = (np.arange(ORDER) + 0.5)[:, None] * np.polynomial.legendre.legvander(NODES, ORDER - 1).T * WEIGHTS
 

@@ -30,15 +30,12 @@ class Estimate(NamedTuple):
         return Estimate(root, 0.0 if self.error <= 0 else self.error / (root + math.sqrt(square + self.error)))
 
 
-# ---- statistics ----------------------------------------------------------------------------------
-
-
 Criterion = Callable[[FloatArray, FloatArray], float]
 
 
 def mean(values: FloatArray, weights: FloatArray) -> float:
     """Weighted arithmetic mean."""
-    values, weights = _defined(values, weights)
+    values, weights = _defined(values, weights, rule=True)
     return float(np.sum(weights * values) / np.sum(weights)) if values.size else np.nan
 
 
@@ -64,13 +61,13 @@ def p95(values: FloatArray, weights: FloatArray) -> float:
 
 def maximum(values: FloatArray, weights: FloatArray) -> float:
     """Largest value of positive weight."""
-    values, _ = _of_positive_weight(values, weights)
+    values, _ = _defined(values, weights)
     return float(values.max()) if values.size else np.nan
 
 
 def minimum(values: FloatArray, weights: FloatArray) -> float:
     """Smallest value of positive weight."""
-    values, _ = _of_positive_weight(values, weights)
+    values, _ = _defined(values, weights)
     return float(values.min()) if values.size else np.nan
 
 
@@ -81,7 +78,7 @@ def quantile(values: ArrayLike, weights: ArrayLike, share: float) -> float:
 
 def quantiles(values: ArrayLike, weights: ArrayLike, shares: Sequence[float]) -> list[float]:
     """Quantiles of several shares, sorting once."""
-    values, weights = _of_positive_weight(values, weights)
+    values, weights = _defined(values, weights)
     if not values.size:
         return [np.nan] * len(shares)
     order = np.argsort(values)
@@ -89,23 +86,19 @@ def quantiles(values: ArrayLike, weights: ArrayLike, shares: Sequence[float]) ->
     return [float(np.interp(share * weights.sum(), cumulative, values[order])) for share in shares]
 
 
-def _defined(values: ArrayLike, weights: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    values, weights = np.asarray(values, dtype=float).ravel(), np.asarray(weights, dtype=float).ravel()
-    if values.shape != weights.shape:
-        raise ValueError(f"Invalid weights of size {weights.size}. There must be one for each of {values.size} values.")
-    count = np.isfinite(values) & np.isfinite(weights) & (weights != 0)
-    return values[count], weights[count]
-
-
-def _of_positive_weight(values: ArrayLike, weights: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Finite values of positive weight; raises ValueError for negative weights, as of rules over polygons."""
-    values, weights = _defined(values, weights)
-    if (weights < 0).any():
+def _defined(values: ArrayLike, weights: ArrayLike, *, rule: bool = False) -> tuple[FloatArray, FloatArray]:
+    """Finite values of a weight, which only a `rule` may have negative, as over polygons; raises ValueError."""
+    v, w = np.asarray(values, dtype=float).ravel(), np.asarray(weights, dtype=float).ravel()
+    if v.shape != w.shape:
+        raise ValueError(f"Invalid weights of size {w.size}. There must be one for each of {v.size} values.")
+    count = np.isfinite(v) & np.isfinite(w) & (w != 0)
+    v, w = v[count], w[count]
+    if not rule and (w < 0).any():
         raise ValueError(
-            f"Invalid weight '{weights.min():.3g}'. It must not be negative, as those of samples over polygons are: "
+            f"Invalid weight '{w.min():.3g}'. It must not be negative, as those of samples over polygons are: "
             "they make means, and no quantiles, maxima or minima; Field.statistic and summarize find these."
         )
-    return values, weights
+    return v, w
 
 
 CRITERIA: Registry[Criterion] = Registry(

@@ -56,7 +56,7 @@ NOT_IN_METRES = {
 
 
 _OF_THE_EARTH = ("EPSG", "ESRI", "IGNF")
-_MOST = 6  # hints: Eckert and Wagner each made that many maps
+MOST_HINTS = 6  # hints: Eckert and Wagner each made that many maps
 
 
 def normalised(text: str) -> str:
@@ -74,7 +74,7 @@ def close_names(text: str) -> list[str]:
     """Names that begin with the text, are spelt almost like it, or that it begins with; empty if none is close."""
     known, wanted = _spellings(), normalised(text)
     found = close_words(wanted, known) or [key for key in known if wanted.startswith(f"{key}-")]
-    return list(dict.fromkeys(known[key] for key in found))[:_MOST]
+    return list(dict.fromkeys(known[key] for key in found))[:MOST_HINTS]
 
 
 def close_ids(text: str) -> list[str]:
@@ -105,24 +105,13 @@ def codes_elsewhere(authority: str, number: str) -> list[str]:
     ]
 
 
-def crs_code(text: str) -> str:
-    """The code of the projected CRS of a name, in capitals or not; nothing where there is none."""
-    return _crs_names().get(folded(text), ("", ""))[0]
-
-
-def close_crs_names(text: str) -> list[str]:
-    """Names of projected CRSs that are spelt nearly so."""
-    known = _crs_names()
-    return [known[name][1] for name in close_words(folded(text), known)][:_MOST]
-
-
 def folded(text: str) -> str:
     """A name without what programs spell in different ways: capitals, spaces, underscores, brackets."""
     return re.sub(r"[^a-z0-9+]+", "", text.lower())
 
 
 @functools.cache
-def _crs_names() -> dict[str, tuple[str, str]]:
+def crs_names() -> dict[str, tuple[str, str]]:
     """Codes and names of the projected CRSs of the Earth by their folded names; of a name of several, EPSG's code."""
     found: dict[str, tuple[str, str]] = {}
     for authority in _OF_THE_EARTH:
@@ -139,13 +128,8 @@ def database() -> Iterator[sqlite3.Connection]:
         yield connection
 
 
-def is_registered(name: str) -> bool:
-    """True if a CRS of PROJ's database has exactly this name, or may have it because the database cannot be read."""
-    return not (names := _registered_names()) or name in names
-
-
 @functools.cache
-def _registered_names() -> frozenset[str]:
+def registered_names() -> frozenset[str]:
     """Names of all CRSs in PROJ's database, 1 MB; empty if it cannot be read."""
     try:
         with database() as db:

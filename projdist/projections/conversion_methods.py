@@ -29,16 +29,20 @@ class StatedParameter(NamedTuple):
     @property
     def kind(self) -> str:
         """Its kind, by any program's name; "" if no program knows it."""
-        return _KIND_OF.get(folded(self.name), "")
+        return kind_of(self.name).kind
 
 
-# Kinds of parameters: the quantity (angle, length, scale, or option, a choice between methods), and the names: that of
-# WKT 1 first, EPSG's, GDAL's and GeoTools', Esri's, and those of the CF conventions. Case and spaces do not count.
-_QUANTITIES = {row["kind"]: row["quantity"] for row in data_rows("parameter_names.csv")}
-_SPELLINGS = {row["kind"]: row["names"].split(";") for row in data_rows("parameter_names.csv")}
-_KIND_OF = {folded(name): kind for kind, names in _SPELLINGS.items() for name in names}
-# The names of parameters in WKT 2 by EPSG's code, or by a word of ours where there is none.
-_NAMES = {row["code"]: row["name"] for row in data_rows("method_parameters.csv")}
+class ParameterKind(NamedTuple):
+    """A kind of parameters: its quantity (angle, length, scale, or option, a choice between methods), and its names.
+
+    These are that of WKT 1 first, EPSG's, GDAL's and GeoTools', Esri's, and those of the CF conventions.
+    """
+
+    kind: str = ""
+    quantity: str = ""
+    names: tuple[str, ...] = ()
+
+
 _LATITUDES = {"latitude", "parallel_1", "parallel_2"}
 _ROTATIONS = {"option", "skew"}  # Esri's XY_Plane_Rotation is one
 _UNITS = {"angle": "degree", "length": "metre", "scale": "unity"}
@@ -46,9 +50,22 @@ _SAME = 1e-9  # relative: a value that programs write with other digits
 _SAME_VALUE = 1e-6  # degrees: EPSG has Krovak's angle to 0.0001", and Esri another last digit
 
 
+@functools.cache
+def _kinds() -> dict[str, ParameterKind]:
+    """Kinds by their folded names."""
+    rows = data_rows("parameter_names.csv")
+    kinds = [ParameterKind(row["kind"], row["quantity"], tuple(row["names"].split(";"))) for row in rows]
+    return {folded(name): kind for kind in kinds for name in kind.names}
+
+
+def kind_of(name: str) -> ParameterKind:
+    """The kind of the parameter that any program calls so; an empty one if none does."""
+    return _kinds().get(folded(name), ParameterKind())
+
+
 @dataclass(frozen=True)
 class _Parameter:
-    """A parameter that a method takes.
+    """A parameter that a method takes: its name in WKT 2, and EPSG's code, "" if it has none.
 
     `values` are the only ones that PROJ supports; empty if it takes any. `instead` is a kind that files may state in
     its place.
@@ -56,19 +73,13 @@ class _Parameter:
 
     name: str
     code: str
-    kind: str
     optional: bool
     values: tuple[float, ...]
     instead: str
 
-    @property
-    def quantity(self) -> str:
-        return _QUANTITIES[self.kind]
-
-    @property
-    def spoken(self) -> str:
-        """Its name in messages, followed by that of WKT 1."""
-        return f"{self.name} ({_SPELLINGS[self.kind][0]})"
+    @functools.cached_property
+    def kind(self) -> ParameterKind:
+        return kind_of(self.name)
 
     def has(self, value: float) -> bool:
         """True if PROJ supports the value."""
@@ -91,6 +102,28 @@ class _Method:
     options: dict[str, float]
 
 
+@functools.cache
+def _methods() -> tuple[_Method, ...]:
+    """The table of methods, whose parameters are `8801`, `8801?` that may be missing, `8801=90,-90`, `8832|latitude`.
+
+    A parameter without EPSG's code has a word of ours in its place.
+    """
+    names = {row["code"]: row["name"] for row in data_rows("method_parameters.csv")}
+    methods = []
+    for row in data_rows("methods.csv"):
+        parameters = []
+        for text in row["parameters"].split():
+            entry, _, instead = text.partition("|")
+            entry, _, values = entry.partition("=")
+            key, known = entry.removesuffix("?"), tuple(map(float, filter(None, values.split(","))))
+            code = key if key.isdigit() else ""
+            parameters.append(_Parameter(names[key], code, entry.endswith("?"), known, instead))
+        others = frozenset(folded(name) for name in row["other_names"].split(";") if name)
+        options = {folded(key): float(value) for key, value in (text.split("=") for text in row["options"].split())}
+        methods.append(_Method(row["method"], row["code"], others, tuple(parameters), options))
+    return tuple(methods)
+
+
 @dataclass
 class _Reading:
     """Match of stated parameters to a method: PROJJSON of those taken, and their values by folded stated name."""
@@ -105,7 +138,7 @@ class _Reading:
         return [
             wanted
             for wanted in self.method.parameters
-            if wanted not in self.taken and not wanted.optional and wanted.kind not in ("easting", "northing")
+            if wanted not in self.taken and not wanted.optional and wanted.kind.kind not in ("easting", "northing")
         ]
 
     @property
@@ -124,16 +157,12 @@ class _Reading:
         name, kind = folded(item.name), item.kind
         if kind == "option" and self.method.options.get(name) == item.value:
             return True
-        same = functools.partial(math.isclose, item.value, rel_tol=_SAME)
-        if name in self.names and same(self.names[name]):
-            return True
-        return any(
-            same(value["value"])
-            for wanted, value in self.taken.items()
-            if (kind and kind in (wanted.kind, wanted.instead))
-            or {kind, wanted.kind} <= _LATITUDES
-            or {kind, wanted.kind} == _ROTATIONS
-        )
+        alike = [self.names[name]] if name in self.names else []
+        for wanted, value in self.taken.items():
+            both = {kind, wanted.kind.kind}
+            if (kind and kind in (wanted.kind.kind, wanted.instead)) or both <= _LATITUDES or both == _ROTATIONS:
+                alike.append(value["value"])
+        return any(math.isclose(item.value, value, rel_tol=_SAME) for value in alike)
 
     def is_idle(self, item: StatedParameter) -> bool:
         """True if a parameter unknown to the method changes nothing: 0, a scale of 1, the pole of a polar map."""
@@ -143,47 +172,7 @@ class _Reading:
         return item.kind != "" and item.value == neutral
 
 
-@functools.cache
-def _methods() -> tuple[_Method, ...]:
-    return tuple(
-        _Method(
-            row["method"],
-            row["code"],
-            frozenset(folded(name) for name in row["other_names"].split(";") if name),
-            tuple(map(_parameter, row["parameters"].split())),
-            {folded(key): float(value) for key, _, value in (text.partition("=") for text in row["options"].split())},
-        )
-        for row in data_rows("methods.csv")
-    )
-
-
-def _parameter(entry: str) -> _Parameter:
-    """A parameter of the table, as `8801`, `8801?` that may be missing, `8801=90,-90`, or `8832|latitude`."""
-    entry, _, instead = entry.partition("|")
-    entry, _, values = entry.partition("=")
-    key = entry.removesuffix("?")
-    name = _NAMES[key]
-    return _Parameter(
-        name=name,
-        code=key if key.isdigit() else "",
-        kind=_KIND_OF[folded(name)],
-        optional=entry.endswith("?"),
-        values=tuple(map(float, values.split(","))) if values else (),
-        instead=instead,
-    )
-
-
-def is_parameter(name: str) -> bool:
-    """True if any program uses the name for a parameter."""
-    return folded(name) in _KIND_OF
-
-
-def known_method(name: str) -> bool:
-    """True if the table has a method of this name or alias."""
-    return bool(_candidates(name, ""))
-
-
-def _candidates(name: str, code: str) -> list[_Method]:
+def methods_named(name: str, code: str = "") -> list[_Method]:
     """Methods with the EPSG code or else the name, then those with the name as an alias."""
     wanted = folded(name)
     own = [method for method in _methods() if code and method.code == code] or [
@@ -208,7 +197,7 @@ def reconciled(crs: dict[str, Any], stated: Sequence[StatedParameter] | None) ->
     method = conversion["method"]
     identity = method.get("id", {})
     code = str(identity["code"]) if identity.get("authority") == "EPSG" else ""  # PROJ has ids of its own, too
-    reading = _best_reading(_candidates(method["name"], code), read, stated, code)
+    reading = _best_reading(methods_named(method["name"], code), read, stated, code)
     if reading is None:  # not in the table: left to PROJ
         return crs
     _complete(reading, str(crs["name"]))
@@ -223,7 +212,7 @@ def reconciled(crs: dict[str, Any], stated: Sequence[StatedParameter] | None) ->
 
 def conversion_of_names(method: str, stated: Sequence[StatedParameter], name: str) -> dict[str, Any]:
     """PROJJSON of a conversion by a method's name, parameters in degrees and metres, checked as by `reconciled`."""
-    reading = _best_reading(_candidates(method, ""), [], stated)
+    reading = _best_reading(methods_named(method), [], stated)
     if reading is None:
         raise ProjectionError(f"Invalid CRS '{shown(name)}'. PROJ does not know the method '{shown(method)}'.")
     _complete(reading, name)
@@ -257,8 +246,9 @@ def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[S
             own = str(item.get("id", {}).get("code", ""))
             if own == wanted.code if own and wanted.code else folded(item["name"]) == folded(wanted.name):
                 reading.take(wanted, item, item["name"])
-    for kinds in ([wanted.kind for wanted in method.parameters], [wanted.instead for wanted in method.parameters]):
-        for wanted, kind in zip(method.parameters, kinds, strict=True):
+    for in_place in (False, True):
+        for wanted in method.parameters:
+            kind = wanted.instead if in_place else wanted.kind.kind
             unread = (item for item in stated if item.kind == kind and folded(item.name) not in reading.names)
             found = next(unread, None)
             if kind and found is not None and wanted not in reading.taken:
@@ -275,19 +265,20 @@ def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[S
 def _unit(wanted: _Parameter, name: str, read: Sequence[dict[str, Any]]) -> Any:
     """The unit of a parameter stated by a name: that which PROJ read for it, or for others of its quantity."""
     alike = (item for item in read if folded(item["name"]) == folded(name))
-    others = (item for item in read if _QUANTITIES.get(_KIND_OF.get(folded(item["name"]), "")) == wanted.quantity)
-    return next((item["unit"] for item in (*alike, *others) if "unit" in item), _UNITS[wanted.quantity])
+    quantity = wanted.kind.quantity
+    others = (item for item in read if kind_of(item["name"]).quantity == quantity)
+    return next((item["unit"] for item in (*alike, *others) if "unit" in item), _UNITS[quantity])
 
 
 def _complete(reading: _Reading, name: str) -> None:
     """Warn of unused parameters, set missing scales to 1, and raise if any other parameter is missing."""
     method = reading.method
     strange = [item for item in reading.unused if not item.kind]
-    needed = [wanted for wanted in reading.missing if wanted.quantity != "scale"]
+    needed = [wanted for wanted in reading.missing if wanted.kind.quantity != "scale"]
     if needed:
         hint = did_you_mean([meant for item in strange for meant in _close(item.name, needed)])
         unused = listed([f"'{shown(item.name)}'" for item in reading.unused], "and")
-        lacking = listed([item.spoken for item in needed], "and the")
+        lacking = listed([f"{item.name} ({item.kind.names[0]})" for item in needed], "and the")
         raise ProjectionError(
             f"Invalid CRS '{shown(name)}'. {method.name} needs the {lacking}"
             + (f", and has no use for {unused}. {hint}".rstrip() if unused else ".")
@@ -304,13 +295,14 @@ def _complete(reading: _Reading, name: str) -> None:
             f"use. {hint}".rstrip()
         )
     for wanted in reading.missing:  # only scales are left
-        tell(f"The CRS '{shown(name)}' states no {wanted.spoken} for {method.name}: it is taken for 1.")
+        spoken = f"{wanted.name} ({wanted.kind.names[0]})"
+        tell(f"The CRS '{shown(name)}' states no {spoken} for {method.name}: it is taken for 1.")
         reading.taken[wanted] = wanted.written(1.0, _UNITS["scale"])
 
 
 def _close(name: str, wanted: Sequence[_Parameter]) -> list[str]:
     """The closest known name of a misspelt parameter, in its style of capitals."""
-    known = {folded(spelling): spelling for item in wanted for spelling in _SPELLINGS[item.kind]}
+    known = {folded(spelling): spelling for item in wanted for spelling in item.kind.names}
     found = difflib.get_close_matches(folded(name), known, n=1, cutoff=NEAR)
     capitals = re.search(r"_[A-Z]", name) is not None
     return [known[key].title() if capitals and "_" in known[key] else known[key] for key in found]

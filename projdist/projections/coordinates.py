@@ -1,28 +1,32 @@
-"""Coordinates of other CRSs: of a map's plane, of its graticule, of data; geodesics and datum transformations."""
+"""Coordinates of other CRSs: of a map's plane, of its graticule, of data and tables; geodesics, datum transformations.
+
+pandas and geopandas are not imported: anything with their methods is a frame.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, Self, TypeGuard, runtime_checkable
 
 import numpy as np
 import pyproj.exceptions
+from numpy.typing import ArrayLike
 from pyproj import CRS, Geod, Transformer
 from pyproj.enums import TransformDirection
 
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS, WGS84, Ellipsoid
-from projdist.projections import operations
-from projdist.projections.catalogue import close_codes
-from projdist.projections.crs import bounds_of, parse_crs, read_crs
+from projdist.projections import catalogue, operations
+from projdist.projections.crs import bounds_of, read_crs
 from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import base_crs, same_coordinates, unprojected
-from projdist.projections.operations import CrsOperation
+from projdist.projections.operations import CrsOperation, GeographicAxes
 from projdist.projections.projection import Projection
-from projdist.support import did_you_mean, shown
+from projdist.support import MISSING, did_you_mean, has_decimal_comma, number_of, numbered_rows, shown, tell
 
 _SAME_ELLIPSOID = 1e-6  # relative: GRS 80 and WGS 84 are equal, WGS 72 is not
 _BACK = 1e-6  # of the Earth's radius: inverses are accurate to centimetres or better
@@ -76,30 +80,18 @@ def projected_crs_of(projection: Projection) -> ProjectedCrs | None:
 def same_map(projection: Projection, wkt: str) -> CrsOperation | None:
     """The operation of a projected CRS if it is the same map as a projection, else None."""
     try:
-        candidate = Projection(*parse_crs(wkt))
+        candidate = Projection.from_user_input(wkt)
     except ProjectionError:
         return None
     function = candidate.function
     return function if isinstance(function, CrsOperation) and same_coordinates(projection, candidate) else None
 
 
-@dataclass(frozen=True)
-class Graticule:
-    """The geographic CRS of a map's longitudes and latitudes, in WKT2.
-
-    `operation` converts to and from Greenwich degrees; None if the coordinates are Greenwich degrees.
-    """
+class Graticule(NamedTuple):
+    """The geographic CRS of a map's longitudes and latitudes, in WKT2, and how it counts them."""
 
     wkt: str
-    operation: CrsOperation | None
-
-    def coordinates(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Greenwich degrees to coordinates of the CRS, longitude first."""
-        return (lon, lat) if self.operation is None else self.operation.geodetic(lon, lat)
-
-    def degrees(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Coordinates of the CRS, longitude first, to Greenwich degrees."""
-        return (u, v) if self.operation is None else self.operation.degrees(u, v)
+    angles: GeographicAxes
 
 
 def graticule_of(projection: Projection) -> Graticule:
@@ -112,7 +104,7 @@ def graticule_of(projection: Projection) -> Graticule:
     if isinstance(operation, CrsOperation):
         geodetic = operations.geographic_base(CRS.from_wkt(operation.crs))
         if geodetic is not None:
-            return Graticule(geodetic.to_2d().to_wkt(), operation)
+            return Graticule(geodetic.to_2d().to_wkt(), operation.angles)
     ellipsoid = projection.ellipsoid
     if ellipsoid.is_sphere:
         wgs84 = abs(ellipsoid.a / MEAN_EARTH_RADIUS - 1.0) < _EARTHLY
@@ -120,9 +112,9 @@ def graticule_of(projection: Projection) -> Graticule:
         figures = np.array([ellipsoid.a / WGS84.a, ellipsoid.f / WGS84.f])
         wgs84 = bool((np.abs(figures - 1.0) < _SAME_ELLIPSOID).all())
     if wgs84:
-        return Graticule(CRS.from_epsg(4326).to_wkt(), None)
-    b = ellipsoid.a * (1.0 - ellipsoid.f)
-    return Graticule(CRS.from_user_input(f"+proj=longlat +a={ellipsoid.a!r} +b={b!r} +type=crs").to_wkt(), None)
+        return Graticule(CRS.from_epsg(4326).to_wkt(), GeographicAxes())
+    own = f"+proj=longlat +a={ellipsoid.a!r} +b={ellipsoid.a * (1.0 - ellipsoid.f)!r} +type=crs"
+    return Graticule(CRS.from_user_input(own).to_wkt(), GeographicAxes())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,8 +127,7 @@ class DataCrs:
     name: str
     has_degrees: bool
     transformer: Transformer
-    greenwich: float
-    per_degree: float
+    angles: GeographicAxes
     tolerance: float  # in the unit of u, v; infinite for longitudes and latitudes, which are not mapped back
 
     def degrees(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -172,7 +163,7 @@ class DataCrs:
             return lon, lat, np.asarray(~(np.hypot(back_u - u, back_v - v) <= self.tolerance))
 
     def _degrees(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        lon, lat = lon / self.per_degree + self.greenwich, lat / self.per_degree
+        lon, lat = self.angles.to_degrees(lon, lat)
         undefined = ~(np.isfinite(lon) & np.isfinite(lat))
         return np.where(undefined, np.nan, lon), np.where(undefined, np.nan, lat)
 
@@ -199,10 +190,9 @@ def data_crs_of(projection: Projection, crs: Any, thing: str = "points") -> Data
     of_angles = source.is_geographic or source.type_name == "Geodetic CRS"
     return DataCrs(
         name=source.name,
-        has_degrees=operations.has_plain_axes(source) and operations.units_per_degree(source) == 1.0,
+        has_degrees=operations.has_plain_axes(source) and GeographicAxes.of(source).per_degree == 1.0,
         transformer=transformer,
-        greenwich=operations.greenwich_offset(target),
-        per_degree=operations.units_per_degree(target),
+        angles=GeographicAxes.of(target),
         tolerance=np.inf if of_angles else _BACK * projection.ellipsoid.a / unit,
     )
 
@@ -225,7 +215,7 @@ def crs_of(value: Any) -> CRS:
     except ProjectionError:
         raise
     except (pyproj.exceptions.CRSError, TypeError) as error:
-        hint = did_you_mean(close_codes(value)) if isinstance(value, str) else ""
+        hint = did_you_mean(catalogue.close_codes(value)) if isinstance(value, str) else ""
         raise ValueError(f"Invalid CRS '{shown(str(value))}'. {hint}It must be a CRS that PROJ knows.") from error
 
 
@@ -270,75 +260,36 @@ def to_lonlat(value: Any) -> Callable[[FloatArray, FloatArray], tuple[FloatArray
 
 def geodesics(ring: FloatArray, ellipsoid: Ellipsoid) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
     """Curve along geodesics through vertices (m, 2) of a ring; vertex k is at parameter k."""
-    geod = _geod(ellipsoid)
     lon, lat = ring.T
-    azimuth, _, length = (np.asarray(values) for values in geod.inv(lon[:-1], lat[:-1], lon[1:], lat[1:]))
+    length, azimuth, _ = geodesic_inverse(ellipsoid, lon[:-1], lat[:-1], lon[1:], lat[1:])
 
     def curve(t: FloatArray) -> tuple[FloatArray, FloatArray]:
-        k = np.minimum(t.astype(int), len(azimuth) - 1)
-        to_lon, to_lat, _ = geod.fwd(lon[k], lat[k], azimuth[k], length[k] * (t - k))
-        # Vertices are returned exactly as given, so that a ring stays closed.
-        vertex = t == np.floor(t)
         number = t.astype(int)
+        k = np.minimum(number, len(azimuth) - 1)
+        to_lon, to_lat, _ = geodesic_direct(ellipsoid, lon[k], lat[k], azimuth[k], length[k] * (t - k))
+        vertex = t == np.floor(t)  # returned exactly as given, so that a ring stays closed
         return np.where(vertex, lon[number], to_lon), np.where(vertex, lat[number], to_lat)
 
     return curve
 
 
-def geodesic_lengths(
-    ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, to_lon: FloatArray, to_lat: FloatArray
-) -> FloatArray:
-    """Lengths in metres of the geodesics between points in degrees, all of one shape."""
-    return np.asarray(_geod(ellipsoid).inv(lon, lat, to_lon, to_lat)[2])
-
-
-def geodesic_arrivals(
-    ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, to_lon: FloatArray, to_lat: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Lengths in metres of the geodesics between points in degrees, and their azimuths at the end."""
-    _, back, length = (np.asarray(values) for values in _geod(ellipsoid).inv(lon, lat, to_lon, to_lat))
-    return length, back + 180.0
-
-
-def geodesic_destination(
-    ellipsoid: Ellipsoid, lon: float, lat: float, azimuth: float, length: float
-) -> tuple[float, float, float]:
-    """Longitude and latitude at the end of a geodesic of `length` metres, and its azimuth there, 0 to 360."""
-    to_lon, to_lat, back = _geod(ellipsoid).fwd(lon, lat, azimuth, length)
-    return float(to_lon), float(to_lat), float(back + 180.0) % 360.0
-
-
-def geodesic_points(
-    ellipsoid: Ellipsoid, ends: tuple[FloatArray, FloatArray, FloatArray, FloatArray], shares: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes (n, k) at fractions (n, k) of geodesics.
-
-    `ends` are longitudes and latitudes (n,) of the starts, then of the ends.
-    """
-    geod = _geod(ellipsoid)
-    azimuth, _, length = geod.inv(*ends)
-    lon, lat, azimuth, way = np.broadcast_arrays(
-        ends[0][:, None], ends[1][:, None], azimuth[:, None], length[:, None] * shares
-    )
-    to_lon, to_lat, _ = geod.fwd(lon, lat, azimuth, way)
-    return np.asarray(to_lon), np.asarray(to_lat)
-
-
-def geodesic_courses(
-    ellipsoid: Ellipsoid, ends: tuple[FloatArray, FloatArray, FloatArray, FloatArray], way: FloatArray
+def geodesic_inverse(
+    ellipsoid: Ellipsoid, lon: ArrayLike, lat: ArrayLike, to_lon: ArrayLike, to_lat: ArrayLike
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Longitudes, latitudes and azimuths (n,) at distances `way` (n,) in metres from the starts of n geodesics.
-
-    `ends` are as for `geodesic_points`; azimuths are in degrees clockwise from north, within -180 and 180.
-    """
-    geod = _geod(ellipsoid)
-    azimuth, _, _ = geod.inv(*ends)
-    lon, lat, back = (np.asarray(values) for values in geod.fwd(ends[0], ends[1], azimuth, way))
-    return lon, lat, np.where(back > 0.0, back - 180.0, back + 180.0)
+    """Lengths in metres of the geodesics between points in degrees, and their azimuths at start and end."""
+    lon, lat, to_lon, to_lat = np.broadcast_arrays(lon, lat, to_lon, to_lat)
+    azimuth, back, length = Geod(a=ellipsoid.a, f=ellipsoid.f).inv(lon, lat, to_lon, to_lat)
+    return np.asarray(length), np.asarray(azimuth), np.asarray(back) + 180.0
 
 
-def _geod(ellipsoid: Ellipsoid) -> Geod:
-    return Geod(a=ellipsoid.a, f=ellipsoid.f)
+def geodesic_direct(
+    ellipsoid: Ellipsoid, lon: ArrayLike, lat: ArrayLike, azimuth: ArrayLike, length: ArrayLike
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Longitudes and latitudes at the ends of geodesics of `length` metres, and their azimuths there, -180 to 180."""
+    lon, lat, azimuth, length = np.broadcast_arrays(lon, lat, azimuth, length)
+    ends = Geod(a=ellipsoid.a, f=ellipsoid.f).fwd(lon, lat, azimuth, length)
+    to_lon, to_lat, back = (np.asarray(values) for values in ends)
+    return to_lon, to_lat, np.where(back > 0.0, back - 180.0, back + 180.0)
 
 
 # ---- datum transformations -----------------------------------------------------------------------
@@ -368,20 +319,16 @@ class DatumTransformation:
 def datum_transformation(source: Any, target: Any, lon: float, lat: float) -> DatumTransformation | None:
     """The datum transformation between two CRSs at a place in Greenwich degrees; None if the datum is the same."""
     one, other = (CRS.from_user_input(crs).geodetic_crs for crs in (source, target))
-    if one is None or other is None or _datum_name(one) == _datum_name(other):
+    if one is None or other is None or keeps_datum(one, other):
         return None
     one, other = one.to_2d(), other.to_2d()
     try:
         # Ballpark transformations ignore the change of datum: their difference of 0 would be wrong.
         transformer = Transformer.from_crs(one, other, always_xy=True, allow_ballpark=False)
-        u = (lon - operations.greenwich_offset(one)) * operations.units_per_degree(one)
-        x, y = transformer.transform(u, lat * operations.units_per_degree(one), errcheck=True)
+        x, y = transformer.transform(*GeographicAxes.of(one).from_degrees(lon, lat), errcheck=True)
     except pyproj.exceptions.ProjError:
         return DatumTransformation(one.name, other.name, np.nan, np.nan)
-    east, north = (
-        x / operations.units_per_degree(other) + operations.greenwich_offset(other),
-        y / operations.units_per_degree(other),
-    )
+    east, north = GeographicAxes.of(other).to_degrees(x, y)
     geod = other.get_geod()
     assert geod is not None  # of a geodetic CRS
     metres = geod.inv(lon, lat, east, north)[2]
@@ -398,19 +345,217 @@ def kept_datum(crs: Any) -> str:
     "" for longitudes and latitudes of WGS 84, in which data of any datum are exchanged.
     """
     given = CRS.from_user_input(crs)
-    geodetic = given.geodetic_crs
-    if geodetic is None or (given.is_geographic and _datum_name(geodetic) == _datum_name(CRS.from_epsg(4326))):
-        return ""
-    return geodetic.name
+    exchanged = given.is_geographic and keeps_datum(given, "EPSG:4326")
+    return "" if given.geodetic_crs is None or exchanged else given.geodetic_crs.name
 
 
 def keeps_datum(source: Any, target: Any) -> bool:
-    """True if two CRSs have the same datum."""
+    """True if two CRSs have the same datum, by name, without the suffix of ensembles that only databases add."""
     one, other = (CRS.from_user_input(crs).geodetic_crs for crs in (source, target))
-    return one is not None and other is not None and _datum_name(one) == _datum_name(other)
+    if one is None or other is None:
+        return False
+    names = [(crs.datum.name if crs.datum is not None else crs.name) for crs in (one, other)]
+    return names[0].removesuffix(" ensemble") == names[1].removesuffix(" ensemble")
 
 
-def _datum_name(crs: CRS) -> str:
-    """Name of a datum or datum ensemble, without the suffix that only databases add."""
-    name = crs.datum.name if crs.datum is not None else crs.name
-    return name.removesuffix(" ensemble")
+# ---- tables of points ----------------------------------------------------------------------------
+
+
+TEXT_SUFFIXES = (".csv", ".tsv", ".txt")
+"""Suffixes of tables of points in text files."""
+
+_NAMES = {"lon": ("lon", "longitude", "long", "lng"), "lat": ("lat", "latitude")}
+
+_FARTHEST = 720.0  # degrees of longitude: two turns
+_TURN, _POLE = 360.0, 90.0  # degrees: bounds of longitudes and latitudes in data
+_LARGEST_UNIT = 10.0  # metres: in a projected CRS in kilometres a whole country may have numbers as small as degrees
+_SMALLEST_BODY = 1e3  # metres
+
+
+@runtime_checkable
+class FrameLike(Protocol):
+    """The part of a pandas DataFrame that is used."""
+
+    @property
+    def columns(self) -> Any:
+        """The names of the columns."""
+
+    def __getitem__(self, name: Any) -> Any:
+        """A column."""
+
+    def assign(self, **columns: Any) -> Self:
+        """A copy with more columns."""
+
+
+def is_frame(value: object) -> TypeGuard[FrameLike]:
+    """True for a DataFrame or GeoDataFrame."""
+    return isinstance(value, FrameLike)
+
+
+def is_geographic(frame: Any) -> bool:
+    """True if a frame has geometries, as a GeoDataFrame."""
+    return hasattr(frame, "to_crs") and hasattr(frame, "crs")
+
+
+def places(projection: Projection, frame: Any) -> tuple[FloatArray, FloatArray]:
+    """Longitudes and latitudes (n,) in degrees of a frame's points, on the datum of the map.
+
+    Points of a GeoDataFrame are transformed from their CRS; otherwise the columns `lon` and `lat` are taken as they
+    are. Missing points are NaN, with a warning. Raises ValueError that names the row, counted from 1.
+    """
+    if not is_geographic(frame):
+        names = list(frame.columns)
+        found = coordinate_columns(names)
+        if found is None or any(names.count(names[column]) > 1 for column in found):
+            shown = ", ".join(map(str, names[:20])) or "none"
+            raise ValueError(f"Invalid columns '{shown}' of points. One must be 'lon' and one 'lat', in degrees.")
+        return check_degrees(*(frame[names[column]] for column in found))
+    tell_of_frame_in_degrees(frame, "the points")
+    geometry = frame.geometry
+    missing = (geometry.isna() | geometry.is_empty).to_numpy()
+    kinds = geometry.geom_type.to_numpy()
+    _check_all(
+        missing | (kinds == "Point"),
+        lambda row: f"The geometry is a {kinds[row]}; it must be a point. 'check' measures lines and polygons.",
+    )
+    if frame.crs is None:
+        raise ValueError("Invalid points. They have no CRS; they must state the one that they are in.")
+    x, y, lon, lat = np.full((4, len(missing)), np.nan)
+    x[~missing], y[~missing] = geometry[~missing].x, geometry[~missing].y
+    missing = np.isnan(x + y)
+    lon[~missing], lat[~missing] = geographic(projection, frame.crs, x[~missing], y[~missing])
+    _check_all(missing | np.isfinite(lon), f"The point has no longitude and latitude in {frame.crs.name}.")
+    tell_of_missing(lon, lat)
+    return lon, lat
+
+
+def coordinate_columns(header: Sequence[Any]) -> tuple[int, int] | None:
+    """Indices of the longitude and latitude columns, by their usual names in any case; None if one is missing."""
+    words = [str(word).strip().lower() for word in header]
+    found = [next((words.index(name) for name in names if name in words), None) for names in _NAMES.values()]
+    return None if found[0] is None or found[1] is None else (found[0], found[1])
+
+
+@dataclass(frozen=True)
+class PointTable:
+    """A table of points: header, rows with line numbers, and indices of the coordinate columns."""
+
+    header: list[str]
+    rows: list[tuple[int, list[str]]]
+    lon: int
+    lat: int
+
+
+def read_point_table(path: Path, complaint: str, *, ragged: bool = False) -> PointTable:
+    """The table of a text file with a header and any separator; raises ValueError that begins with `complaint`.
+
+    Rows must be as long as the header, unless they may be `ragged`.
+    """
+    (_, header), *rows = numbered_rows(path, complaint, comments=False)
+    header = [word.strip() for word in header]
+    twice = next((word for word in header if header.count(word) > 1), None)
+    if twice is not None:
+        raise ValueError(f"{complaint} It has two columns '{twice}'.")
+    found = coordinate_columns(header)
+    if found is None:
+        raise ValueError(f"{complaint} Its header must have lon and lat; it has {', '.join(header)}.")
+    for number, row in [] if ragged else rows:
+        if len(row) < len(header):
+            raise ValueError(f"{complaint} Line {number} has {len(row)} cells; it must have {len(header)}.")
+    return PointTable(header, rows, *found)
+
+
+def check_degrees(lon: Iterable[Any], lat: Iterable[Any]) -> tuple[FloatArray, FloatArray]:
+    """Longitudes and latitudes as numbers; missing ones are NaN, with a warning.
+
+    Raises ValueError for the first invalid row, counted from 1.
+    """
+    degrees = {"lon": _numbers("lon", list(lon)), "lat": _numbers("lat", list(lat))}
+    for name, limit in (("lon", _FARTHEST), ("lat", 90.0)):
+        values = degrees[name]
+        with np.errstate(invalid="ignore"):
+            within = ~(np.abs(values) > limit)  # NaN stays NaN
+        _check_all(
+            within,
+            lambda row, name=name, limit=limit, values=values: (
+                f"Its {name} is '{values[row]:g}'; it must lie within {-limit:g} and {limit:g} degrees."
+            ),
+        )
+    tell_of_missing(degrees["lon"], degrees["lat"])
+    return degrees["lon"], degrees["lat"]
+
+
+def tell_of_degrees(crs: Any, bounds: ArrayLike, thing: str, one: str = "feature") -> None:
+    """Warn if features of data in a projected CRS look like degrees.
+
+    `bounds` (n, 4) are minimum x, y and maximum x, y of each feature, NaN if empty. Units above 10 m, bodies as small
+    as a unit sphere and points at 0, 0 are exempt: their numbers are small anyway.
+    """
+    stated = crs_of(crs)
+    unit = stated.axis_info[0] if stated.axis_info else None
+    small = stated.ellipsoid is None or stated.ellipsoid.semi_major_metre < _SMALLEST_BODY
+    if not stated.is_projected or unit is None or unit.unit_conversion_factor > _LARGEST_UNIT or small:
+        return
+    x0, y0, x1, y1 = np.asarray(bounds, dtype=float).reshape(-1, 4).T
+    east, north = np.maximum(np.abs(x0), np.abs(x1)), np.maximum(np.abs(y0), np.abs(y1))
+    found = (np.maximum(east, north) <= _TURN) & (np.minimum(east, north) <= _POLE) & (np.maximum(east, north) > 0.0)
+    if found.any():
+        k = int(np.argmax(found))
+        tell(
+            f"{int(found.sum())} of {len(found)} {one}(s) of {thing} look like degrees, as that at {x0[k]:.6g}, "
+            f"{y0[k]:.6g}, but {stated.name} is in units of {unit.unit_name}: is that their CRS?"
+        )
+
+
+def tell_of_frame_in_degrees(frame: Any, thing: str) -> None:
+    """`tell_of_degrees` for a GeoDataFrame or GeoSeries with a CRS."""
+    if frame.crs is not None and frame.crs.is_projected:
+        tell_of_degrees(frame.crs, frame.geometry.bounds.to_numpy(), thing)
+
+
+def tell_of_missing(lon: FloatArray, lat: FloatArray) -> None:
+    """Warn of points that lack a coordinate."""
+    missing = int(np.isnan(lon + lat).sum())
+    if missing:
+        tell(f"{missing} of {len(lon)} points have no longitude or no latitude; they have no figures.")
+
+
+def _numbers(name: str, values: list[Any]) -> FloatArray:
+    numbers = np.empty(len(values))
+    for row, value in enumerate(values):
+        try:
+            if value is None or str(value).strip() in MISSING:
+                numbers[row] = np.nan
+            else:
+                numbers[row] = number_of(value) if isinstance(value, str) else float(value)
+        except (TypeError, ValueError) as error:
+            raise ValueError(
+                f"Invalid point in row {row + 1}. Its {name} is '{str(value)[:40]}'; it must be a number of degrees"
+                + (", with a decimal point." if has_decimal_comma(str(value)) else ".")
+            ) from error
+    return numbers
+
+
+def _check_all(good: BoolArray, reason: Any) -> None:
+    """Raise ValueError for the first row that is not good; `reason` is a text or a function of the row."""
+    bad = np.flatnonzero(~np.asarray(good, dtype=bool))
+    if bad.size:
+        text = reason(bad[0]) if callable(reason) else reason
+        raise ValueError(f"Invalid point in row {bad[0] + 1}. {text}")
+
+
+def check_new_names(names: Iterable[Any], new: Iterable[str]) -> None:
+    """Raise if a new column exists, ignoring case as GeoPackage does."""
+    present = {str(name).lower() for name in names}
+    taken = [name for name in new if name.lower() in present]
+    if taken:
+        raise ValueError(
+            f"Invalid points. They have a column '{taken[0]}' already; rename it, or give the new ones a prefix."
+        )
+
+
+def add_columns(frame: FrameLike, columns: Mapping[str, AnyArray], prefix: str) -> Any:
+    """A copy of a frame with more columns; raises ValueError if one exists."""
+    named = {prefix + name: values for name, values in columns.items()}
+    check_new_names(frame.columns, named)
+    return frame.assign(**named)

@@ -14,24 +14,10 @@ import pyproj.database
 import pyproj.exceptions
 from pyproj import CRS
 
-from projdist.projections.catalogue import close_codes, codes_elsewhere, folded, is_registered
-from projdist.projections.conversion_methods import (
-    StatedParameter,
-    conversion_of_names,
-    is_parameter,
-    known_method,
-    reconciled,
-)
+from projdist.projections import catalogue, conversion_methods, operations
+from projdist.projections.conversion_methods import StatedParameter
 from projdist.projections.errors import ALLOWED, ProjectionError, proj_reason
-from projdist.projections.operations import (
-    CrsOperation,
-    Parts,
-    ellipsoid_of_crs,
-    geographic_base,
-    greenwich_offset,
-    units_per_degree,
-    used_ellipsoid,
-)
+from projdist.projections.operations import CrsOperation, Parts
 from projdist.support import did_you_mean, listed, quoted, shown, tell
 
 _TOKEN = re.compile(
@@ -74,14 +60,15 @@ class WktNode:
             waiting.extend(reversed(node.nodes))
 
 
-def is_wkt(text: str) -> bool:
-    """True if a text begins like WKT, with a word and a bracket."""
-    return re.match(r"\s*\w+\s*[\[(]", text) is not None
-
-
-def is_proj_string(text: str) -> bool:
-    """True if a text has a `proj=` and is not WKT or PROJJSON."""
-    return re.search(r"(?:^|\s)\+?proj=", text) is not None and not re.match(r"\s*(?:\w+\s*[\[(]|{)", text)
+def form_of(value: Any) -> str:
+    """The form of a text, "wkt", "json" or "proj", by how it begins or its `proj=`, else ""; "json" for PROJJSON."""
+    if not isinstance(value, str):
+        return "json" if isinstance(value, Mapping) and "proj" not in value else ""
+    if re.match(r"\s*\w+\s*[\[(]", value):
+        return "wkt"
+    if value.lstrip().startswith("{"):
+        return "json"
+    return "proj" if re.search(r"(?:^|\s)\+?proj=", value) else ""
 
 
 def parse_wkt(text: str) -> list[WktNode]:
@@ -205,8 +192,13 @@ def crs_of_grid_mapping(mapping: Mapping[str, Any]) -> CRS:
     _check_figure(name, base, geodetic)
     if name in _DEGREES:
         return base
-    title = str(mapping.get("projected_crs_name", name))
-    conversion = conversion_of_names(_method(name, stated), _parameters(name, stated), title)
+    title, method = str(mapping.get("projected_crs_name", name)), name
+    if name == "lambert_conformal_conic" and "latitude_of_projection_origin" in stated:
+        method = "Lambert Conic Conformal (2SP)"  # CF has no scale for the other one
+    elif name == "geostationary":
+        fixed = {"x": "y", "y": "x"}.get(str(stated.get("fixed_angle_axis")), "y")
+        method = f"Geostationary Satellite (Sweep {str(stated.get('sweep_angle_axis', fixed)).upper()})"
+    conversion = conversion_methods.conversion_of_names(method, _parameters(name, stated), title)
     return CRS.from_json_dict(
         {
             "type": "ProjectedCRS",
@@ -221,7 +213,7 @@ def crs_of_grid_mapping(mapping: Mapping[str, Any]) -> CRS:
 def _checked(name: str, key: str, value: Any) -> Any:
     """An attribute, unpacked from a list of one; raises ProjectionError if it must be a number and is not."""
     values = np.ravel(value).tolist()
-    if key in _SIZES or key == "longitude_of_prime_meridian" or is_parameter(key):
+    if key in _SIZES or key == "longitude_of_prime_meridian" or conversion_methods.kind_of(key).kind:
         are_numbers = (isinstance(one, Real) and not isinstance(one, bool) and math.isfinite(one) for one in values)
         if not values or not all(are_numbers):
             raise ProjectionError(
@@ -243,19 +235,9 @@ def _check_figure(name: str, crs: CRS, stated: Mapping[str, Any]) -> None:
                 f"{made:.12g}: it must have a semi_major_axis with a semi_minor_axis or an inverse_flattening that go "
                 "together and with its datum, or an earth_radius."
             )
-    is_named = figure.name != "WGS 84" or any("wgs84" in folded(str(stated.get(key, ""))) for key in _NAMES)
+    is_named = figure.name != "WGS 84" or any("wgs84" in catalogue.folded(str(stated.get(key, ""))) for key in _NAMES)
     if not is_named and not any(key in stated for key in _SIZES):
         tell(f"The grid mapping '{shown(name)}' states no figure of the Earth: that of WGS 84 is taken.")
-
-
-def _method(name: str, mapping: Mapping[str, Any]) -> str:
-    """Name of a grid mapping's projection in the table of methods."""
-    if name == "lambert_conformal_conic" and "latitude_of_projection_origin" in mapping:
-        return "Lambert Conic Conformal (2SP)"  # CF has no scale for the other one
-    if name != "geostationary":
-        return name
-    sweep = mapping.get("sweep_angle_axis", {"x": "y", "y": "x"}.get(str(mapping.get("fixed_angle_axis")), "y"))
-    return f"Geostationary Satellite (Sweep {str(sweep).upper()})"
 
 
 def _parameters(name: str, mapping: Mapping[str, Any]) -> list[StatedParameter]:
@@ -283,33 +265,45 @@ def parse_crs(value: Any) -> Parts:
     Its definition is the code of a registered CRS, else WKT.
     """
     given = value if isinstance(value, str) else getattr(value, "name", None) or str(value)
-    quoted = shown(given)
+    complaint = f"Invalid projection '{shown(given)}'."
     try:
         stated = read_crs(value)
     except ProjectionError:
         raise
     except (pyproj.exceptions.CRSError, TypeError, ValueError) as error:
-        reason = f"PROJ says: {proj_reason(error)}." if _is_definition(value) else _unknown(given)
-        raise ProjectionError(f"Invalid projection '{quoted}'. {reason}") from error
-    crs = _projected_part(stated, quoted)
-    base, ellipsoid, conversion = geographic_base(crs), ellipsoid_of_crs(crs), crs.coordinate_operation
+        reason = f"PROJ says: {proj_reason(error)}." if form_of(value) in ("wkt", "json") else _unknown(given)
+        raise ProjectionError(f"{complaint} {reason}") from error
+    crs = stated
+    while crs.is_bound or crs.is_compound:
+        crs = cast(CRS, crs.source_crs) if crs.is_bound else crs.sub_crs_list[0]
+    if not (crs.is_projected or crs.type_name == "Derived Projected CRS"):
+        drawn = " As longitudes and latitudes are drawn for x and y it is 'plate-carree'." if crs.is_geographic else ""
+        raise ProjectionError(
+            f"{complaint} It is a {crs.type_name} ({shown(crs.name)}), which has no map plane; it must be a projected "
+            f"CRS.{drawn}"
+        )
+    if len(crs.axis_info) > 2:
+        crs = crs.to_2d()
+    base, ellipsoid, conversion = (
+        operations.geographic_base(crs),
+        operations.ellipsoid_of_crs(crs),
+        crs.coordinate_operation,
+    )
     if base is None or ellipsoid is None:
-        raise ProjectionError(f"Invalid projection '{quoted}'. The CRS states no ellipsoid.")
+        raise ProjectionError(f"{complaint} The CRS states no ellipsoid.")
     method = conversion.method_name if conversion else ""
-    function = CrsOperation(crs.to_wkt(), greenwich_offset(crs), units_per_degree(base), _axes_to_metres(crs))
     try:
-        if crs.type_name == "Projected CRS":  # a derived one has other axes in memory than in its WKT
-            function.prepare(base, crs)
-        operations = re.findall(r"\bproj=(\w+)", function.transformer.definition)
+        function = CrsOperation.of(crs, base)
+        used = re.findall(r"\bproj=(\w+)", function.transformer.definition)
         if crs.type_name == "Derived Projected CRS":
-            _check_spread(function, crs, method, quoted)
+            _check_spread(function, crs, method, complaint)
     except pyproj.exceptions.ProjError as error:
         reason = f"PROJ cannot compute {shown(stated.name)}: {proj_reason(error)}."
-        if conversion is not None and not known_method(method):
+        if conversion is not None and not conversion_methods.methods_named(method):
             reason = f"PROJ does not know the method '{shown(method)}' of {shown(stated.name)}."
-        raise ProjectionError(f"Invalid projection '{quoted}'. {reason}") from error
-    for operation in operations:
-        ellipsoid = used_ellipsoid(operation, ellipsoid)
+        raise ProjectionError(f"{complaint} {reason}") from error
+    for operation in operations.OWN_ELLIPSOIDS.intersection(used):
+        ellipsoid = operations.operation_ellipsoid(operation, ellipsoid, warn=True)
     name = method if method and stated.name == "unknown" else stated.name
     definition = registered_code(stated) or stated.to_wkt()
     return Parts(str(name), str(definition), ellipsoid, function, bounds_of(stated) or bounds_of(crs))
@@ -320,14 +314,14 @@ def read_crs(value: Any) -> CRS:
 
     Raises pyproj's CRSError, TypeError or ValueError, and ProjectionError for input that PROJ would misread.
     """
-    mapping = grid_mapping_in(value)
-    if mapping is not None:
+    if not isinstance(value, str) and (mapping := grid_mapping_in(value)) is not None:
         value = next((str(mapping[key]) for key in _WKT if mapping.get(key)), "") or crs_of_grid_mapping(mapping)
     text = value.srs if isinstance(value, CRS) else value
-    if not _is_definition(text):
+    form = form_of(text)
+    if form not in ("wkt", "json"):
         return CRS.from_user_input(value)
     stated, restored = None, False
-    if isinstance(text, str) and is_wkt(text):
+    if form == "wkt":
         roots = parse_wkt(text)
         _check_wkt(roots, text)
         # PROJ does not take the round brackets that the standard allows.
@@ -342,35 +336,18 @@ def read_crs(value: Any) -> CRS:
     crs = CRS.from_user_input(value)
     parts = crs.to_json_dict()
     mended = _with_conversion(parts, stated)
-    if restored:
-        mended = _with_registered_base(mended)
+    if restored and (identity := mended.get("base_crs", {}).get("id")) is not None:
+        # WKT 1 states no axes for the base; PROJ assumes longitude first, and swaps them on the way from a pipeline to
+        # another datum.
+        base = CRS.from_authority(identity["authority"], identity["code"]).to_json_dict()
+        mended = mended | {"base_crs": {key: part for key, part in base.items() if key != "$schema"}}
     return crs if mended is parts else CRS.from_json_dict(mended)
-
-
-def _with_registered_base(crs: dict[str, Any]) -> dict[str, Any]:
-    """PROJJSON of a projected CRS, its base replaced by the registered geographic CRS whose code it states.
-
-    WKT 1 states no axes for the base; PROJ assumes longitude first, and on the way from a pipeline to another datum
-    swaps them.
-    """
-    identity = crs.get("base_crs", {}).get("id")
-    if identity is None:
-        return crs
-    base = CRS.from_authority(identity["authority"], identity["code"]).to_json_dict()
-    return crs | {"base_crs": {key: value for key, value in base.items() if key != "$schema"}}
-
-
-def _is_definition(value: Any) -> bool:
-    """True for WKT and PROJJSON, False for codes and PROJ strings."""
-    if isinstance(value, str):
-        return is_wkt(value) or value.lstrip().startswith("{")
-    return isinstance(value, Mapping) and "proj" not in value
 
 
 def _with_conversion(crs: dict[str, Any], stated: Sequence[StatedParameter] | None) -> dict[str, Any]:
     """PROJJSON of a CRS, also bound or compound, with the stated parameters in its conversion."""
     if crs["type"] == "ProjectedCRS":
-        return reconciled(crs, stated)
+        return conversion_methods.reconciled(crs, stated)
     if crs["type"] == "BoundCRS":
         inner = _with_conversion(crs["source_crs"], stated)
         return crs if inner is crs["source_crs"] else crs | {"source_crs": inner}
@@ -389,7 +366,8 @@ def registered_code(crs: CRS) -> str:
     """
     inner = cast(CRS, crs.source_crs) if crs.is_bound else crs
     parts = inner.to_json_dict()
-    if not ("id" in parts or "ids" in parts or is_registered(parts["name"])):
+    name, is_identified = parts["name"], "id" in parts or "ids" in parts
+    if not is_identified and name not in (catalogue.registered_names() or [name]):
         return ""
     return ":".join(crs.to_authority(min_confidence=100) or ())
 
@@ -404,15 +382,15 @@ def bounds_of(crs: CRS) -> tuple[float, float, float, float] | None:
     return area.west, area.south, area.east, area.north
 
 
-def _check_spread(function: CrsOperation, crs: CRS, method: str, quoted: str) -> None:
+def _check_spread(function: CrsOperation, crs: CRS, method: str, complaint: str) -> None:
     """Raise for a derived CRS that PROJ maps to a single point, as it does with an unknown conversion."""
     west, south, east, north = bounds_of(crs) or (-170.0, -80.0, 170.0, 80.0)
     x, y = function(np.linspace(west, east, 9), np.linspace(south, north, 9))
     here = np.isfinite(x)
     if method and here.sum() > 1 and np.ptp(x[here]) == 0.0 and np.ptp(y[here]) == 0.0:
         raise ProjectionError(
-            f"Invalid projection '{quoted}'. PROJ lays all of it on one point, {x[here][0]:g}, {y[here][0]:g}: it does "
-            f"not know the conversion '{shown(method)}', or its parameters are 0."
+            f"{complaint} PROJ lays all of it on one point, {x[here][0]:g}, {y[here][0]:g}: it does not know the "
+            f"conversion '{shown(method)}', or its parameters are 0."
         )
 
 
@@ -420,34 +398,9 @@ def _unknown(given: str) -> str:
     """Reason for a text that names no CRS, with what is allowed or may have been meant."""
     authority, colon, code = given.partition(":")
     if not colon or authority.upper() not in (*pyproj.database.get_authorities(), "URN"):
-        return f"{did_you_mean(close_codes(given))}{ALLOWED}"
+        return f"{did_you_mean(catalogue.close_codes(given))}{ALLOWED}"
     missing = f"{authority.upper()} has no such CRS in PROJ's database"
-    others = [f"{other} ({CRS.from_user_input(other).name})" for other in codes_elsewhere(authority.upper(), code)]
+    others = [
+        f"{other} ({CRS.from_user_input(other).name})" for other in catalogue.codes_elsewhere(authority.upper(), code)
+    ]
     return f"{missing}: it is {listed(others, 'or')}." if others else f"{missing}. {ALLOWED}"
-
-
-def _projected_part(crs: CRS, quoted: str) -> CRS:
-    """The 2-D projected CRS inside bound, compound and 3-D CRSs; raises ProjectionError if there is none."""
-    while crs.is_bound or crs.is_compound:
-        crs = cast(CRS, crs.source_crs) if crs.is_bound else crs.sub_crs_list[0]
-    if not (crs.is_projected or crs.type_name == "Derived Projected CRS"):
-        drawn = " As longitudes and latitudes are drawn for x and y it is 'plate-carree'." if crs.is_geographic else ""
-        raise ProjectionError(
-            f"Invalid projection '{quoted}'. It is a {crs.type_name} ({shown(crs.name)}), which has no map plane; "
-            f"it must be a projected CRS.{drawn}"
-        )
-    return crs.to_2d() if len(crs.axis_info) > 2 else crs
-
-
-def _axes_to_metres(crs: CRS) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Matrix from coordinates in `always_xy` order to metres east and north."""
-    axes = [(axis.direction, axis.unit_conversion_factor) for axis in crs.axis_info[:2]]
-    if [direction for direction, _ in axes] == ["north", "east"]:
-        axes.reverse()  # as always_xy does
-    (first, u), (second, v) = axes
-    sign = {"east": 1.0, "north": 1.0, "west": -1.0, "south": -1.0}
-    if first in ("north", "south") and second in ("east", "west"):
-        return ((0.0, sign[second] * v), (sign[first] * u, 0.0))
-    if first in ("east", "west") and second in ("north", "south"):
-        return ((sign[first] * u, 0.0), (0.0, sign[second] * v))
-    return ((u, 0.0), (0.0, v))  # polar maps: both axes point along meridians

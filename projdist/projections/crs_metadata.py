@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import re
 from dataclasses import dataclass
@@ -11,16 +10,15 @@ from typing import Any, NamedTuple
 from pyproj import CRS
 
 from projdist.earth import SMOOTH, SPHERE, WGS84, Discontinuities, data_rows
-from projdist.projections.catalogue import operation_titles
+from projdist.projections import catalogue, proj_strings
 from projdist.projections.crs import registered_code
 from projdist.projections.operations import CrsOperation, Pipeline
-from projdist.projections.proj_strings import ELLIPSOID_KEYS
 from projdist.projections.projection import Projection, Turned
 from projdist.projections.worldmaps import WORLD_MAPS
 
 _RATIOS = ("unity", "Unity", "unitless")
 # Tokens of a PROJ string that other fields show, or that have no meaning for the map.
-_SAID = {"proj", "units", "to_meter", "type", "no_defs", "wktext", "datum", *ELLIPSOID_KEYS}
+_SAID = {"proj", "units", "to_meter", "type", "no_defs", "wktext", "datum", *proj_strings.ELLIPSOID_KEYS}
 
 
 class CrsAxis(NamedTuple):
@@ -108,7 +106,7 @@ def _metadata_of_crs(projection: Projection, plane: CRS) -> CrsMetadata:
 
 def _metadata_of_string(projection: Projection, function: Pipeline) -> CrsMetadata:
     """Metadata of a PROJ string; of a pipeline without parameters, which its definition shows step by step."""
-    tokens = [token.lstrip("+").partition("=") for token in function.pipeline.split()]
+    tokens = [token.lstrip("+").partition("=") for token in function.definition.split()]
     operations = [value for key, _, value in tokens if key == "proj"]
     alone = len(operations) == 1
     unit = {key: value for key, _, value in tokens}.get("units", "metre" if function.to_metre == 1.0 else "")
@@ -117,7 +115,7 @@ def _metadata_of_string(projection: Projection, function: Pipeline) -> CrsMetada
         ellipsoid_name=_ellipsoid_name(projection),
         unit="metre" if unit == "m" else unit,
         unit_metres=function.to_metre,
-        method=operation_titles().get(operations[0], operations[0]) if alone else "",
+        method=catalogue.operation_titles().get(operations[0], operations[0]) if alone else "",
         parameters=tuple(
             Setting(key, value if equals else None, "") for key, equals, value in tokens if alone and key not in _SAID
         ),
@@ -153,7 +151,7 @@ def declared_property_of(projection: Projection) -> DeclaredProperty | None:
     if isinstance(function, CrsOperation):
         key = "method", _method_of(function.crs)
     elif isinstance(function, Pipeline):  # its first operation, which is `pipeline` if there are several
-        key = "operation", next((token[6:] for token in function.pipeline.split() if token.startswith("+proj=")), "")
+        key = "operation", next((token[6:] for token in function.definition.split() if token.startswith("+proj=")), "")
     else:
         return None
     keeps, figure = _DECLARED.get(key, ("", ""))
@@ -174,44 +172,32 @@ def _method_of(wkt: str) -> str:
 _SHIFTED = ("+pm=", "+over", "+proj=pipeline", "+proj=ob_tran", "+axis=")
 
 
-def _known_of(row: dict[str, str]) -> Discontinuities:
-    """Discontinuities in a row of the table, with the central meridian 0."""
-    lines = {key: tuple(map(float, row[key].split())) for key in ("parallels", "northern", "southern")}
-    both = tuple(sorted({*lines["parallels"], *(-lat for lat in lines["parallels"])}))
-    return Discontinuities(both, lines["northern"], lines["southern"])
-
-
-_KNOWN = {(row["kind"], row["name"]): _known_of(row) for row in data_rows("discontinuities.csv")}
+# Discontinuities of methods and operations with the central meridian 0.
+_KNOWN: dict[tuple[str, str], Discontinuities] = {}
+for _row in data_rows("discontinuities.csv"):
+    _parallels, _northern, _southern = (
+        tuple(map(float, _row[key].split())) for key in ("parallels", "northern", "southern")
+    )
+    _both = tuple(sorted({*_parallels, *(-lat for lat in _parallels)}))
+    _KNOWN[_row["kind"], _row["name"]] = Discontinuities(_both, _northern, _southern)
+_CENTRE = re.compile(r'PARAMETER\["Longitude of natural origin",([-+.\deE]+),ANGLEUNIT\["Degree"', re.IGNORECASE)
 
 
 def discontinuities_of(projection: Projection) -> Discontinuities:
-    """Known discontinuities of a map; `SMOOTH` for functions, pipelines and oblique maps."""
+    """Known discontinuities of a map; `SMOOTH` for functions, pipelines and oblique maps.
+
+    Of CRSs those of some methods only, as others have more than one meridian.
+    """
     function = projection.function
-    if isinstance(function, Pipeline):
-        return _discontinuities_of_text(function.pipeline)
-    if isinstance(function, CrsOperation) and function.angle_unit == 1.0:
-        return _discontinuities_of_crs(function.crs, function.greenwich)
+    if isinstance(function, Pipeline) and not any(part in function.definition for part in _SHIFTED):
+        values = _numbers_in(function.definition)
+        centre = values.get("lon_0", 0.0)
+        return _known_about("operation", values.get("proj"), centre) if isinstance(centre, float) else SMOOTH
+    if isinstance(function, CrsOperation) and function.angles.per_degree == 1.0:
+        key = "method", _method_of(function.crs)
+        if key in _KNOWN and (stated := _CENTRE.search(function.crs)):
+            return _known_about(*key, float(stated[1]) + function.angles.greenwich)
     return SMOOTH
-
-
-@functools.lru_cache(maxsize=256)
-def _discontinuities_of_text(pipeline: str) -> Discontinuities:
-    """Discontinuities of a PROJ string."""
-    if any(part in pipeline for part in _SHIFTED):
-        return SMOOTH
-    values = _numbers_in(pipeline)
-    centre = values.get("lon_0", 0.0)
-    return _known_about("operation", values.get("proj"), centre) if isinstance(centre, float) else SMOOTH
-
-
-@functools.lru_cache(maxsize=256)
-def _discontinuities_of_crs(wkt: str, greenwich: float) -> Discontinuities:
-    """Discontinuities of a projected CRS; of some methods only, as others have more than one meridian."""
-    method = _method_of(wkt)
-    centre = re.search(r'PARAMETER\["Longitude of natural origin",([-+.\deE]+),ANGLEUNIT\["Degree"', wkt, re.IGNORECASE)
-    if ("method", method) not in _KNOWN or centre is None:
-        return SMOOTH
-    return _known_about("method", method, float(centre[1]) + greenwich)
 
 
 def _known_about(kind: str, name: Any, centre: float) -> Discontinuities:
@@ -224,14 +210,13 @@ def _known_about(kind: str, name: Any, centre: float) -> Discontinuities:
 
 
 def _numbers_in(pipeline: str) -> dict[str, float | str]:
-    """The parameters of a PROJ string, those that are numbers as numbers; of a repeated key the last value."""
+    """The parameters of a PROJ string, those that are numbers as numbers."""
     found: dict[str, float | str] = {}
-    for token in pipeline.split():
-        name, _, text = token.removeprefix("+").partition("=")
+    for key, text in proj_strings.stated_in(pipeline.split()).items():
         try:
-            found[name] = float(text)
+            found[key] = float(text)
         except ValueError:
-            found[name] = text
+            found[key] = text
     return found
 
 
@@ -266,12 +251,7 @@ def native_pole_of(projection: Projection) -> NativePole | None:
     function = projection.function
     if not isinstance(function, Pipeline):
         return None
-    return _native_pole_of_text(function.pipeline, projection.ellipsoid.is_sphere)
-
-
-@functools.lru_cache(maxsize=256)
-def _native_pole_of_text(pipeline: str, sphere: bool) -> NativePole | None:
-    values = _numbers_in(pipeline)
+    values, sphere = _numbers_in(function.definition), projection.ellipsoid.is_sphere
     name, lon, lat = values.get("proj"), values.get("lon_0", 0.0), values.get("lat_0", 0.0)
     if values.keys() & _SHIFTING or not (sphere or name in _ON_ELLIPSOIDS):
         return None

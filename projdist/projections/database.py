@@ -1,4 +1,4 @@
-"""Projected CRSs of PROJ's database: index, registry facts, and CRSs that draw the same map."""
+"""Projected CRSs of PROJ's database: index, registry facts, CRSs that draw the same map, and search by words."""
 
 from __future__ import annotations
 
@@ -6,21 +6,32 @@ import functools
 import math
 import re
 import sqlite3
+import unicodedata
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
 
+import pyproj.list
 from pyproj import CRS as CRS  # for other rooms
 from pyproj import proj_version_str
 from pyproj.database import get_database_metadata, query_crs_info
 from pyproj.enums import PJType
 
 from projdist.earth import MEAN_EARTH_RADIUS, Ellipsoid
-from projdist.projections.catalogue import database
+from projdist.projections import catalogue
 from projdist.projections.errors import ProjectionError
-from projdist.projections.operations import greenwich_offset
+from projdist.projections.operations import GeographicAxes
 from projdist.projections.projection import Projection
-from projdist.support import check_text, close_words, did_you_mean, listed, listed_values, shown
+from projdist.support import (
+    Answer,
+    check_text,
+    check_whole_number,
+    close_words,
+    did_you_mean,
+    listed,
+    listed_values,
+    shown,
+)
 
 _AT_ONCE = 500  # codes in a query: SQLite takes 999 values
 FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
@@ -48,21 +59,24 @@ class Facts:
 
 UNKNOWN = Facts("", 0, None, (), True)
 
-_COLUMNS = ", ".join(f"c.param{n}_code, c.param{n}_value, c.param{n}_uom_code" for n in range(1, 8))
-_QUERY = f"""
-SELECT p.auth_name || ':' || p.code, g.auth_name || ':' || g.code,
-       COALESCE(d.publication_date, (SELECT MIN(f.publication_date) FROM geodetic_datum_ensemble_member m
-           JOIN geodetic_datum f ON f.auth_name = m.member_auth_name AND f.code = m.member_code
-           WHERE m.ensemble_auth_name = d.auth_name AND m.ensemble_code = d.code)),
-       s.scope, e.name, e.description, c.method_code, d.prime_meridian_code, {_COLUMNS}
-FROM projected_crs p
+# The registry's tables around a projected CRS p, and the year of its datum, of an ensemble that of the first member.
+_TABLES = """projected_crs p
 LEFT JOIN geodetic_crs g ON g.auth_name = p.geodetic_crs_auth_name AND g.code = p.geodetic_crs_code
 LEFT JOIN geodetic_datum d ON d.auth_name = g.datum_auth_name AND d.code = g.datum_code
 LEFT JOIN conversion_table c ON c.auth_name = p.conversion_auth_name AND c.code = p.conversion_code
-LEFT JOIN usage u ON u.object_table_name = 'projected_crs'
-    AND u.object_auth_name = p.auth_name AND u.object_code = p.code
+LEFT JOIN conversion_method m ON m.auth_name = c.method_auth_name AND m.code = c.method_code
+LEFT JOIN usage u ON u.object_table_name = 'projected_crs' AND u.object_auth_name = p.auth_name
+    AND u.object_code = p.code
 LEFT JOIN scope s ON s.auth_name = u.scope_auth_name AND s.code = u.scope_code
-LEFT JOIN extent e ON e.auth_name = u.extent_auth_name AND e.code = u.extent_code
+LEFT JOIN extent e ON e.auth_name = u.extent_auth_name AND e.code = u.extent_code"""
+_DATE = """COALESCE(d.publication_date, (SELECT MIN(f.publication_date) FROM geodetic_datum_ensemble_member n
+    JOIN geodetic_datum f ON f.auth_name = n.member_auth_name AND f.code = n.member_code
+    WHERE n.ensemble_auth_name = d.auth_name AND n.ensemble_code = d.code))"""
+_COLUMNS = ", ".join(f"c.param{n}_code, c.param{n}_value, c.param{n}_uom_code" for n in range(1, 8))
+_FACTS = f"""
+SELECT p.auth_name || ':' || p.code, g.auth_name || ':' || g.code, {_DATE},
+       s.scope, e.name, e.description, c.method_code, d.prime_meridian_code, {_COLUMNS}
+FROM {_TABLES}
 WHERE p.auth_name || ':' || p.code IN (%s)
 """
 
@@ -77,10 +91,10 @@ def facts_of(codes: Collection[str]) -> dict[str, Facts]:
     found: dict[str, list[Any]] = {}  # a row for each usage
     wanted = list(codes)
     try:
-        with database() as db:
+        with catalogue.database() as db:
             for start in range(0, len(wanted), _AT_ONCE):
                 some = wanted[start : start + _AT_ONCE]
-                for code, *row in db.execute(_QUERY % ", ".join("?" * len(some)), some):
+                for code, *row in db.execute(_FACTS % ", ".join("?" * len(some)), some):
                     found.setdefault(code, []).append(row)
     except sqlite3.Error:
         return {}
@@ -176,20 +190,13 @@ def crs_records(authorities: Sequence[str], *, deprecated: bool = False) -> list
 def _records_of(authority: str, deprecated: bool) -> tuple[CrsRecord, ...]:
     """Projected CRSs of an authority, each with its first area of use; only deprecated ones have several."""
     found = query_crs_info(auth_name=authority, pj_types=[PJType.PROJECTED_CRS], allow_deprecated=deprecated)
-    records = (
-        CrsRecord(
-            f"{info.auth_name}:{info.code}",
-            info.name,
-            info.projection_method_name or "",
-            (area.west, area.south, area.east, area.north),
-            area.name or "",
-        )
-        for info in found
-        if (area := info.area_of_use) is not None and area.south >= -90.0  # PROJ has -1000 for what is unknown
-    )
     first: dict[str, CrsRecord] = {}
-    for record in records:
-        first.setdefault(record.code, record)
+    for info in found:
+        area, code = info.area_of_use, f"{info.auth_name}:{info.code}"
+        if area is not None and area.south >= -90.0:  # PROJ has -1000 for what is unknown
+            bounds = area.west, area.south, area.east, area.north
+            method = info.projection_method_name or ""
+            first.setdefault(code, CrsRecord(code, info.name, method, bounds, area.name or ""))
     return tuple(first.values())
 
 
@@ -202,7 +209,8 @@ def load_crs(code: str) -> DatabaseCrs:
     if reason := _reason_against(code, crs.name, *figure):
         raise ProjectionError(reason)
     upright = {axis.direction for axis in crs.axis_info} == {"east", "north"}
-    operation, meridian = crs.coordinate_operation, math.radians(greenwich_offset(crs))
+    operation = crs.coordinate_operation
+    meridian = math.radians(GeographicAxes.of(geodetic).greenwich) if geodetic else 0.0
     values: list[tuple[str, float]] = []
     for parameter in operation.params if operation else ():
         if isinstance(parameter.value, float) and not parameter.name.startswith(_SHIFTS):
@@ -235,7 +243,7 @@ def _spheroids() -> dict[str, tuple[str, float, float]]:
     """Name, semi-major axis and inverse flattening of CRSs by code, where the database's text is unambiguous."""
     query = "SELECT auth_name || ':' || code, name, text_definition FROM projected_crs WHERE text_definition NOT NULL"
     try:
-        with database() as db:
+        with catalogue.database() as db:
             rows = db.execute(query).fetchall()
     except sqlite3.Error:  # no such file or other tables: left to PROJ
         return {}
@@ -248,11 +256,6 @@ def _spheroids() -> dict[str, tuple[str, float, float]]:
     return found
 
 
-def to_pyproj(code: str) -> CRS:
-    """The pyproj CRS of a code."""
-    return CRS.from_user_input(code)
-
-
 # ---- CRSs of one map -----------------------------------------------------------------------------
 
 
@@ -260,9 +263,12 @@ _FIGURE = 1e-8  # of the axes: GRS 80 and WGS 84 differ by 2e-11 of them
 _SEXAGESIMAL = 9110  # EPSG's code for degrees, minutes and seconds as DDD.MMSSsss
 _DEGREE = 9102
 
-_FROM = f"""
+# Code, name, prime meridian, semi-axes in metres, method, parameters.
+_MAPS = f"""
 SELECT p.auth_name || ':' || p.code, p.name, d.prime_meridian_auth_name || ':' || d.prime_meridian_code,
-       e.semi_major_axis * u.conv_factor, e.inv_flattening, e.semi_minor_axis * u.conv_factor,
+       e.semi_major_axis * u.conv_factor,
+       COALESCE(e.semi_minor_axis, e.semi_major_axis * (1.0 - COALESCE(1.0 / NULLIF(e.inv_flattening, 0), 0.0)))
+           * u.conv_factor,
        c.method_auth_name || ':' || c.method_code, {_COLUMNS}
 FROM projected_crs p
 JOIN conversion_table c ON c.auth_name = p.conversion_auth_name AND c.code = p.conversion_code
@@ -271,8 +277,8 @@ JOIN geodetic_datum d ON d.auth_name = g.datum_auth_name AND d.code = g.datum_co
 JOIN ellipsoid e ON e.auth_name = d.ellipsoid_auth_name AND e.code = d.ellipsoid_code
 JOIN unit_of_measure u ON u.auth_name = e.uom_auth_name AND u.code = e.uom_code
 """
-_GIVEN = f"{_FROM} WHERE p.auth_name = ? AND CAST(p.code AS TEXT) = ?"
-_OTHERS = f"""{_FROM} WHERE NOT p.deprecated AND c.method_auth_name || ':' || c.method_code = ?
+_GIVEN = f"{_MAPS} WHERE p.auth_name = ? AND CAST(p.code AS TEXT) = ?"
+_OTHERS = f"""{_MAPS} WHERE NOT p.deprecated AND c.method_auth_name || ':' || c.method_code = ?
 ORDER BY p.auth_name, p.code"""
 
 
@@ -283,33 +289,25 @@ def codes_of_same_map(code: str) -> dict[str, str]:
     columns, as for some of ESRI's, or cannot be read.
     """
     try:
-        with database() as db:
+        with catalogue.database() as db:
             given = db.execute(_GIVEN, code.split(":", 1)).fetchone()
-            if given is None or given[6] is None:
+            if given is None or given[5] is None:
                 return {}
             factors = dict(db.execute("SELECT code, conv_factor FROM unit_of_measure WHERE auth_name = 'EPSG'"))
-            rows = db.execute(_OTHERS, (given[6],)).fetchall()
+            rows = db.execute(_OTHERS, (given[5],)).fetchall()
     except sqlite3.Error:
         return {}
-    drawn, (a, b) = _drawn(given, factors), _axes(given)
+    drawn, a, b = _drawn(given, factors), given[3], given[4]
     return {
         row[0]: row[1]
         for row in rows
-        if row[0] != code
-        and max(abs(_axes(row)[0] - a), abs(_axes(row)[1] - b)) <= _FIGURE * a
-        and _drawn(row, factors) == drawn
+        if row[0] != code and max(abs(row[3] - a), abs(row[4] - b)) <= _FIGURE * a and _drawn(row, factors) == drawn
     }
-
-
-def _axes(row: Any) -> tuple[float, float]:
-    """The semi-axes in metres."""
-    a, rf, b = row[3:6]
-    return a, b if b is not None else a * (1.0 - 1.0 / rf) if rf else a
 
 
 def _drawn(row: Any, factors: Mapping[int, float | None]) -> Any:
     """Prime meridian and parameters in SI units, which determine a map up to translation."""
-    values = zip(row[7::3], row[8::3], row[9::3], strict=True)
+    values = zip(row[6::3], row[7::3], row[8::3], strict=True)
     return row[2], frozenset(
         (key, _value(value, unit, factors)) for key, value, unit in values if key and key not in FALSE_ORIGINS
     )
@@ -322,3 +320,267 @@ def _value(value: float, unit: int, factors: Mapping[int, float | None]) -> floa
         size = int(whole) + int(digits[:2]) / 60.0 + float(f"{digits[2:4]}.{digits[4:]}") / 3600.0
         value, unit = size if value >= 0.0 else -size, _DEGREE
     return round(value * (factors.get(unit) or 1.0), _DIGITS)
+
+
+# ---- search by words --------------------------------------------------------------------------
+
+
+_AUTHORITIES = ("", "EPSG", "ESRI", "IGNF")  # order of equally good hits; "" is for bare names
+_MODERN = 1984  # year of the first satellite datum still in use
+_BEGINNING = 3  # letters that suffice to find a word
+# Score of a word of the query, by where it is found.
+_IN_NAME, _BEGINS, _ELSEWHERE, _BEGINS_ELSEWHERE = 6, 4, 2, 1
+_NO_NEWS = "zone"  # people say utm 33 for UTM zone 33
+_VARIANT = re.compile(r"\((?:z?E[-,]z?N|z?N[-,]z?E)\)$")  # of EPSG's names, by their axes or a zone in the easting
+_WORD = re.compile(r"[^\W\d_]+|\d+(?:\.\d+)?")
+
+_SEARCHED = f"""
+SELECT p.auth_name, CAST(p.code AS TEXT), p.name, p.deprecated, e.name, e.description,
+       m.name, e.west_lon, e.south_lat, e.east_lon, e.north_lat, {_DATE},
+       (SELECT group_concat(a.alt_name, ' | ') FROM alias_name a
+        WHERE a.table_name = 'projected_crs' AND a.auth_name = p.auth_name AND a.code = p.code)
+FROM {_TABLES}
+GROUP BY p.auth_name, p.code
+"""
+_OTHER_KINDS = "SELECT auth_name || ':' || code, name, type FROM crs_view WHERE type != 'projected'"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrsHit:
+    """A projected CRS or named map found by a search: its name and area of use.
+
+    `code` is AUTHORITY:CODE or the name, as any command takes it. `area_of_use` is west, south, east, north in degrees,
+    None where none is stated.
+    """
+
+    code: str
+    name: str
+    area_name: str = ""
+    area_of_use: tuple[float, float, float, float] | None = None
+    deprecated: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class CrsSearch(Answer):
+    """Result of a search: the best `results` first, their number in `total`, and `advice` if there is none."""
+
+    text: str
+    total: int
+    results: tuple[CrsHit, ...]
+    advice: str = ""
+
+    def _line(self) -> str:
+        return f"{len(self.results)} of {self.total} for '{shown(self.text)}'" + (
+            f", first {self.results[0].code}" if self.results else ""
+        )
+
+    def rows(self) -> list[dict[str, Any]]:
+        """One flat row per result."""
+        ends = ("west", "south", "east", "north")
+        rows = (asdict(hit) | dict(zip(ends, hit.area_of_use or (None,) * 4, strict=True)) for hit in self.results)
+        return [{key: value for key, value in row.items() if key != "area_of_use"} for row in rows]
+
+    def _table(self) -> list[dict[str, Any]]:
+        return self.rows()
+
+
+def find_crs(
+    text: str, *, authorities: Iterable[str] | str = (), deprecated: bool = False, limit: int = 10
+) -> CrsSearch:
+    """Projected CRSs and named maps by words of their names, areas of use and methods, or codes; the likeliest first.
+
+    Every word must be found; a word of three letters or more may be the beginning of one. Capitals, accents and
+    punctuation do not count, and digits are words of their own: utm33n is utm 33 n.
+
+    Parameters
+    ----------
+    text : str
+        The words, in any order, as "utm 33", "lambert 93", "new zealand transverse", "3035" or "EPSG:3035".
+    authorities : iterable of str, or one of them, optional
+        Only of these, as EPSG, ESRI, IGNF or IAU_2015.
+    deprecated : bool, default False
+        Deprecated ones, too. One whose code was given is found in any case.
+    limit : int, default 10
+        Largest number of results.
+
+    Returns
+    -------
+    CrsSearch
+        The `results`, a `CrsHit` each, and how many there are in `total`; where there is none, `advice` tells what may
+        have been meant.
+
+    Raises
+    ------
+    ValueError
+        For a text without a word or a number, an unknown authority, and a limit that is no whole number.
+
+    References
+    ----------
+    EPSG Geodetic Parameter Dataset, https://epsg.org, and the other registries in PROJ's database.
+
+    Examples
+    --------
+    >>> [hit.code for hit in find_crs("lambert 93", limit=3).results]
+    ['EPSG:2154', 'EPSG:9793', 'EPSG:9794']
+    """
+    most = check_whole_number("limit", limit)
+    words = _WORD.findall(_folded(check_text("search", text)))
+    if not words:
+        raise ValueError(f"Invalid search '{shown(text)}'. It must have a word or a number.")
+    entries, given = _entries(), listed_values(authorities)
+    wanted = check_authorities(given, sorted({one.authority for one in entries} - {""})) if given else ()
+    among = [one for one in entries if not wanted or one.authority in wanted]
+    match = re.fullmatch(r"\s*(?:([A-Za-z][A-Za-z_0-9]*)\s*[:\s]\s*)?(\w+)\s*", text)  # as EPSG:3035 or 3035
+    code = ((match[1] or "").upper(), match[2].upper()) if match else ("", "")
+    ranked = sorted(
+        (rank, k)
+        for k, one in enumerate(among)
+        if (rank := _rank(one, words, code)) is not None
+        and (deprecated or not one.hit.deprecated or one.has_code(code))
+    )
+    hits = tuple(among[k].hit for _, k in ranked[:most])
+    advice = "" if ranked else _advice(text, words, among, deprecated)
+    return CrsSearch(text=text, total=len(ranked), results=hits, advice=advice)
+
+
+# ---- entries --------------------------------------------------------------------------------
+
+
+class _Entry(NamedTuple):
+    """A CRS or named map and its searchable words: names, area of use, and `others` (method, countries of the area)."""
+
+    authority: str
+    number: str
+    hit: CrsHit
+    names: str
+    since: int = _MODERN
+    area: str = ""
+    others: str = ""
+
+    def has_code(self, code: tuple[str, str]) -> bool:
+        """True if it is the CRS of an authority ("" for any) and a code."""
+        return bool(self.authority) and self.number == code[1] and code[0] in ("", self.authority)
+
+
+@functools.cache
+def _entries() -> tuple[_Entry, ...]:
+    """All entries, the maps with bare names first; reading takes 0.2 s."""
+    try:
+        with catalogue.database() as db:
+            rows = db.execute(_SEARCHED).fetchall()
+    except sqlite3.Error as error:
+        raise ProjectionError(f"Invalid database of PROJ. It cannot be read: {error}.") from error
+    left_out = {*catalogue.NOT_MAPS, *catalogue.NOT_IN_METRES, *catalogue.ID_TITLES}
+    titles = {text: key for key, text in pyproj.list.get_proj_operations_map().items() if key not in left_out}
+    titles |= {title: name for name, title in reversed(catalogue.TITLES.items())}  # the first name of a map
+    ids = {name: operation.split()[0] for name, operation in catalogue.NAMES.items()}
+    found = [
+        _Entry("", name, CrsHit(code=name, name=title), _folded(f"{name} {ids.get(name, '')} | {title}"))
+        for title, name in titles.items()
+    ]
+    for authority, number, name, deprecated, area, countries, method, *bounds, date, aliases in rows:
+        known = None not in bounds and bounds[1] >= -90.0  # PROJ has -1000 for what is unknown
+        hit = CrsHit(
+            code=f"{authority}:{number}",
+            name=name,
+            area_name=area or "",
+            area_of_use=tuple(bounds) if known else None,
+            deprecated=bool(deprecated),
+        )
+        others = _folded(f"{countries or ''} {method or ''}")
+        names = _folded(f"{name} | {aliases or ''}")
+        found.append(_Entry(authority, number, hit, names, year_of(date), _folded(area or ""), others))
+    return tuple(found)
+
+
+def _folded(text: str) -> str:
+    """Text in lower case, without accents."""
+    if not text.isascii():
+        text = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+    return text.lower()
+
+
+# ---- ranking --------------------------------------------------------------------------------
+
+
+def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str]) -> tuple[Any, ...] | None:
+    """Sort key of an entry; None if it lacks a word."""
+    is_code, text = one.has_code(code), f"{one.names} {one.area} {one.others}"
+    if not is_code and not all(word in text for word in words):  # ten times faster than what follows
+        return None
+    # By authority, then by larger area, then by lower (older) code.
+    authority = _AUTHORITIES.index(one.authority) if one.authority in _AUTHORITIES else len(_AUTHORITIES)
+    west, south, east, north = one.hit.area_of_use or (0.0, 0.0, 0.0, 0.0)
+    size = -round(((east - west) % 360.0 or 360.0) * (north - south)) if one.hit.area_of_use else 0
+    number = len(one.number), one.number
+    if is_code:
+        return (0, authority, size, *number)
+    names, area, others = (_WORD.findall(words) for words in (one.names, one.area, one.others))
+    worth = [_worth(word, (*names, *area), others) for word in words]
+    if not all(worth):
+        return None
+    spelt = _WORD.findall(_folded(one.hit.name))
+    whole = [spelt, area if one.authority else _WORD.findall(_folded(one.number))]
+    tier = 1 if list(words) in whole else 2 if _phrase(words) in _phrase(names) else 3
+    variant = _VARIANT.search(one.hit.name) is not None
+    old = one.since < _MODERN
+    return (tier, -sum(worth), one.hit.deprecated, old, authority, variant, size, len(spelt), *number)
+
+
+def _phrase(words: Iterable[str]) -> str:
+    """Words joined in order, with a space around each."""
+    return f" {' '.join(word for word in words if word != _NO_NEWS)} "
+
+
+def _worth(word: str, names: Sequence[str], others: Sequence[str]) -> int:
+    """Score of a word in an entry; 0 if it is not found."""
+    if word in names:
+        return _IN_NAME
+    begins = len(word) >= _BEGINNING and not word[0].isdigit()
+    if begins and any(known.startswith(word) for known in names):
+        return _BEGINS
+    if word in others:
+        return _ELSEWHERE
+    return _BEGINS_ELSEWHERE if begins and any(known.startswith(word) for known in others) else 0
+
+
+# ---- advice ---------------------------------------------------------------------------------
+
+
+def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated: bool) -> str:
+    """Advice if nothing is found: another kind of CRS, close spellings, or fewer words."""
+    wanted = _folded(" ".join(text.split()))
+    with catalogue.database() as db:
+        for code, name, kind in db.execute(_OTHER_KINDS):
+            if wanted in (code.lower(), code.lower().partition(":")[2], _folded(name)):
+                return f"{code} is {_A[kind]} ({name}), and no map."
+    known = {word for one in among for word in _WORD.findall(f"{one.names} {one.area} {one.others}")}
+    spelt = [_nearest(word, known) for word in words]
+    if list(words) != spelt and all(spelt):
+        return did_you_mean([f"'{' '.join(spelt)}'"]).strip()
+    missing = [f"'{shown(word)}'" for word, near in zip(words, spelt, strict=True) if not near]
+    if missing:
+        return f"No name and no area of use has {listed(missing, 'or')}."
+    if not deprecated and any(one.hit.deprecated and _rank(one, words, ("", "")) is not None for one in among):
+        return "Deprecated ones have these words: ask for them, too."
+    return "No one has all of these words: take fewer of them."
+
+
+def _nearest(word: str, known: set[str]) -> str:
+    """The word itself if it finds anything, else a close spelling, else ""."""
+    if word in known or word[0].isdigit():
+        return word if word in known else ""
+    if len(word) >= _BEGINNING and any(one.startswith(word) for one in known):
+        return word
+    letters = sorted(one for one in known if not one[0].isdigit() and len(one) >= _BEGINNING)
+    return next(iter(close_words(word, letters)), "")
+
+
+_A = {
+    "geographic 2D": "a geographic CRS",
+    "geographic 3D": "a geographic CRS with heights",
+    "geocentric": "a geocentric CRS",
+    "vertical": "a vertical CRS",
+    "compound": "a compound CRS",
+    "other": "a CRS of longitudes and latitudes",
+}

@@ -18,12 +18,11 @@ from pyproj import CRS, Transformer
 
 from projdist._typing import FloatArray
 from projdist.earth import WGS84, Ellipsoid, wrapped
-from projdist.projections import operations
-from projdist.projections.catalogue import WINKEL_PARALLEL, close_codes
-from projdist.projections.crs import parse_crs, read_crs
+from projdist.projections import catalogue, operations, proj_strings
+from projdist.projections.crs import read_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.operations import CrsOperation, Pipeline
-from projdist.projections.proj_strings import Stated, prime_meridian, stated_in, string_of
+from projdist.projections.proj_strings import Stated
 from projdist.projections.projection import Projection
 from projdist.support import did_you_mean, shown
 
@@ -31,10 +30,10 @@ _SAME = 1e-12  # of the semi-major axis: rounding of coordinates and of paramete
 _SAME_MERIDIAN = 1e-13  # degrees, 0.01 micrometres
 _SHARES = np.meshgrid((np.arange(18) + 0.5) / 18.0, (np.arange(17) + 0.5) / 17.0)
 # Defaults of a PROJ operation that its CRS does not keep: arccos(2 / pi), for which the CRS has 0.
-_LOST = {"wintri": ("lat_1", str(WINKEL_PARALLEL))}
+_LOST = {"wintri": ("lat_1", str(catalogue.WINKEL_PARALLEL))}
 # Without any of these keys PROJ's operation is on GRS 80, but the CRS made of the string on WGS 84: 0.1 mm away.
 _ELLIPSOIDS, _DEFAULT_ELLIPSOID = frozenset("ellps datum a R init".split()), "GRS80"
-_BESIDE = frozenset("unitconvert axisswap longlat".split())  # steps around the projecting one
+_BESIDE = frozenset("pipeline unitconvert axisswap longlat".split())  # steps around the projecting one
 _REPLACED = frozenset("k k_0 lat_ts units to_meter".split())
 _OPEN = "1"  # placeholder of a scale to be fitted
 _WITH_K_0 = frozenset("merc tmerc etmerc stere sterea lcc somerc omerc krovak labrd gstmerc".split())
@@ -44,20 +43,20 @@ def pipeline_of(projection: Projection, matrix: FloatArray) -> str | None:
     """The PROJ pipeline from Greenwich degrees to `matrix` times the coordinates in metres; None for functions."""
     function, before, after, unit = projection.function, [], [], 1.0
     if isinstance(function, Pipeline):
-        text, unit = function.pipeline, function.to_metre
+        unit = function.to_metre
     elif isinstance(function, CrsOperation):
-        text = " ".join(f"+{token}" for token in function.transformer.definition.split())
         unit = float(np.abs(function.axes).max())
         matrix = matrix @ (np.array(function.axes) / unit)
-        if function.greenwich:
-            before.append(f"+proj=affine +xoff={-function.greenwich!r}")
-        if function.angle_unit != 1.0:
-            before.append(f"+proj=affine +s11={function.angle_unit!r} +s22={function.angle_unit!r}")
+        greenwich, per_degree = function.angles.greenwich, function.angles.per_degree
+        if greenwich:
+            before.append(f"+proj=affine +xoff={-greenwich!r}")
+        if per_degree != 1.0:
+            before.append(f"+proj=affine +s11={per_degree!r} +s22={per_degree!r}")
     else:
         return None
     if unit != 1.0:
         after.append(f"+proj=unitconvert +xy_in={unit!r} +xy_out=m")
-    head, *steps = re.split(r"\s+\+step\s+", text)
+    head, *steps = re.split(r"\s+\+step\s+", function.definition)
     if "+proj=pipeline" not in head.split():
         head, steps = "+proj=pipeline", [head]
     coefficients = " ".join(f"+s{i + 1}{j + 1}={float(matrix[i, j])!r}" for i, j in itertools.product((0, 1), (0, 1)))
@@ -83,7 +82,12 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
     # unit of the CRS; on polar maps the axis directions do not tell the order.
     for sign_u, sign_v, swapped in itertools.product((1.0, -1.0), (1.0, -1.0), (False, True)):
         axes = np.diag([sign_u * u, sign_v * v])
-        derived = _derived_wkt(name, wkt, _affine(matrix @ (axes[::-1] if swapped else axes)))
+        (a1, a2), (b1, b2) = (matrix @ (axes[::-1] if swapped else axes)).tolist()
+        values = ",".join(
+            f'PARAMETER["{key}",{value!r},{unit},ID["EPSG",{code}]]'
+            for (key, unit, code), value in zip(_COEFFICIENTS, (0, a1, a2, 0, b1, b2), strict=True)
+        )
+        derived = _derived_wkt(name, wkt, f'"Linear correction",{_AFFINE},{values}')
         try:
             found = Projection.from_user_input(derived)(*points)
         except ProjectionError as error:
@@ -105,7 +109,7 @@ def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
     truth = matrix @ np.array(projection(*points))
 
     def coordinates(parameters: Stated) -> FloatArray:
-        return np.array(Projection.from_user_input(string_of(parameters))(*points))
+        return np.array(Projection.from_user_input(proj_strings.string_of(parameters))(*points))
 
     for changed in _changed_parameters(tokens, float(matrix[0, 0]), float(matrix[1, 1])):
         try:
@@ -118,7 +122,7 @@ def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
                     continue
                 changed["k_0"] = repr(float(np.sum(f * t) / np.sum(f * f)))
             if agree(projection, coordinates(changed), truth):
-                return string_of(changed)
+                return proj_strings.string_of(changed)
         except ProjectionError:
             continue
     return None
@@ -148,9 +152,9 @@ def base_crs(projection: Projection) -> CRS | None:
     """The projected CRS of a map, or one made of its PROJ string, which may be another map; None without any."""
     if isinstance(projection.function, CrsOperation):
         return CRS.from_wkt(projection.function.crs)
-    if not isinstance(projection.function, Pipeline) or "+proj=pipeline" in projection.function.pipeline:
+    if not isinstance(projection.function, Pipeline) or "+proj=pipeline" in projection.function.definition:
         return None
-    text = projection.function.pipeline
+    text = projection.function.definition
     for name, (key, value) in _LOST.items():
         if f"+proj={name}" in text.split() and f"+{key}=" not in text:
             text += f" +{key}={value}"
@@ -163,23 +167,13 @@ def base_crs(projection: Projection) -> CRS | None:
 
 
 _METRE = 'LENGTHUNIT["metre",1]'
-
-
-def _affine(coefficients: FloatArray) -> str:
-    """WKT2 of EPSG's affine parametric transformation."""
-    (a1, a2), (b1, b2) = coefficients.tolist()
-    one = 'SCALEUNIT["coefficient",1]'
-    rows = (
-        ("A0", 0, _METRE, 8623),
-        ("A1", a1, one, 8624),
-        ("A2", a2, one, 8625),
-        ("B0", 0, _METRE, 8639),
-        ("B1", b1, one, 8640),
-        ("B2", b2, one, 8641),
-    )
-    parameters = (f'PARAMETER["{key}",{value!r},{unit},ID["EPSG",{code}]]' for key, value, unit, code in rows)
-    method = 'METHOD["Affine parametric transformation",ID["EPSG",9624]]'
-    return f'"Linear correction",{method},{",".join(parameters)}'
+_ONE = 'SCALEUNIT["coefficient",1]'
+# EPSG's affine parametric transformation: names, units and codes of its parameters.
+_AFFINE = 'METHOD["Affine parametric transformation",ID["EPSG",9624]]'
+_COEFFICIENTS = (
+    *(("A0", _METRE, 8623), ("A1", _ONE, 8624), ("A2", _ONE, 8625)),
+    *(("B0", _METRE, 8639), ("B1", _ONE, 8640), ("B2", _ONE, 8641)),
+)
 
 
 def _derived_wkt(name: str, base: str, conversion: str) -> str:
@@ -194,22 +188,16 @@ def _derived_wkt(name: str, base: str, conversion: str) -> str:
 def _projecting_step(projection: Projection) -> dict[str, str] | None:
     """Parameters of the only projecting step of a PROJ operation; None if there is not exactly one."""
     function = projection.function
-    if isinstance(function, Pipeline):
-        text = function.pipeline
-    elif isinstance(function, CrsOperation):
-        text = function.transformer.definition
-    else:
+    if not isinstance(function, Pipeline | CrsOperation):
         return None
-    found: list[dict[str, str]] = []
-    for step in re.split(r"(?:^|\s)\+?step\s", text):
-        parameters = stated_in(step.split())
-        if parameters.get("proj") not in _BESIDE | {"pipeline"}:
-            found.append(parameters)
-    if isinstance(function, CrsOperation) and function.greenwich:
+    tokens = [token.lstrip("+") for token in function.definition.split()]
+    steps = map(proj_strings.stated_in, proj_strings.steps_of(tokens))
+    found = [step for step in steps if step and step.get("proj") not in _BESIDE]
+    if isinstance(function, CrsOperation) and (greenwich := function.angles.greenwich):
         for parameters in found:
             # PROJ's paris is 0.2 mm from EPSG's, in grads; its rome, in seconds, is EPSG's but for the last bit.
-            if abs(prime_meridian(parameters) - function.greenwich) > _SAME_MERIDIAN:
-                parameters["pm"] = repr(function.greenwich)
+            if abs(proj_strings.prime_meridian(parameters) - greenwich) > _SAME_MERIDIAN:
+                parameters["pm"] = repr(greenwich)
     return found[0] if len(found) == 1 and "inv" not in found[0] else None
 
 
@@ -261,9 +249,8 @@ def geodetic_of(projection: Projection) -> str | None:
     geodetic = CRS.from_wkt(projection.function.crs).geodetic_crs
     if geodetic is None or not operations.has_plain_axes(geodetic):
         return None
-    if operations.greenwich_offset(geodetic) or operations.units_per_degree(geodetic) != 1.0:
-        return None
-    return str(geodetic.to_wkt())
+    in_degrees = operations.GeographicAxes.of(geodetic) == operations.GeographicAxes()
+    return str(geodetic.to_wkt()) if in_degrees else None
 
 
 def crs_wkt(
@@ -289,11 +276,10 @@ def crs_wkt(
         }
     try:
         text = str(CRS.from_json_dict(parts).to_wkt(version, pretty=True))
-        found = Projection(*parse_crs(text))
+        found = Projection.from_user_input(text)
     except (pyproj.exceptions.CRSError, ProjectionError):
         return None, f"{version} has no such map."
-    points = tried(projection)
-    if not agree(projection, np.array(found(*points)), np.array(projection(*points))):
+    if not same_coordinates(projection, found):
         return None, f"{version} of {projection.name} is another map: it loses a default or a step."
     return text, None
 
@@ -304,11 +290,11 @@ def _geodetic(text: str) -> CRS:
     except ProjectionError:
         raise
     except (pyproj.exceptions.CRSError, TypeError, ValueError) as error:
-        hint = did_you_mean(close_codes(str(text)))
+        hint = did_you_mean(catalogue.close_codes(str(text)))
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. {hint}{ALLOWED}") from error
     if not crs.is_geographic or crs.ellipsoid is None:
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. It must have longitudes and latitudes.")
-    if operations.greenwich_offset(crs):
+    if operations.GeographicAxes.of(crs).greenwich:
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. Its longitudes must be from Greenwich.")
     return crs.to_2d() if len(crs.axis_info) > 2 else crs
 
@@ -326,8 +312,7 @@ def unprojected(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, Flo
     given = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     lon, lat = operations.transform(transformer, *given)
     operations.check_grids(transformer, given, lon)
-    per_degree = operations.units_per_degree(base)
-    return lon / per_degree + operations.greenwich_offset(base), lat / per_degree
+    return operations.GeographicAxes.of(base).to_degrees(lon, lat)
 
 
 # ---- followed by a linear map --------------------------------------------------------------------
@@ -383,20 +368,6 @@ class AreaOfUse(NamedTuple):
     name: str
     bounds: tuple[float, float, float, float]
 
-    def stated_in(self, crs: CRS) -> CRS:
-        """The CRS with this area of use."""
-        west, south, east, north = self.bounds
-        if east - west >= 360.0:
-            west, east = -180.0, 180.0
-        sides = {
-            "south_latitude": south,
-            "west_longitude": float(wrapped(west)),
-            "north_latitude": north,
-            "east_longitude": float(wrapped(east)),
-        }
-        parts = crs.to_json_dict() | {"scope": _SCOPE, "area": self.name}
-        return CRS.from_json_dict(parts | {"bbox": {name: round(side, _DECIMALS) for name, side in sides.items()}})
-
 
 @dataclass(frozen=True)
 class DerivedCrs:
@@ -449,6 +420,13 @@ def derived_crs(
         derived = CRS.from_wkt(_derived_wkt(name, plain.to_wkt("WKT2_2019"), conversion))
     except pyproj.exceptions.CRSError as error:
         raise ProjectionError(f"Invalid correction of '{name}'. PROJ cannot derive it from its base.") from error
-    both = (area.stated_in(crs).to_wkt("WKT2_2019", pretty=True) for crs in (CRS.from_json_dict(parts), derived))
+    west, south, east, north = area.bounds
+    if east - west >= 360.0:
+        west, east = -180.0, 180.0
+    sides = (south, float(wrapped(west)), north, float(wrapped(east)))
+    keys = ("south_latitude", "west_longitude", "north_latitude", "east_longitude")
+    bounds = {key: round(side, _DECIMALS) for key, side in zip(keys, sides, strict=True)}
+    usage = {"scope": _SCOPE, "area": area.name, "bbox": bounds}
+    both = (CRS.from_json_dict(one | usage).to_wkt("WKT2_2019", pretty=True) for one in (parts, derived.to_json_dict()))
     degrees = "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad"
     return DerivedCrs(f"{degrees} +step {chain}", *map(str, both))

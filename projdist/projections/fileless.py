@@ -18,7 +18,7 @@ from pyproj.database import get_authorities
 from pyproj.datadir import get_data_dir
 
 from projdist.projections import proj_strings
-from projdist.projections.crs import WktNode, is_wkt, parse_wkt, with_spaces
+from projdist.projections.crs import WktNode, form_of, parse_wkt, with_spaces
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.projection import named_map
 from projdist.support import close_words, shown
@@ -91,7 +91,7 @@ def file_named_in(text: str) -> str:
     if text.startswith("{"):
         return _in_json(text)
     keyword = re.split(r"[\s\[(]", text, maxsplit=1)[0]
-    if is_wkt(text) and (keyword.upper() in _CRSS or "[" in text or _RUN.search(text)):
+    if form_of(text) == "wkt" and (keyword.upper() in _CRSS or "[" in text or _RUN.search(text)):
         return _in_wkt(text)
     if re.search(r"(?:^|\s)\+?proj=", text):
         return _in_proj_string(text)

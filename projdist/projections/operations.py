@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyproj.exceptions
@@ -60,17 +60,32 @@ def has_plain_axes(geodetic: CRS) -> bool:
     return geodetic.is_geographic and directions in (["north", "east"], ["east", "north"])
 
 
-def greenwich_offset(crs: CRS) -> float:
-    """Longitude in degrees of the CRS's prime meridian, from Greenwich or the body's reference meridian."""
-    meridian = crs.prime_meridian
-    return float(np.degrees(float(meridian.longitude) * float(meridian.unit_conversion_factor))) if meridian else 0.0
+@dataclass(frozen=True)
+class GeographicAxes:
+    """How a CRS counts longitudes and latitudes: the default is in degrees from Greenwich."""
 
+    greenwich: float = 0.0  # degrees from Greenwich, or the body's reference meridian, to the prime meridian
+    per_degree: float = 1.0  # units per degree
 
-def units_per_degree(geodetic: CRS) -> float:
-    """Units of the CRS's longitudes per degree."""
-    east = next((axis for axis in geodetic.axis_info if axis.direction == "east"), geodetic.axis_info[0])
-    factor = float(east.unit_conversion_factor)
-    return 1.0 if math.isclose(factor, math.radians(1.0), rel_tol=_ROUNDED) else math.radians(1.0) / factor
+    @classmethod
+    def of(cls, geodetic: CRS) -> GeographicAxes:
+        """Those of a geodetic CRS."""
+        meridian, axes = geodetic.prime_meridian, geodetic.axis_info
+        factor = float(next((axis for axis in axes if axis.direction == "east"), axes[0]).unit_conversion_factor)
+        return cls(
+            float(np.degrees(float(meridian.longitude) * float(meridian.unit_conversion_factor))) if meridian else 0.0,
+            1.0 if math.isclose(factor, math.radians(1.0), rel_tol=_ROUNDED) else math.radians(1.0) / factor,
+        )
+
+    def from_degrees(self, lon: Any, lat: Any) -> tuple[Any, Any]:
+        """Coordinates of the CRS, longitude first, of Greenwich degrees."""
+        if self.greenwich or self.per_degree != 1.0:
+            lon, lat = (lon - self.greenwich) * self.per_degree, lat * self.per_degree
+        return lon, lat
+
+    def to_degrees(self, lon: Any, lat: Any) -> tuple[Any, Any]:
+        """Greenwich degrees of coordinates of the CRS, longitude first."""
+        return lon / self.per_degree + self.greenwich, lat / self.per_degree
 
 
 # ---- operation ellipsoids ------------------------------------------------------------------------
@@ -94,13 +109,16 @@ _PARAMETERS = {_BESSEL: "+ellps=bessel", _INTERNATIONAL: "+ellps=intl", _CLARKE_
 _SAME = 1e-6  # of size and flattening: interchangeable ellipsoids differ by less
 
 
-def operation_ellipsoid(operation: str, stated: Ellipsoid) -> Ellipsoid:
-    """The ellipsoid that PROJ uses for an operation if `stated` is requested."""
+def operation_ellipsoid(operation: str, stated: Ellipsoid, *, warn: bool = False) -> Ellipsoid:
+    """The ellipsoid that PROJ uses for an operation if `stated` is requested; with a warning for another one."""
+    used = _ALWAYS.get(operation, stated)
     if operation in _OF_TWO:
-        return _CLARKE_SPHERE if stated.is_sphere else _CLARKE_1866
-    if operation == _OF_ONE_SIZE:
-        return Ellipsoid(_CLARKE_SPHERE.a, stated.f)
-    return _ALWAYS.get(operation, stated)
+        used = _CLARKE_SPHERE if stated.is_sphere else _CLARKE_1866
+    elif operation == _OF_ONE_SIZE:
+        used = Ellipsoid(_CLARKE_SPHERE.a, stated.f)
+    if warn and (abs(used.a / stated.a - 1.0) > _SAME or abs(used.f - stated.f) > _SAME):
+        tell(f"PROJ draws {operation} on a figure of its own, {ellipsoid_parameters(used)}; it is measured on that.")
+    return used
 
 
 def ellipsoid_parameters(figure: Ellipsoid) -> str:
@@ -108,14 +126,6 @@ def ellipsoid_parameters(figure: Ellipsoid) -> str:
     if figure.is_sphere:
         return f"+R={figure.a:.12g}"
     return _PARAMETERS.get(figure, f"+a={figure.a:.12g} +rf={1.0 / figure.f:.12g}")
-
-
-def used_ellipsoid(operation: str, stated: Ellipsoid) -> Ellipsoid:
-    """The `operation_ellipsoid`, with a warning if it is not the stated one."""
-    used = operation_ellipsoid(operation, stated)
-    if abs(used.a / stated.a - 1.0) > _SAME or abs(used.f - stated.f) > _SAME:
-        tell(f"PROJ draws {operation} on a figure of its own, {ellipsoid_parameters(used)}; it is measured on that.")
-    return used
 
 
 # ---- grids ---------------------------------------------------------------------------------------
@@ -171,18 +181,18 @@ class Parts(NamedTuple):
 class Pipeline:
     """The operation of a PROJ string from Greenwich degrees to metres."""
 
-    pipeline: str
+    definition: str
     to_metre: float
 
     @functools.cached_property
     def transformer(self) -> Transformer:
         """PROJ's operation; raises pyproj's ProjError."""
-        return Transformer.from_pipeline(self.pipeline)
+        return Transformer.from_pipeline(self.definition)
 
     @property
     def reads_grids(self) -> bool:
         """True if a step needs a grid, which may be missing."""
-        return "grids=" in self.pipeline
+        return "grids=" in self.definition
 
     def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """x, y in metres, inf where undefined."""
@@ -199,8 +209,7 @@ class CrsOperation:
     """The operation of a projected CRS from Greenwich degrees to metres east and north."""
 
     crs: str
-    greenwich: float  # degrees from Greenwich to the CRS's prime meridian
-    angle_unit: float  # CRS angle units per degree
+    angles: GeographicAxes  # of its `geographic_base`
     axes: tuple[tuple[float, float], tuple[float, float]]  # (east, north) in metres per unit of each CRS axis
 
     @functools.cached_property
@@ -209,15 +218,32 @@ class CrsOperation:
         crs = CRS.from_wkt(self.crs)
         return Transformer.from_crs(geographic_base(crs), crs, always_xy=True)
 
-    def prepare(self, base: CRS, crs: CRS) -> None:
-        """Make the transformer from the CRSs themselves, twice as fast as from WKT; raises pyproj's ProjError.
+    @property
+    def definition(self) -> str:
+        """The PROJ string from coordinates of the geographic base to those of the CRS."""
+        return " ".join(f"+{token}" for token in self.transformer.definition.split())
 
-        For a few CRSs PROJ's database has several operations, some with datum transformations, and picks one at the
-        first point; these keep the WKT, which has the conversion only.
-        """
-        transformer = Transformer.from_crs(base, crs, always_xy=True)
-        if transformer.definition.startswith("proj="):
-            self.__dict__["transformer"] = transformer
+    @classmethod
+    def of(cls, crs: CRS, base: CRS) -> CrsOperation:
+        """The operation of a projected CRS from its `geographic_base`; raises pyproj's ProjError."""
+        axes = [(axis.direction, axis.unit_conversion_factor) for axis in crs.axis_info[:2]]
+        if [direction for direction, _ in axes] == ["north", "east"]:
+            axes.reverse()  # as always_xy does
+        (first, u), (second, v) = axes
+        matrix = ((u, 0.0), (0.0, v))  # also of polar maps, whose axes both point along meridians
+        sign = {"east": 1.0, "north": 1.0, "west": -1.0, "south": -1.0}
+        if first in ("north", "south") and second in ("east", "west"):
+            matrix = ((0.0, sign[second] * v), (sign[first] * u, 0.0))
+        elif first in ("east", "west") and second in ("north", "south"):
+            matrix = ((sign[first] * u, 0.0), (0.0, sign[second] * v))
+        made = cls(crs.to_wkt(), GeographicAxes.of(base), matrix)
+        if crs.type_name == "Projected CRS":  # a derived one has other axes in memory than in its WKT
+            # Twice as fast as from WKT. For a few CRSs PROJ's database has several operations, some with datum
+            # transformations, and picks one at the first point; these keep the WKT, which has the conversion only.
+            transformer = Transformer.from_crs(base, crs, always_xy=True)
+            if transformer.definition.startswith("proj="):
+                made.__dict__["transformer"] = transformer
+        return made
 
     def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """x, y in metres, inf where undefined."""
@@ -230,24 +256,14 @@ class CrsOperation:
 
     def native(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The CRS's own coordinates in its own unit, in GIS order (x, y); inf where undefined."""
-        return transform(self.transformer, *self.geodetic(lon, lat))
-
-    def geodetic(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Greenwich degrees to coordinates of the CRS's `geographic_base`, longitude first."""
-        if self.greenwich or self.angle_unit != 1.0:
-            lon, lat = (lon - self.greenwich) * self.angle_unit, lat * self.angle_unit
-        return lon, lat
-
-    def degrees(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Coordinates of the CRS's `geographic_base`, longitude first, to Greenwich degrees."""
-        return lon / self.angle_unit + self.greenwich, lat / self.angle_unit
+        return transform(self.transformer, *self.angles.from_degrees(lon, lat))
 
     def inverse(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Greenwich degrees of the CRS's own coordinates in the order of `native`; inf where undefined.
 
         PROJ also answers for some points outside the map: only those that `native` takes back to u, v are on it.
         """
-        return self.degrees(*transform(self.transformer, u, v, direction=TransformDirection.INVERSE))
+        return self.angles.to_degrees(*transform(self.transformer, u, v, direction=TransformDirection.INVERSE))
 
 
 def transform(

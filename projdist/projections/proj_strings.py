@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,7 @@ import pyproj.list
 from pyproj import Transformer
 
 from projdist.earth import Ellipsoid
-from projdist.projections import operations as proj_operations
-from projdist.projections.catalogue import NOT_IN_METRES, NOT_MAPS, close_ids, operation_titles
+from projdist.projections import catalogue, operations
 from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.operations import Parts, Pipeline, transform
 from projdist.support import close_words, did_you_mean, listed, shown, tell
@@ -86,36 +85,36 @@ def tell_of_idle(tokens: Sequence[str]) -> None:
     common, *steps = steps_of(tokens)
     if not steps:
         common, steps = [], [common]
-    made = [(step, definition) for step in steps if (definition := _definition([*step, *common]))]
-    for token in common:
-        if made and all(_is_unread(token, read) for _, read in made):
-            tell(_message(token, made[0][0]))
+    made = [(step, read) for step in steps if (read := _read([*step, *common]))]
+    idle = [(token, made[0][0]) for token in common if made and all(_is_unread(token, read) for _, read in made)]
     for step, read in made:
         for token in step:
             key, _, value = token.partition("=")
-            constant = _CONSTANTS.get(_operation(step), {}).get(key, math.nan)
+            constant = _CONSTANTS.get(stated_in(step).get("proj", ""), {}).get(key, math.nan)
             if _NUMBER.fullmatch(value) and abs(float(value.replace("_", "")) - constant) < _SAME:
                 continue
             if _is_unread(token, read) or _is_in_vain(token, [*step, *common]):
-                tell(_message(token, step))
+                idle.append((token, step))
+    for token, step in idle:
+        hint = did_you_mean(_meant(token, step))
+        tell(f"PROJ makes no use of '+{shown(token)}' with {stated_in(step).get('proj', '')}. {hint}".rstrip())
 
 
 def check_read(tokens: Sequence[str], added: Iterable[str], text: str) -> None:
     """Raise ProjectionError, which names the parameters of the map, for added tokens that it does not use."""
     for token in added:
-        is_read = token.partition("=")[0] not in _OF_STEPS and not _is_unread(token, _definition(tokens))
-        if is_read and not _is_in_vain(token, tokens):
+        if token.partition("=")[0] not in _OF_STEPS and _is_used(token, tokens):
             continue
-        read = []
+        used = []
         for key in sorted((ANGLES | NUMBERS | WHOLE_NUMBERS) - _OF_ALL):
             meant = f"{key}={_OTHERS.get(key, '1')}"
-            more = [*(other for other in tokens if other is not token and other.partition("=")[0] != key), meant]
-            if not _is_unread(meant, _definition(more)) and not _is_in_vain(meant, more):
-                read.append(key)
-        hint = did_you_mean([meant.partition("=")[0] for meant in _meant(token, tokens)])
+            rest = (other for other in tokens if other is not token and other.partition("=")[0] != key)
+            if _is_used(meant, [*rest, meant]):
+                used.append(key)
+        hint = did_you_mean(_meant(token, tokens))
         raise ProjectionError(
-            f"Invalid parameter '+{shown(token)}' in '{shown(text)}'. {hint}What changes {_operation(tokens)} is "
-            f"{listed([*read, 'x_0', 'y_0', 'R', 'ellps', 'units'], 'and')}."
+            f"Invalid parameter '+{shown(token)}' in '{shown(text)}'. {hint}What changes "
+            f"{stated_in(tokens).get('proj', '')} is {listed([*used, 'x_0', 'y_0', 'R', 'ellps', 'units'], 'and')}."
         )
 
 
@@ -128,7 +127,7 @@ def _made(tokens: Iterable[str]) -> Transformer | None:
         return None
 
 
-def _definition(tokens: Iterable[str]) -> set[str]:
+def _read(tokens: Iterable[str]) -> set[str]:
     """Parameters that PROJ read of a step."""
     made = _made(tokens)
     return set(made.definition.split()) if made else set()
@@ -139,44 +138,32 @@ def _is_unread(token: str, read: set[str]) -> bool:
     return key not in _BESIDE and (token if value else key) not in read
 
 
+def _is_used(token: str, step: Sequence[str]) -> bool:
+    return not _is_unread(token, _read(step)) and not _is_in_vain(token, step)
+
+
 def _is_in_vain(token: str, step: Sequence[str]) -> bool:
     """True if a parameter that PROJ reads of every map has another value than its default and changes nothing."""
     key, _, value = token.partition("=")
-    if key not in _READ_OF_ALL or _operation(step) in NOT_MAPS:
+    if key not in _READ_OF_ALL or stated_in(step).get("proj") in catalogue.NOT_MAPS:
         return False
     if _NUMBER.fullmatch(value) and float(value.replace("_", "")) == _READ_OF_ALL[key]:
         return False
     rest = [other for other in step if other is not token]
-    return _same_map(step, rest) and _same_map(step, [*rest, f"{key}={_OTHERS[key]}"])
+    places = np.meshgrid(np.linspace(-170.0, 175.0, 24), np.linspace(-80.0, 85.0, 12))
+    maps = map(_made, (step, rest, [*rest, f"{key}={_OTHERS[key]}"]))
+    here, *others = (np.array(transform(made, *places)) if made else None for made in maps)
+    return here is not None and all(
+        there is not None and np.array_equal(here, there, equal_nan=True) for there in others
+    )
 
 
-def _same_map(one: Sequence[str], other: Sequence[str]) -> bool:
-    lon, lat = (values.ravel() for values in np.meshgrid(np.linspace(-170.0, 175.0, 24), np.linspace(-80.0, 85.0, 12)))
-    maps = [made for made in map(_made, (one, other)) if made]
-    if len(maps) < 2:
-        return False
-    here, there = (np.array(transform(made, lon, lat)) for made in maps)
-    return bool(np.array_equal(here, there, equal_nan=True))
-
-
-def _operation(step: Iterable[str]) -> str:
-    return next((token[5:] for token in step if token.startswith("proj=")), "")
-
-
-def _message(token: str, step: Sequence[str]) -> str:
-    hint = did_you_mean(list(_meant(token, step)))
-    return f"PROJ makes no use of '+{shown(token)}' with {_operation(step)}. {hint}".rstrip()
-
-
-def _meant(token: str, step: Sequence[str]) -> Iterator[str]:
+def _meant(token: str, step: Sequence[str]) -> list[str]:
     """Parameters spelt like a token that PROJ reads of this map and that are not set."""
     key, equals, value = token.partition("=")
-    present = {other.partition("=")[0] for other in step}
     rest = [other for other in step if other is not token]
-    for name in close_words(key.lower(), sorted(KEYS)):
-        meant = f"{name}{equals}{value}"
-        if name not in present and meant in _definition([*rest, meant]):
-            yield name
+    near = (name for name in close_words(key.lower(), sorted(KEYS)) if name not in stated_in(step))
+    return [name for name in near if (meant := f"{name}{equals}{value}") in _read([*rest, meant])]
 
 
 # ---- PROJ strings as dictionaries ----------------------------------------------------------------
@@ -238,10 +225,11 @@ def degrees_of(text: str) -> float:
     figures = text.strip("+-").rstrip("NSEWnsew").replace("_", "")
     if figures.endswith(("r", "R")):
         return sign * float(figures[:-1]) * 57.29577951308232
-    parts = re.fullmatch(r"(?:([^dD°']+)[dD°]?)?(?:([^dD°'\"]+)')?(?:([^dD°'\"]+)\"?)?", figures)
-    if parts is None:
-        return sign * float(figures)
-    return sign * sum(float(part or 0.0) / by for part, by in zip(parts.groups(), (1.0, 60.0, 3600.0), strict=True))
+    total, unit = 0.0, 0
+    for figure, mark in re.findall(r"([^dD°'\"]+)([dD°'\"]?)", figures):
+        unit = {"": unit, "'": 1, '"': 2}.get(mark, 0)  # without a mark that after the last
+        total, unit = total + float(figure) / (1.0, 60.0, 3600.0)[unit], unit + 1
+    return sign * total
 
 
 def prime_meridian(stated: Stated) -> float:
@@ -276,19 +264,21 @@ def parse_proj_string(text: str) -> Parts:
     tokens = [token.lstrip("+") for token in text.split()]
     check_values(tokens, text)
     keys = [token.partition("=")[0] for token in tokens]
-    operations = [token.partition("=")[2] for token in tokens if token.startswith("proj=")]
-    is_pipeline = operations[0] == "pipeline"
+    ids = [token.partition("=")[2] for token in tokens if token.startswith("proj=")]
+    is_pipeline = ids[0] == "pipeline"
     if not is_pipeline:
-        operations = operations[:1]  # PROJ runs the first of several
+        ids = ids[:1]  # PROJ runs the first of several
     inner = [token.partition("=")[2] for token in tokens if token.startswith("o_proj=")]
     if "xy_out" in keys and tokens[-1].partition("=")[2] in ("deg", "rad", "grad"):
         raise ProjectionError(f"{complaint} Its output is an angle, not a plane in metres.")
-    for operation in [*operations, *inner]:
-        if operation in NOT_MAPS and not is_pipeline:
+    for operation in [*ids, *inner]:
+        if operation in catalogue.NOT_MAPS and not is_pipeline:
             raise ProjectionError(f"{complaint} PROJ's {operation} is not a map projection.")
-        if operation in NOT_IN_METRES and "proj=affine" not in tokens:  # a step that may convert it
-            raise ProjectionError(f"{complaint} PROJ's {operation} gives {NOT_IN_METRES[operation]}, not metres.")
-    operation = next((name for name in reversed(operations) if name not in NOT_MAPS), "")
+        if operation in catalogue.NOT_IN_METRES and "proj=affine" not in tokens:  # a step that may convert it
+            raise ProjectionError(
+                f"{complaint} PROJ's {operation} gives {catalogue.NOT_IN_METRES[operation]}, not metres."
+            )
+    operation = next((name for name in reversed(ids) if name not in catalogue.NOT_MAPS), "")
     definition = text
     try:
         if not is_pipeline:
@@ -297,46 +287,39 @@ def parse_proj_string(text: str) -> Parts:
                 if token.startswith("datum="):  # its ellipsoid, without its transformation to WGS 84
                     ellps = re.search(r"ellps=\S+", Transformer.from_pipeline(f"+proj=cart +{token}").definition)
                     tokens[k] = ellps[0] if ellps else token
-            if operation in proj_operations.OWN_ELLIPSOIDS:
-                tokens = _with_own_ellipsoid(operation, tokens)
+            if operation in operations.OWN_ELLIPSOIDS:
+                figure = _used_ellipsoid(operation, tokens)
+                own = operations.ellipsoid_parameters(figure).replace("+", "").split()
+                if not set(own) <= set(tokens):
+                    tokens = [token for token in tokens if token.partition("=")[0] not in ELLIPSOID_KEYS] + own
                 definition = " ".join(f"+{token}" for token in tokens)
         function = Pipeline(" ".join(f"+{token}" for token in tokens), _metres_per_unit(text, tokens))
         transformer = function.transformer
     except pyproj.exceptions.ProjError as error:
         known = pyproj.list.get_proj_operations_map()
-        unknown = next((name for name in [*operations, *inner] if name not in known), "")
-        reason = f"PROJ says: {proj_reason(error)}. {did_you_mean(close_ids(unknown))}"
+        unknown = next((name for name in [*ids, *inner] if name not in known), "")
+        reason = f"PROJ says: {proj_reason(error)}. {did_you_mean(catalogue.close_ids(unknown))}"
         raise ProjectionError(f"Invalid PROJ string '{shown(text)}'. {reason}".rstrip()) from error
     is_map = _maps_degrees(text, transformer) if is_pipeline or "inv" in keys else "omit_fwd" not in keys
     if not is_map:
         raise ProjectionError(f"{complaint} It must take longitude and latitude and return a plane, as a map does.")
     tell_of_idle(tokens)
     ellipsoid = _used_ellipsoid(operation, tokens)
-    if operation in proj_operations.SPHERICAL and not ellipsoid.is_sphere:
+    if operation in operations.SPHERICAL and not ellipsoid.is_sphere:
         tell(f"PROJ's {operation} is a map of the sphere; what it draws on an ellipsoid is another map.")
-    return Parts(operation_name(operations, inner), definition, ellipsoid, function)
-
-
-def _with_own_ellipsoid(operation: str, tokens: list[str]) -> list[str]:
-    """Tokens with the operation's own ellipsoid in place of the stated one."""
-    ellipsoid = _used_ellipsoid(operation, tokens)
-    own = proj_operations.ellipsoid_parameters(ellipsoid).replace("+", "").split()
-    if set(own) <= set(tokens):
-        return tokens
-    return [*(token for token in tokens if token.partition("=")[0] not in ELLIPSOID_KEYS), *own]
+    return Parts(operation_name(ids, inner), definition, ellipsoid, function)
 
 
 def _used_ellipsoid(operation: str, tokens: list[str]) -> Ellipsoid:
     """The ellipsoid that PROJ uses, with a warning if another one is stated."""
     is_stated = any(token.partition("=")[0] in ELLIPSOID_KEYS for token in tokens)
-    used = proj_operations.used_ellipsoid if is_stated else proj_operations.operation_ellipsoid
-    return used(operation, ellipsoid_of(tokens))
+    return operations.operation_ellipsoid(operation, ellipsoid_of(tokens), warn=is_stated)
 
 
-def operation_name(operations: Iterable[str], rotated: Iterable[str]) -> str:
+def operation_name(ids: Iterable[str], rotated: Iterable[str]) -> str:
     """Title of the last map among the operations, or of the map that ob_tran rotates."""
-    known = operation_titles()
-    maps = [name for name in operations if name not in NOT_MAPS]
+    known = catalogue.operation_titles()
+    maps = [name for name in ids if name not in catalogue.NOT_MAPS]
     if not maps:
         return "pipeline"
     inner = list(rotated)
@@ -373,7 +356,7 @@ def _metres_per_unit(text: str, tokens: list[str]) -> float:
                 raise ProjectionError(
                     f"Invalid unit '+to_meter={step['to_meter']}' in '{shown(text)}'. It must be metres, as a number."
                 ) from error
-        if step.get("proj") not in NOT_MAPS:
+        if step.get("proj") not in catalogue.NOT_MAPS:
             break
     return 1.0
 

@@ -22,21 +22,13 @@ from pyproj.enums import PJType
 
 from projdist._typing import FloatArray
 from projdist.earth import SPHERE, Ellipsoid, wrapped
-from projdist.projections import catalogue, proj_strings
-from projdist.projections.catalogue import NAMES, NEEDED_PARAMETERS, NOT_IN_METRES, NOT_MAPS
-from projdist.projections.crs import grid_mapping_in, is_proj_string, is_wkt, parse_crs
+from projdist.projections import catalogue, operations, proj_strings
+from projdist.projections.crs import form_of, grid_mapping_in, parse_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
-from projdist.projections.operations import (
-    CrsOperation,
-    Function,
-    Parts,
-    Pipeline,
-    ellipsoid_parameters,
-    operation_ellipsoid,
-)
-from projdist.projections.proj_strings import ELLIPSOID_KEYS, number_text, parse_proj_string
+from projdist.projections.operations import CrsOperation, Function, Parts, Pipeline
+from projdist.projections.proj_strings import number_text, parse_proj_string
 from projdist.projections.worldmaps import WORLD_MAPS
-from projdist.support import did_you_mean, listed, shown
+from projdist.support import close_words, did_you_mean, listed, shown
 
 # ---- names with parameters and a centre, as robinson+lon_0=150 -----------------------------------
 
@@ -94,8 +86,12 @@ class NamedMap:
         operation, fixed = operation_of(self.name)
         tokens = [f"proj={operation}", *(token for token in fixed if token.partition("=")[0] not in self.stated)]
         tokens += self.parameters
-        if not ELLIPSOID_KEYS & self.stated.keys():
-            tokens += ellipsoid_parameters(operation_ellipsoid(operation, SPHERE)).replace("+", "").split()
+        if not proj_strings.ELLIPSOID_KEYS & self.stated.keys():
+            tokens += (
+                operations.ellipsoid_parameters(operations.operation_ellipsoid(operation, SPHERE))
+                .replace("+", "")
+                .split()
+            )
         if self.centre is None:
             return tokens
         return turned_tokens([token for token in tokens if token != _POLE], *self.centre)
@@ -201,13 +197,14 @@ def projection_names() -> dict[str, str]:
     >>> projection_names()["robinson"]
     '+proj=robin +R=6371008.7714'
     """
-    ids = (name for name in pyproj.list.get_proj_operations_map() if name not in {*NOT_MAPS, *NOT_IN_METRES})
-    return {name: name if name in WORLD_MAPS else _textbook(name) for name in [*NAMES, *WORLD_MAPS, *ids]}
+    left_out = {*catalogue.NOT_MAPS, *catalogue.NOT_IN_METRES}
+    ids = (name for name in pyproj.list.get_proj_operations_map() if name not in left_out)
+    return {name: name if name in WORLD_MAPS else _textbook(name) for name in [*catalogue.NAMES, *WORLD_MAPS, *ids]}
 
 
 def needed_parameters(name: str) -> list[str]:
     """PROJ parameters that a name requires; empty for most names."""
-    return [token.lstrip("+").partition("=")[0] for token in NEEDED_PARAMETERS.get(name, "").split()]
+    return [token.lstrip("+").partition("=")[0] for token in catalogue.NEEDED_PARAMETERS.get(name, "").split()]
 
 
 def parse_name(text: str) -> Parts:
@@ -216,23 +213,29 @@ def parse_name(text: str) -> Parts:
     Raises ProjectionError.
     """
     words = named_map(text)
-    name, operations = known_name(words.name), pyproj.list.get_proj_operations_map()
+    name, titles = known_name(words.name), pyproj.list.get_proj_operations_map()
     if not name:
         close = catalogue.close_codes(text) or catalogue.close_names(words.name)
         utm = re.fullmatch(r"utm[\s_-]*(?:zone[\s_-]*)?(0?[1-9]|[1-5]\d|60)[\s_-]*([ns]?)", text, re.IGNORECASE)
         if utm:
             return parse_crs(f"EPSG:32{7 if utm[2].lower() == 's' else 6}{int(utm[1]):02}")
-        if words.name == text and (not close or "/" in text) and (code := catalogue.crs_code(text)):
-            return parse_crs(code)
+        if (
+            words.name == text
+            and (not close or "/" in text)
+            and (known := catalogue.crs_names().get(catalogue.folded(text)))
+        ):
+            return parse_crs(known[0])
         # Names of CRSs contain one of these, or are too short to tell from other words.
         if words.name == text and ("/" in text or "_" in text):
-            close = close or catalogue.close_crs_names(text)
+            names = catalogue.crs_names()
+            spelt = close_words(catalogue.folded(text), names)
+            close = close or [names[name][1] for name in spelt][: catalogue.MOST_HINTS]
         raise ProjectionError(f"Invalid projection '{shown(text)}'. {did_you_mean(close)}{ALLOWED}")
-    if name in NOT_MAPS:
-        reason = f"PROJ's {operations[name]} is not a map projection."
+    if name in catalogue.NOT_MAPS:
+        reason = f"PROJ's {titles[name]} is not a map projection."
         raise ProjectionError(f"Invalid projection '{shown(text)}'. {reason}")
-    if name in NOT_IN_METRES:
-        reason = f"PROJ's {name} gives {NOT_IN_METRES[name]}, not metres."
+    if name in catalogue.NOT_IN_METRES:
+        reason = f"PROJ's {name} gives {catalogue.NOT_IN_METRES[name]}, not metres."
         raise ProjectionError(f"Invalid projection '{shown(text)}'. {reason}")
     words = replace(words, name=name)
     parts = _world_map(words) if name in WORLD_MAPS else parse_proj_string(_named_string(words, text))
@@ -249,9 +252,9 @@ def parse_name(text: str) -> Parts:
 
 def known_name(text: str) -> str:
     """The catalogue's spelling of a name or PROJ id; "" if unknown."""
-    operations = pyproj.list.get_proj_operations_map()
-    known = text if text in operations else catalogue.normalised(text)
-    return known if known in NAMES or known in operations or known in WORLD_MAPS else ""
+    ids = pyproj.list.get_proj_operations_map()
+    known = text if text in ids else catalogue.normalised(text)
+    return known if known in catalogue.NAMES or known in ids or known in WORLD_MAPS else ""
 
 
 def _world_map(words: NamedMap) -> Parts:
@@ -273,7 +276,7 @@ def _world_map(words: NamedMap) -> Parts:
 
 def operation_of(name: str) -> tuple[str, list[str]]:
     """PROJ operation of a name, and the tokens of its fixed parameters."""
-    operation, *own = (NAMES.get(name) or catalogue.TEXTBOOK_PARAMETERS.get(name, name)).split()
+    operation, *own = (catalogue.NAMES.get(name) or catalogue.TEXTBOOK_PARAMETERS.get(name, name)).split()
     return operation, [token.lstrip("+") for token in own]
 
 
@@ -285,12 +288,12 @@ def _named_string(words: NamedMap, text: str) -> str:
         sphere = "has no form on the sphere and " if "ellps" in needed else ""
         raise ProjectionError(
             f"{complaint} It {sphere}needs {listed(needed, 'and')}: give a PROJ string, such as '{_textbook(name)}', "
-            f"or '{name}{NEEDED_PARAMETERS[name].replace(' ', '')}'."
+            f"or '{name}{catalogue.NEEDED_PARAMETERS[name].replace(' ', '')}'."
         )
     operation, fixed = operation_of(name)
     own = proj_strings.stated_in(fixed)
     clash = next((key for key in stated if key in own), None)
-    if clash and name in NAMES:
+    if clash and name in catalogue.NAMES:
         raise ProjectionError(
             f"{complaint} A {name} map is {operation} with {listed(fixed, 'and')}: for others write "
             f"'{operation}+{clash}=...'."
@@ -317,12 +320,9 @@ def has_centre(function: Function, lat: float, lon: float, origin: tuple[float, 
 
 
 def _textbook(name: str) -> str:
-    """The PROJ string of a bare name."""
-    operation = NAMES.get(name) or catalogue.TEXTBOOK_PARAMETERS.get(name, name)
-    parameters = [f"+proj={operation}", *NEEDED_PARAMETERS.get(name, "").split()]
-    if "ellps" not in needed_parameters(name):
-        parameters.append(ellipsoid_parameters(operation_ellipsoid(operation, SPHERE)))
-    return " ".join(parameters)
+    """The PROJ string of a bare name, with example parameters where it needs some."""
+    needed = tuple(token.lstrip("+") for token in catalogue.NEEDED_PARAMETERS.get(name, "").split())
+    return " ".join(f"+{token}" for token in NamedMap(name, needed).tokens)
 
 
 # ---- bodies --------------------------------------------------------------------------------------
@@ -389,8 +389,10 @@ def parse(value: Any) -> Parts:
         return parse_proj_string(proj_strings.string_of_parameters(value))
     if isinstance(value, Proj):
         value = value.crs
-    if isinstance(value, CRS) and is_proj_string(value.srs):
-        stated = proj_strings.stated_in(value.srs.split()).keys() & ELLIPSOID_KEYS or value.ellipsoid is None
+    if isinstance(value, CRS) and form_of(value.srs) == "proj":
+        stated = (
+            proj_strings.stated_in(value.srs.split()).keys() & proj_strings.ELLIPSOID_KEYS or value.ellipsoid is None
+        )
         # The default ellipsoid of a CRS is that of WGS 84, and of a string GRS 80.
         return parse_proj_string(value.srs if stated else f"{value.srs} +ellps=WGS84")
     return parse_crs(value)
@@ -410,15 +412,16 @@ def _parse_text(text: str) -> Parts:
     init = re.fullmatch(r"\+?init=(\w+:\w+)(?:\s+\+no_defs|\s+\+type=crs)*", text)
     if init:
         return parse_crs(init[1].upper())
-    if text.startswith("{"):
+    form = form_of(text)
+    if form == "json":
         try:
             value = json.loads(text)
         except (ValueError, RecursionError) as error:
             raise ProjectionError(f"Invalid projection '{shown(text)}'. It is no JSON: {error}. {ALLOWED}") from error
         return parse(value) if "proj" in value or grid_mapping_in(value) else parse_crs(text)
-    if is_wkt(text):
+    if form == "wkt":
         return parse_crs(text)
-    if is_proj_string(text):
+    if form == "proj":
         return parse_proj_string(" ".join(text.split()))
     if ":" not in text:
         return parse_name(text)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 import re
-from collections import defaultdict
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -15,23 +13,13 @@ import numpy as np
 import pyproj.exceptions
 
 from projdist.earth import data_rows
+from projdist.projections import catalogue, proj_strings
 from projdist.projections import projection as names
-from projdist.projections.catalogue import NAMES
-from projdist.projections.crs import is_proj_string
+from projdist.projections.crs import form_of
 from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.exports import parameters_of, same_coordinates
 from projdist.projections.operations import CrsOperation, Pipeline
-from projdist.projections.proj_strings import (
-    Stated,
-    defined_by,
-    degrees_of,
-    number_text,
-    operation_name,
-    prime_meridian,
-    stated_in,
-    string_of,
-    tokens_of,
-)
+from projdist.projections.proj_strings import Stated, degrees_of, number_text, stated_in, string_of
 from projdist.projections.projection import NamedMap, Projection, ProjectionLike, Turned, operation_of
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import check_number, close_words, did_you_mean, listed, shown
@@ -44,10 +32,10 @@ def with_parameters(projection: Projection, parameters: Mapping[str, float]) -> 
     Raises ProjectionError.
     """
     function = projection.function
-    if not isinstance(function, Pipeline) or "+proj=pipeline" in function.pipeline:
+    if not isinstance(function, Pipeline) or "+proj=pipeline" in function.definition:
         raise ProjectionError(f"Invalid projection '{projection.label}'. It must be a PROJ string of one step.")
-    definition = defined_by(projection.definition, parameters)
-    return run_as(projection, definition, defined_by(function.pipeline, parameters))
+    definition = proj_strings.defined_by(projection.definition, parameters)
+    return run_as(projection, definition, proj_strings.defined_by(function.definition, parameters))
 
 
 def run_as(projection: Projection, definition: str, pipeline: str) -> Projection:
@@ -60,9 +48,9 @@ def run_as(projection: Projection, definition: str, pipeline: str) -> Projection
     try:
         _ = changed.transformer
     except pyproj.exceptions.ProjError as error:
-        message = f"Invalid PROJ string '{changed.pipeline}'. PROJ says: {proj_reason(error)}."
+        message = f"Invalid PROJ string '{changed.definition}'. PROJ says: {proj_reason(error)}."
         raise ProjectionError(message) from error
-    return dataclasses.replace(projection, definition=definition, function=changed)
+    return replace(projection, definition=definition, function=changed)
 
 
 # ---- ranges of numeric parameters ----------------------------------------------------------------
@@ -85,34 +73,20 @@ class ParameterRange:
     value: float
 
 
-@functools.cache
-def _rows() -> Mapping[str, list[dict[str, str]]]:
-    """Rows of the table of ranges by operation.
-
-    Rows of different `form` exclude each other. `where` limits a row to polar maps, to maps of an ellipsoid, or to maps
-    with another parameter stated.
-    """
-    found = defaultdict(list)
-    for row in data_rows("parameter_ranges.csv"):
-        found[row["operation"]].append(row)
-    return found
-
-
 def _ranges(operation: str, stated: Stated, *, sphere: bool) -> tuple[ParameterRange, ...]:
     """The numeric parameters of an operation with some parameters stated.
 
-    Of alternatives, such as k_0 or lat_ts, those that are stated, else the first. A range is mirrored or extended to
-    include the value.
+    Rows of the table with different `form` exclude each other: of alternatives, such as k_0 or lat_ts, those are taken
+    that are stated, else the first. `where` limits a row to polar maps, to maps of an ellipsoid, or to maps with
+    another parameter stated. A range is mirrored or extended to include the value.
     """
     stated = {"k_0": stated["k"], **stated} if "k" in stated else stated  # PROJ's older word
     polar = abs(degrees_of(stated.get("lat_0", "0"))) == 90.0
     there = {"", *stated, *(["polar"] if polar else []), *([] if sphere else ["ellipsoid"])}
-    rows = [row for row in _rows().get(operation, ()) if row["where"] in there]
-    forms = list(dict.fromkeys(row["form"] for row in rows if row["form"]))
-    if forms:
-        stated_forms = [row["form"] for row in rows if row["key"] in stated]
-        form = max(forms, key=stated_forms.count)  # ties: the first
-        rows = [row for row in rows if row["form"] in ("", form)]
+    rows = [row for row in data_rows("parameter_ranges.csv") if row["operation"] == operation and row["where"] in there]
+    stated_forms = [row["form"] for row in rows if row["key"] in stated]
+    form = max((row["form"] for row in rows if row["form"]), key=stated_forms.count, default="")  # ties: the first
+    rows = [row for row in rows if row["form"] in ("", form)]
     found = []
     for row in rows:
         key, default = row["key"], row["default"]  # a number, or another parameter, whose value it then has
@@ -178,13 +152,17 @@ def tuned(projection: ProjectionLike, values: Mapping[str, float], centre: Centr
     texts = {key: _value_text(plan.tunable, key, value) for key, value in values.items()}
     if centre is None:
         return plan.made(texts, None)
-    lon, lat = _checked(plan.tunable, centre)
+    found, (lon, lat) = plan.tunable, (check_number("centre", value) for value in centre)
+    if found.drags == "none":
+        raise ProjectionError(f"Invalid centre of '{shown(found.definition)}'. This map has none that can be moved.")
+    complaint = f"Invalid centre '{lon:g}, {lat:g}' of '{shown(found.definition)}'."
+    low, high = next(((each.low, each.high) for each in found.parameters if each.name == "lat_0"), (-90.0, 90.0))
+    if not (low <= lat <= high and math.isfinite(lon)):
+        raise ProjectionError(f"{complaint} It must be a longitude, and a latitude of {low:g} to {high:g}.")
+    lon = _wrapped(lon)
     made = plan.made(texts, (lon, lat))
-    if plan.tunable.drags == "both" and not np.isfinite(made(lon, lat)).all():
-        raise ProjectionError(
-            f"Invalid centre '{lon:g}, {lat:g}' of '{shown(plan.tunable.definition)}'. It must be where the map is "
-            "defined."
-        )
+    if found.drags == "both" and not np.isfinite(made(lon, lat)).all():
+        raise ProjectionError(f"{complaint} It must be where the map is defined.")
     return made
 
 
@@ -200,7 +178,7 @@ class _Plan:
     def made(self, values: Stated, centre: Centre | None) -> Projection:
         """The map with other values and another centre."""
         if centre is not None and self.tunable.drags == "longitude":
-            lon = _wrapped(centre[0] - prime_meridian(self.stated))
+            lon = _wrapped(centre[0] - proj_strings.prime_meridian(self.stated))
             values = {**values, _longitude_key(self.tunable.parameters): number_text(lon)}
             centre = None
         function = self.projection.function
@@ -208,14 +186,14 @@ class _Plan:
             assert isinstance(function, Pipeline)
             definition, pipeline = (
                 string_of(_moved(_with(stated_in(text.split()), values), centre))
-                for text in (self.projection.definition, function.pipeline)
+                for text in (self.projection.definition, function.definition)
             )
             made = run_as(self.projection, definition, pipeline)
             if centre is None:
                 return made
             stated = stated_in(definition.split())
             inner = [stated["o_proj"]] if "o_proj" in stated else []
-            return replace(made, name=operation_name([stated["proj"]], inner))
+            return replace(made, name=proj_strings.operation_name([stated["proj"]], inner))
         words = _with_values(self.words, values)
         if centre is not None:
             words = _centred(words, centre)
@@ -239,13 +217,22 @@ def _plan(projection: ProjectionLike) -> _Plan:
 def _plan_of_text(text: str) -> _Plan:
     """Plan of a name, PROJ string, code or WKT."""
     projection = Projection.from_user_input(text)
-    if not is_proj_string(text) and ":" not in text:
+    if form_of(text) != "proj" and ":" not in text:
         words = names.named_map(text)
         words = replace(words, name=names.known_name(words.name))
         if words.name in _STRINGS:
             return _plan_of_text(projection.definition)
         if words.name:  # and not of a CRS
-            return _plan_of_name(projection, words)
+            # Maps that PROJ lacks have lon_0 only, as Robinson's.
+            plain = (
+                ["proj=robin", *words.parameters] if words.name in WORLD_MAPS else replace(words, centre=None).tokens
+            )
+            stated = stated_in(plain)
+            latitude = _latitude(stated, sphere=projection.ellipsoid.is_sphere)
+            if words.centre is not None:
+                latitude = words.centre[0]
+                stated |= {"lat_0": number_text(latitude), "lon_0": number_text(words.centre[1])}
+            return _with_drags(_Plan(projection, Tunable(definition=str(words)), stated, words), latitude)
     if isinstance(projection.function, CrsOperation):
         return _plan_of_operation(projection)
     stated = stated_in(projection.definition.split())
@@ -267,18 +254,6 @@ def _plan_of_operation(projection: Projection) -> _Plan:
     return _Plan(projection, Tunable(definition=projection.definition), {}) if text is None else _plan_of_text(text)
 
 
-def _plan_of_name(projection: Projection, words: NamedMap) -> _Plan:
-    if words.name in WORLD_MAPS:
-        stated = {"proj": "robin", **words.stated}  # which also has lon_0 only
-    else:
-        stated = stated_in(replace(words, centre=None).tokens)
-    latitude = _latitude(stated, sphere=projection.ellipsoid.is_sphere)
-    if words.centre is not None:
-        latitude = words.centre[0]
-        stated |= {"lat_0": number_text(latitude), "lon_0": number_text(words.centre[1])}
-    return _with_drags(_Plan(projection, Tunable(definition=str(words)), stated, words), latitude)
-
-
 def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
     """The plan with parameters, `drags` and `centre`, from the latitude at the map's origin (None if it cannot move).
 
@@ -294,7 +269,7 @@ def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
     if not key:
         return plan
     lon = next(parameter.value for parameter in parameters if parameter.name == key)
-    lon = _wrapped(lon + prime_meridian(plan.stated))
+    lon = _wrapped(lon + proj_strings.prime_meridian(plan.stated))
     if latitude is not None:
         both = replace(plan, tunable=replace(plan.tunable, drags="both", centre=(lon, latitude)))
         if _is_centred(both):
@@ -335,27 +310,27 @@ def _moved(stated: Stated, centre: Centre | None) -> dict[str, str]:
     """Parameters of the map with a point at its origin."""
     if centre is None:
         return dict(stated)
-    lon, lat = _wrapped(centre[0] - prime_meridian(stated)), centre[1]
+    lon, lat = _wrapped(centre[0] - proj_strings.prime_meridian(stated)), centre[1]
     operation = stated["proj"]
     if operation in _WITH_LATITUDE:
         longitude = "lonc" if operation == "omerc" else "lon_0"
         return {**stated, "lat_0": number_text(lat), longitude: number_text(lon)}
     turned = stated.get("o_proj", operation)
     rest = {key: value for key, value in stated.items() if key not in ("proj", "o_proj", "lon_0", "lat_0", *_POLES)}
-    return stated_in(names.turned_tokens([f"proj={turned}", *tokens_of(rest)], lat, lon))
+    return stated_in(names.turned_tokens([f"proj={turned}", *proj_strings.tokens_of(rest)], lat, lon))
 
 
 def _with_values(words: NamedMap, values: Stated) -> NamedMap:
     """A named map with other values; a name whose fixed parameters change gives way to the general operation."""
     operation, fixed = operation_of(words.name)
     name, stated, own = words.name, words.stated, stated_in(fixed)
-    if name in NAMES and own.keys() & values.keys():
+    if name in catalogue.NAMES and own.keys() & values.keys():
         name, stated = operation, own | stated
     if words.centre is None:
-        return NamedMap(name, tuple(tokens_of(_with(stated, values))))
+        return NamedMap(name, tuple(proj_strings.tokens_of(_with(stated, values))))
     lat, lon = (float(values.get(key, at)) for key, at in zip(("lat_0", "lon_0"), words.centre, strict=True))
     others = {key: value for key, value in values.items() if key not in ("lat_0", "lon_0")}
-    return _centred(NamedMap(name, tuple(tokens_of(_with(stated, others)))), (lon, lat))
+    return _centred(NamedMap(name, tuple(proj_strings.tokens_of(_with(stated, others)))), (lon, lat))
 
 
 def _centred(words: NamedMap, centre: Centre) -> NamedMap:
@@ -368,10 +343,10 @@ def _centred(words: NamedMap, centre: Centre) -> NamedMap:
         stated = _moved({"proj": operation, **stated}, centre)
         del stated["proj"]
     elif operation in _WITH_LATITUDE or lat != 0.0:
-        return NamedMap(name, tuple(tokens_of(stated)), (lat, lon))
+        return NamedMap(name, tuple(proj_strings.tokens_of(stated)), (lat, lon))
     else:
         stated["lon_0"] = number_text(lon)
-    return NamedMap(name, tuple(tokens_of(stated)))
+    return NamedMap(name, tuple(proj_strings.tokens_of(stated)))
 
 
 def _with(stated: Stated, values: Stated) -> dict[str, str]:
@@ -397,20 +372,6 @@ def _value_text(found: Tunable, key: str, value: float) -> str:
             f"{high:.12g}{unit}{steps}."
         )
     return number_text(number)
-
-
-def _checked(found: Tunable, centre: Centre) -> Centre:
-    """A longitude from -180 to 180 and a latitude; raises ProjectionError."""
-    if found.drags == "none":
-        raise ProjectionError(f"Invalid centre of '{shown(found.definition)}'. This map has none that can be moved.")
-    lon, lat = (check_number("centre", value) for value in centre)
-    low, high = next(((each.low, each.high) for each in found.parameters if each.name == "lat_0"), (-90.0, 90.0))
-    if not (low <= lat <= high and math.isfinite(lon)):
-        raise ProjectionError(
-            f"Invalid centre '{lon:g}, {lat:g}' of '{shown(found.definition)}'. It must be a longitude, and a latitude "
-            f"of {low:g} to {high:g}."
-        )
-    return _wrapped(lon), lat
 
 
 def _wrapped(lon: float) -> float:

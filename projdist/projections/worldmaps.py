@@ -13,29 +13,12 @@ import numpy as np
 from projdist._typing import AnyArray, FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS, wrapped
 
-__all__ = [
-    "WORLD_MAPS",
-    "briesemeister",
-    "distance_around_edge",
-    "double_sided_equal_area",
-    "double_sided_equidistant",
-    "francula_1",
-    "francula_2",
-    "gott_elliptical",
-    "gott_mugnolo_elliptical",
-    "gott_wagner",
-    "wagner_9",
-]
-
 XY = tuple[FloatArray, FloatArray]
 
 _STRETCH = 1.18  # of Gott & Mugnolo's map
 _ANGLES = np.arange(16) * (np.pi / 8)  # dense enough for one minimum of the path over the edge in each interval
 _HALVINGS = 24
 _NEWTON_STEPS = 6  # the start is exact at the poles and 0.9 of the solution at the equator
-
-
-# ---- Gott -----------------------------------------------------------------------------------
 
 
 def gott_elliptical(lon: FloatArray, lat: FloatArray) -> XY:
@@ -69,9 +52,6 @@ def gott_wagner(lon: FloatArray, lat: FloatArray) -> XY:
     they define it, computes to 4.55, where they print 4.497, so that a detail may differ.
     """
     return _equidistant(np.radians(wrapped(lon)) / np.sqrt(12), np.radians(lat) * 2 / 3, 2.0, 1.0)
-
-
-# ---- Briesemeister, Francula ----------------------------------------------------------------
 
 
 def briesemeister(lon: FloatArray, lat: FloatArray) -> XY:
@@ -108,9 +88,6 @@ def francula_2(lon: FloatArray, lat: FloatArray) -> XY:
     return MEAN_EARTH_RADIUS * 0.621462 * np.radians(wrapped(lon)) * ellipse, MEAN_EARTH_RADIUS * phi
 
 
-# ---- Wagner ---------------------------------------------------------------------------------
-
-
 def wagner_9(lon: FloatArray, lat: FloatArray) -> XY:
     """Wagner's ninth map: a part of an equatorial equidistant map, with new numbers at its lines.
 
@@ -118,9 +95,6 @@ def wagner_9(lon: FloatArray, lat: FloatArray) -> XY:
     have their true lengths. Wagner 1949, "Kartographische Netzentwürfe".
     """
     return _equidistant(np.radians(wrapped(lon)) * 5 / 18, np.radians(lat) * 7 / 9, 18 / 5, 9 / 7)
-
-
-# ---- double-sided ---------------------------------------------------------------------------
 
 
 def double_sided_equidistant(lon: FloatArray, lat: FloatArray) -> XY:
@@ -140,10 +114,7 @@ def double_sided_equal_area(lon: FloatArray, lat: FloatArray) -> XY:
 def _double_sided(lon: FloatArray, lat: FloatArray, radius: FloatArray, edge: float) -> XY:
     side = np.where(lat < 0.0, -1.0, 1.0)
     lam = np.radians(lon)
-    return (
-        MEAN_EARTH_RADIUS * side * (radius * np.sin(lam) - edge),
-        -MEAN_EARTH_RADIUS * radius * np.cos(lam),
-    )
+    return (MEAN_EARTH_RADIUS * side * (radius * np.sin(lam) - edge), -MEAN_EARTH_RADIUS * radius * np.cos(lam))
 
 
 def distance_around_edge(x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: FloatArray, edge: float) -> FloatArray:
@@ -172,9 +143,6 @@ def distance_around_edge(x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: Flo
         angle = angle + np.copysign(step, falls)
     distance[over] = edge * np.minimum(way(angle), ways.min(axis=0))
     return distance
-
-
-# ---- parts ----------------------------------------------------------------------------------
 
 
 def _equidistant(lam: FloatArray, phi: FloatArray, across: float, along: float) -> XY:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import SMOOTH, Discontinuities, Ellipsoid
-from projdist.projections import geodesic_arrivals, geodesic_destination, geodesic_lengths
+from projdist.projections import geodesic_direct, geodesic_inverse
 from projdist.regions.region import ChartPoints, Unclipped
 
 _LONGEST = 90.0  # degrees of azimuth or distance in one panel
@@ -102,7 +102,8 @@ class Cap(Unclipped):
         return self.lon - half, south, self.lon + half, north
 
     def _destination(self, azimuth: float) -> tuple[float, float, float]:
-        return geodesic_destination(self.figure, self.lon, self.lat, azimuth, 1000.0 * self.radius_km)
+        lon, lat, course = geodesic_direct(self.figure, self.lon, self.lat, azimuth, 1000.0 * self.radius_km)
+        return float(lon), float(lat), float(course) % 360.0
 
     @functools.cached_property
     def area_km2(self) -> float:
@@ -136,7 +137,7 @@ class Cap(Unclipped):
         near = np.abs(beyond) < self._rim.margin
         if near.any():
             start = np.full(int(near.sum()), self.lon), np.full(int(near.sum()), self.lat)
-            length = geodesic_lengths(self.figure, *start, lon[near], lat[near])
+            length = geodesic_inverse(self.figure, *start, lon[near], lat[near])[0]
             inside[near] = length <= 1000.0 * self.radius_km + _ON_RIM * self.figure.a
         return inside
 
@@ -199,7 +200,7 @@ class Cap(Unclipped):
             angle = min(180.0, math.degrees(metres / figure.a))
             return _Rim(angle, np.array([angle]), 0.0, 0.0)
         ends = (np.array([one]) for one in (self.lon, self.lat, self.lon + 180.0, -self.lat))
-        if metres >= geodesic_lengths(figure, *ends)[0]:  # the antipode, the farthest point
+        if metres >= geodesic_inverse(figure, *ends)[0][0]:  # the antipode, the farthest point
             return _Rim(180.0, np.array([180.0]), _NEAR_RIM, 0.0)
         for degree in _DEGREES:
             angles = (np.arange(degree + 1) + 0.5) * math.pi / (degree + 1)
@@ -233,7 +234,7 @@ def reaches(ellipsoid: Ellipsoid, lon: ArrayLike, lat: ArrayLike, azimuth: Array
     reach = np.full(lon.shape, min(mean, 90.0 + 0.5 * mean, 180.0))
     for _ in range(_MOST_STEPS):
         points = _about(lon, lat, azimuth, reach)
-        length, course = geodesic_arrivals(ellipsoid, lon, lat, points.lon, points.lat)
+        length, _, course = geodesic_inverse(ellipsoid, lon, lat, points.lon, points.lat)
         low, high = np.where(length < metres, reach, low), np.where(length < metres, high, reach)
         meridian, vertical = ellipsoid.radii(points.lat)
         east, north = np.sin(_DEGREE * course), np.cos(_DEGREE * course)

@@ -8,7 +8,7 @@ import unicodedata
 
 import shapely
 
-from projdist.earth import WGS84, merged, natural_earth, state_keys, state_outline
+from projdist.earth import WGS84, data_rows, merged, natural_earth, state_outline
 from projdist.regions.combinations import told_apart
 from projdist.regions.polygons import Polygons
 from projdist.support import NEAR, did_you_mean
@@ -22,12 +22,12 @@ Row = dict[str, str]
 
 def region_names() -> list[str]:
     """Named regions as `get_region` takes them: globe, land, ocean, countries, continents and states."""
-    countries = sorted(row["name"] for row in natural_earth.country_keys())
+    countries = sorted(row["name"] for row in data_rows("countries.csv"))
     return [
         *("globe", "land", "ocean"),
         *(f"country:{name}" for name in countries),
         *(f"continent:{name}" for name in sorted(continents().values())),
-        *(f"state:{row['name']}" for row in state_keys()),
+        *(f"state:{row['name']}" for row in data_rows("states.csv")),
     ]
 
 
@@ -36,9 +36,9 @@ def rows_of(kind: str) -> dict[str, Row]:
     """Rows of the countries, or of the states of the USA, by folded names and codes."""
     columns: tuple[str, ...]
     if kind == "country":
-        rows, columns = natural_earth.country_keys(), ("name", "iso_a2", "iso_a3", "iso_n3", "other_names")
+        rows, columns = data_rows("countries.csv"), ("name", "iso_a2", "iso_a3", "iso_n3", "other_names")
     else:
-        rows, columns = state_keys(), ("name", "postal", "fips", "other_names")
+        rows, columns = data_rows("states.csv"), ("name", "postal", "fips", "other_names")
     found: dict[str, Row] = {}
     for column in columns:
         for row in rows:
@@ -50,7 +50,7 @@ def rows_of(kind: str) -> dict[str, Row]:
 @functools.cache
 def continents() -> dict[str, str]:
     """Names of continents by folded name."""
-    return {folded(row["continent"]): row["continent"] for row in natural_earth.country_keys()}
+    return {folded(row["continent"]): row["continent"] for row in data_rows("countries.csv")}
 
 
 def question(text: str, kind: str) -> str:
@@ -148,7 +148,7 @@ def continent(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
 
 @functools.cache
 def _continent(name: str, resolution: str) -> Polygons:
-    keys = [row["iso_n3"] or row["name"] for row in natural_earth.country_keys() if row["continent"] == name]
+    keys = [row["iso_n3"] or row["name"] for row in data_rows("countries.csv") if row["continent"] == name]
     parts = [natural_earth.country(key, resolution) for key in keys]
     return _outlines(merged([part for part in parts if part is not None]), f"continent:{name}", resolution)
 

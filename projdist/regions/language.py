@@ -16,7 +16,7 @@ import numpy as np
 
 from projdist import earth, regions  # both load shapely when it is needed
 from projdist._typing import FloatArray
-from projdist.earth import WGS84, Ellipsoid, latitude_text, longitude_text
+from projdist.earth import WGS84, Ellipsoid, data_rows, latitude_text, longitude_text
 from projdist.projections import Body, Projection, ProjectionError, area_of_use, ground_of, is_same_body
 from projdist.regions.caps import Cap
 from projdist.regions.region import GLOBE, Box, PointSet, Region, likelier
@@ -454,8 +454,8 @@ _LONGEST_TITLE = 70  # letters
 @functools.cache
 def _names_by_code() -> dict[str, str]:
     """Names of countries by `country:` and their code, of states by `state:` and theirs."""
-    countries = {f"country:{row['iso_a2']}": row["name"] for row in earth.natural_earth.country_keys()}
-    return countries | {f"state:{row['postal']}": row["name"] for row in earth.state_keys()}
+    countries = {f"country:{row['iso_a2']}": row["name"] for row in data_rows("countries.csv")}
+    return countries | {f"state:{row['postal']}": row["name"] for row in data_rows("states.csv")}
 
 
 _TITLES = (

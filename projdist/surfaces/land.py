@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import GEOS_ARITHMETIC, borders, coastlines, lakes, lakes_within, land, land_within, shores
+from projdist.earth import GEOS_ARITHMETIC, borders, coastlines, lakes, land, polygons_within, shores
 from projdist.regions import Polygons
 from projdist.surfaces.domain import Bounds, ground_size, longitude_width, normalised, project_lines
 from projdist.surfaces.surface import Surface
@@ -181,8 +181,8 @@ def _parts_of(tiles: NDArray[np.object_], cells: NDArray[np.object_]) -> NDArray
 _FINEST = "10m"
 _POLAR = 86.0  # degrees; no coast lies beyond
 _WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0  # degrees
-# All polygons, those within bounds, the lines that bound them, and the latitude beyond which there are none.
-_AREAS = {"coast": (land, land_within, coastlines, _POLAR), "shores": (lakes, lakes_within, shores, 90.0)}
+# The name of polygons, all of them, the lines that bound them, and the latitude beyond which there are none.
+_AREAS = {"coast": ("land", land, coastlines, _POLAR), "shores": ("lakes", lakes, shores, 90.0)}
 
 
 def coast_resolution(surface: Surface) -> str:
@@ -213,9 +213,9 @@ def _polygons(surface: Surface, kind: str, resolution: str) -> tuple[IntArray, l
         area = _whole_area(kind, resolution)
     else:
         # All land at the finest resolution takes seconds to prepare, and half a second at others.
-        bounds, (_, within, _, end) = surface.domain.box.bounds, _AREAS[kind]
+        bounds, (name, _, _, end) = surface.domain.box.bounds, _AREAS[kind]
         border = segments_of(_within(kind, resolution, bounds, np.inf))
-        area = PreparedArea.of(within(_window(bounds), resolution), border, end)
+        area = PreparedArea.of(polygons_within(name, _window(bounds), resolution), border, end)
     found = cells_in(surface, area)
     return surface.covering(found.inside), found.pieces
 
@@ -234,7 +234,7 @@ def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArra
     if _is_wide(surface) and resolution != _FINEST:
         found = shapely.clip_by_rect(land(resolution), *bounds)
     else:
-        found = land_within(bounds, resolution)
+        found = polygons_within("land", bounds, resolution)
     rings = shapely.segmentize(shapely.get_rings(shapely.get_parts(found)), max(ground_size(bounds)) / _ALONG)
     images = project_lines(surface.domain, [shapely.get_coordinates(ring) for ring in rings], size)
     are_whole = len(images) == len(rings) and all((image[0] == image[-1]).all() for image in images)
@@ -249,7 +249,7 @@ def _is_wide(surface: Surface) -> bool:
 @functools.cache
 def _whole_area(kind: str, resolution: str) -> PreparedArea:
     """All land or all lakes, with shores but without the cuts of the data as border."""
-    polygons, _, lines, end = _AREAS[kind]
+    _, polygons, lines, end = _AREAS[kind]
     return PreparedArea.of(polygons(resolution), segments_of(lines(resolution)), end)
 
 

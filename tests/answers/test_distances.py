@@ -25,7 +25,7 @@ from projdist.answers.distances import ScatteredPoints, best_scale_of_distances,
 from projdist.answers.published_tables import printed
 from projdist.earth.ellipsoid import chord_angle, unit_vectors
 from projdist.projections import compose
-from projdist.projections.coordinates import geodesic_lengths, geodesic_points
+from projdist.projections.coordinates import geodesic_direct, geodesic_inverse
 
 _SIGMAS = 4.0  # standard errors: one in 16,000 is further off
 _PRINTED = 5e-4  # half a unit of what is printed with three decimals
@@ -281,11 +281,13 @@ def test_spheres_and_ellipsoids_measure_alike():
     lon, lat, to_lon, to_lat = *rng.uniform(-180, 180, (2, 1000)), *rng.uniform(-90, 90, (2, 1000))
     lon, lat, to_lon, to_lat = lon, to_lon, lat, to_lat
     to_lon[0], to_lat[0] = lon[0] + 1e-9, lat[0]
-    lengths = geodesic_lengths(SPHERE, lon, lat, to_lon, to_lat)
+    lengths, azimuth, _ = geodesic_inverse(SPHERE, lon, lat, to_lon, to_lat)
     angles = chord_angle(unit_vectors(lon, lat), unit_vectors(to_lon, to_lat))
     np.testing.assert_allclose(SPHERE.a * angles, lengths, rtol=1e-9, atol=1e-9)
-    x, y = geodesic_points(SPHERE, (lon, lat, to_lon, to_lat), np.full((1000, 1), 0.25))
-    np.testing.assert_allclose(geodesic_lengths(SPHERE, lon, lat, x[:, 0], y[:, 0]), 0.25 * lengths, atol=1e-6)
+    x, y, there = geodesic_direct(SPHERE, lon, lat, azimuth, 0.25 * lengths)
+    onward = geodesic_inverse(SPHERE, x[1:], y[1:], to_lon[1:], to_lat[1:])[1]
+    np.testing.assert_allclose(there[1:], onward, atol=1e-6)  # both within -180 and 180
+    np.testing.assert_allclose(geodesic_inverse(SPHERE, lon, lat, x, y)[0], 0.25 * lengths, atol=1e-6)
 
 
 @pytest.mark.slow

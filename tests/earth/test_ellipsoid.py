@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pyproj import Geod
 from tables import each
 
-from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
+from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid, destination
 
 FLATTENINGS = st.floats(0.0, 0.5)
 LATITUDES = st.floats(-90.0, 90.0)
@@ -109,18 +109,20 @@ def test_eccentricity():
     assert SPHERE.eccentricity_squared == 0.0
 
 
-@pytest.mark.parametrize("a", [0.0, -1.0, math.inf, math.nan])
-def test_semi_major_axis_is_checked(a):
-    """A semi-major axis that is not positive and finite is refused."""
-    with pytest.raises(ValueError, match=rf"^Invalid semi-major axis '{a}'\. It must be positive, in metres\.$"):
-        Ellipsoid(a, 0.0)
-
-
-@pytest.mark.parametrize("f", [-1e-3, 1.0, 298.257, math.nan])
-def test_flattening_is_checked(f):
-    """A flattening outside [0, 1), such as an inverse one, is refused."""
-    with pytest.raises(ValueError, match=rf"^Invalid flattening '{f}'\. It must be at least 0 and below 1\.$"):
-        Ellipsoid(6378137.0, f)
+@each(
+    ("a", "f", "said"),
+    [
+        *(
+            (a, 0.0, rf"semi-major axis '{a}'\. It must be positive, in metres")
+            for a in (0.0, -1.0, math.inf, math.nan)
+        ),
+        *((1.0, f, rf"flattening '{f}'\. It must be at least 0 and below 1") for f in (-1e-3, 1.0, 298.257, math.nan)),
+    ],
+)
+def test_what_is_no_ellipsoid(a, f, said):
+    """A semi-major axis that is not positive and finite, and a flattening outside [0, 1), as an inverse one."""
+    with pytest.raises(ValueError, match=rf"^Invalid {said}\.$"):
+        Ellipsoid(a, f)
 
 
 def test_frozen_and_hashable():
@@ -129,3 +131,18 @@ def test_frozen_and_hashable():
     assert len({WGS84, Ellipsoid(6378137.0, 1 / 298.257223563), SPHERE}) == 2
     with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'a'"):
         WGS84.a = 1.0
+
+
+def test_destination():
+    """The ends of great circles are those of geographiclib on a sphere, poles and half turns included."""
+    rng = np.random.default_rng(1)
+    lon, azimuth = rng.uniform(-180, 180, (2, 1000))
+    lat, distance = rng.uniform(-90, 90, 1000), rng.uniform(0, 180, 1000)
+    lat[:2] = 90.0, -90.0
+    shapes = [values.shape for values in destination(lon[:, None], lat[:, None], azimuth[:3], 5.0)]
+    assert shapes == [(1000, 3)] * 2  # points and directions broadcast
+    radius = 6371008.7714
+    truth = Geod(a=radius, b=radius).fwd(lon, lat, azimuth, np.radians(distance) * radius)
+    found = destination(lon, lat, azimuth, distance)
+    np.testing.assert_allclose(found[1], truth[1], atol=1e-12)
+    np.testing.assert_allclose(np.mod(found[0] - truth[0] + 180.0, 360.0), 180.0, atol=1e-11)

@@ -1,4 +1,4 @@
-"""The shipped land, lakes and borders: decoded, cut at the antimeridian, of the right areas and lengths."""
+"""The shipped land, lakes, borders and states: decoded, cut at the antimeridian, of the right areas and lengths."""
 
 import numpy as np
 import pyproj
@@ -6,18 +6,18 @@ import pytest
 import shapely
 from tables import each
 
+from projdist.earth import data_rows, even_odd, state_outline
 from projdist.earth.natural_earth import (
     RESOLUTIONS,
     borders,
     coastlines,
     countries_about,
     country,
-    country_keys,
     lakes,
-    lakes_within,
     land,
-    land_within,
+    polygons_within,
     shores,
+    topology,
 )
 
 EVERY = [*RESOLUTIONS[:2], pytest.param("10m", marks=pytest.mark.slow)]  # the finest land takes seconds
@@ -37,31 +37,19 @@ def spherical_share(area: shapely.MultiPolygon) -> float:
     return total / (4.0 * np.pi)
 
 
-@pytest.mark.parametrize(
-    ("resolution", "tolerance"), [("110m", 0.03), ("50m", 0.02), pytest.param("10m", 0.02, marks=pytest.mark.slow)]
-)
-def test_land_area(resolution: str, tolerance: float) -> None:
-    """The land is 29 % of the Earth."""
-    assert spherical_share(land(resolution)) == pytest.approx(LAND_AREA, rel=tolerance)
-
-
 @pytest.mark.parametrize("resolution", EVERY)
-def test_land_is_valid_and_within_the_globe(resolution: str) -> None:
-    """The polygons are valid, and no longitude is beyond 180."""
+def test_land(resolution: str) -> None:
+    """29 % of the Earth, valid, no longitude beyond 180; with known places, also at the poles and the antimeridian."""
     area = land(resolution)
+    assert spherical_share(area) == pytest.approx(LAND_AREA, rel=0.03 if resolution == "110m" else 0.02)
     assert area.is_valid
     west, south, east, north = area.bounds
     assert (west, south, east) == (-180.0, -90.0, 180.0)
     assert 83.0 < north < 84.0
-
-
-@pytest.mark.parametrize("resolution", EVERY)
-def test_known_places(resolution: str) -> None:
-    """Places on land and at sea, also at the pole, at the antimeridian and in the Caspian Sea."""
     dry = np.array([(2.35, 48.85), (-58.4, -34.9), (0.0, -89.5), (179.0, 67.0), (-179.0, 67.0), (134.0, -25.0)])
     wet = np.array([(0.0, 0.0), (-150.0, 0.0), (0.0, 90.0), (51.0, 42.0), (180.0, 0.0), (60.0, -30.0)])
-    assert shapely.contains_xy(land(resolution), *dry.T).all()
-    assert not shapely.contains_xy(land(resolution), *wet.T).any()
+    assert shapely.contains_xy(area, *dry.T).all()
+    assert not shapely.contains_xy(area, *wet.T).any()
 
 
 @pytest.mark.parametrize("resolution", EVERY)
@@ -112,6 +100,13 @@ def test_areas_of_countries_at_the_finest_scale(key: str) -> None:
     assert area_km2(area) == pytest.approx(COUNTRIES[key], rel=0.015)
 
 
+def test_outlines_of_one_country_are_one() -> None:
+    """Cuba's has Guantanamo Bay, which the data has apart."""
+    area = country("192", "10m")
+    assert area is not None
+    assert shapely.contains_xy(area, [-75.12, -82.38], [19.93, 23.1]).all()
+
+
 @pytest.mark.parametrize(
     ("key", "known"),
     [
@@ -141,11 +136,11 @@ ISLANDS = {
 def test_areas_of_islands_within_windows(name: str) -> None:
     """To 5 %, at 1 : 10 million; Hawaii's other islands and Gotland are not in the boxes."""
     bounds, known = ISLANDS[name]
-    area = land_within(bounds, "10m")
+    area = polygons_within("land", bounds, "10m")
     west, _, east, _ = area.bounds
     assert area_km2(area) == pytest.approx(known, rel=0.05)
     assert -180.0 <= west < east <= 180.0
-    assert not land_within((-40.0, 30.0, -39.0, 31.0), "10m").geoms
+    assert not polygons_within("land", (-40.0, 30.0, -39.0, 31.0), "10m").geoms
 
 
 def box_of(west: float, south: float, east: float, north: float) -> shapely.Geometry:
@@ -166,7 +161,7 @@ def test_land_within_windows_is_that_part_of_all_land(resolution: str, size: flo
     for west, south in np.column_stack([np.mod(corners[:, 0] + 180.0, 360.0) - 180.0, corners[:, 1].clip(-90.0)]):
         window = west, south, west + size, south + size
         expected = shapely.intersection(land(resolution), box_of(*window))
-        found = land_within(window, resolution)
+        found = polygons_within("land", window, resolution)
         assert found.is_valid
         assert shapely.symmetric_difference(found, expected).area < 1e-10  # square degrees: 1 m2
 
@@ -203,7 +198,7 @@ def test_shores_are_the_edges_of_lakes(resolution: str) -> None:
 @pytest.mark.parametrize("window", [(-90.0, 40.0, -80.0, 50.0), (25.0, -10.0, 35.0, 2.0), (100.0, 50.0, 110.0, 56.0)])
 def test_lakes_within_windows_are_that_part_of_all_lakes(window: tuple[float, float, float, float]) -> None:
     """The Great Lakes, those of Africa, and Baikal with its island."""
-    found = lakes_within(window, "50m")
+    found = polygons_within("lakes", window, "50m")
     assert found.is_valid
     assert found.area > 1.0
     assert shapely.symmetric_difference(found, shapely.intersection(lakes("50m"), box_of(*window))).area < 1e-10
@@ -218,18 +213,13 @@ def test_areas_of_lakes(name: str) -> None:
 
 
 @pytest.mark.parametrize("resolution", WITH_LAKES)
-@pytest.mark.parametrize(("lon", "lat", "known"), [(29.4, -6.0, 32_900.0), (74.9, 46.6, 16_400.0)])
-def test_large_lakes_that_the_finer_data_lacks(lon: float, lat: float, known: float, resolution: str) -> None:
-    """Tanganyika and Balkhash are there at every scale, as coarse as at 1 : 110 million."""
-    (lake,) = (lake for lake in lakes(resolution).geoms if shapely.contains_xy(lake, lon, lat))
-    assert area_km2(lake) == pytest.approx(known, rel=0.35)
-
-
-@pytest.mark.parametrize("resolution", WITH_LAKES)
 def test_lakes_are_valid_and_on_land(resolution: str) -> None:
-    """Islands are not lake, and the Caspian Sea is neither lake nor land."""
+    """Islands are not lake, and the Caspian Sea is neither lake nor land; Tanganyika and Balkhash are there."""
     area = lakes(resolution)
     assert area.is_valid
+    for lon, lat, known in ((29.4, -6.0, 32_900.0), (74.9, 46.6, 16_400.0)):  # at every scale as coarse as at 110m
+        (lake,) = (lake for lake in area.geoms if shapely.contains_xy(lake, lon, lat))
+        assert area_km2(lake) == pytest.approx(known, rel=0.35)
     assert shapely.covers(land(resolution), area)
     assert not shapely.contains_xy(area, [51.0, 2.35], [42.0, 48.85]).any()
     manitoulin = shapely.contains_xy(area, -82.2, 45.75)
@@ -289,7 +279,7 @@ def test_borders_are_no_coast(resolution: str) -> None:
 @pytest.mark.slow
 def test_countries_about() -> None:
     """No country that holds a point is left out, and few that do not."""
-    keys = [row["iso_n3"] or row["name"] for row in country_keys()]
+    keys = [row["iso_n3"] or row["name"] for row in data_rows("countries.csv")]
     for key in keys:
         outline = country(key)
         assert outline is not None
@@ -298,3 +288,24 @@ def test_countries_about() -> None:
             about = countries_about(np.array([place.x]), np.array([place.y]))
             assert key in about
             assert len(about) < 20
+
+
+def test_table_and_outlines_are_one_to_one() -> None:
+    """Each outline of the file has its row, and no code stands for two."""
+    rows = data_rows("states.csv")
+    assert sorted(row["fips"] for row in rows) == sorted(one.key for one in topology("states", "10m")[0])
+    assert len({row["postal"] for row in rows}) == len({row["name"] for row in rows}) == len(rows) == 56
+
+
+@each("fips", [row["fips"] for row in data_rows("states.csv")])
+def test_outlines_are_valid(fips: str) -> None:
+    """Also those of which rounding has made rings cross themselves; none has a part without an area."""
+    outline = state_outline(fips)
+    assert outline.is_valid
+    assert min(part.area for part in outline.geoms) > 0.0
+
+
+def test_polygons_beside_lines_are_kept() -> None:
+    """A ring that crosses itself and runs out and back along a line: two triangles of area 1."""
+    ring = np.array([(0, 0), (2, 2), (2, 0), (3, 0), (2, 0), (0, 2), (0, 0)], dtype=float)
+    assert even_odd([ring]).area == pytest.approx(2.0, rel=1e-12)

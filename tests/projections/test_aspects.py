@@ -8,7 +8,6 @@ import pytest
 from projection_points import LAT, LON, R, assert_same, make, mercator, message
 from tables import each
 
-import projdist
 from projdist.answers import summarize
 from projdist.field import jacobian
 from projdist.projections.catalogue import NAMES
@@ -43,6 +42,7 @@ def test_parameters_are_those_of_proj() -> None:
     assert_same(make("Robinson +lon_0 = 150"), make(f"+proj=robin +lon_0=150 +R={R}"))
     assert_same(make("lambert-azimuthal+lat_0=52+lon_0=10"), make(f"+proj=laea +lat_0=52 +lon_0=10 +R={R}"))
     assert_same(make("lcc+lat_1=30+lat_2=60"), make(f"+proj=lcc +lat_1=30 +lat_2=60 +R={R}"))
+    assert "N60" in make("EPSG:2393+5717").name  # a compound CRS of a code is what it was
     assert_same(make("laea+lat_0=52+ellps=GRS80"), make("+proj=laea +lat_0=52 +ellps=GRS80"))
     assert_same(make("utm+zone=33+ellps=WGS84"), make("EPSG:32633"), np.array([13.0, 16.0]), np.array([50.0, 1.0]))
     assert_same(
@@ -92,10 +92,7 @@ def test_a_pole_at_the_centre(name, pole) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [
-        "mollweide",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in ("winkel-tripel", "robinson", "wagner-9")),
-    ],
+    ["mollweide", *(pytest.param(name, marks=pytest.mark.slow) for name in ("winkel-tripel", "robinson", "wagner-9"))],
 )
 def test_the_globe_is_turned_without_loss(name) -> None:
     """Over the sphere the Airy-Kavrayskiy figure is the same in every aspect, as far as each says that it is known."""
@@ -158,13 +155,3 @@ def test_what_is_refused(text) -> None:
     said = message(text)
     assert re.search(REFUSED[text], said)
     assert "\n" not in said
-
-
-def test_names_with_a_plus_that_are_no_parameters() -> None:
-    """A compound CRS of a code is what it was."""
-    assert "N60" in make("EPSG:2393+5717").name
-
-
-def test_answers_take_them() -> None:
-    """Every function does, as all read projections through one door."""
-    assert projdist.factors("mollweide@45,-100", -100, 45).s == pytest.approx(1.0, abs=1e-9)

@@ -103,7 +103,13 @@ def test_kinds_of_grid_mappings(kind):
         np.testing.assert_allclose(make(kind(one))(lon, lat), truth, rtol=0, atol=SAME)
 
 
-@pytest.mark.parametrize(("parallels", "last"), [(25.0, 25), ([25.0], 25), (np.array([25.0, 60.0]), 60)])
+def test_a_third_parallel_is_told():
+    """It is passed over."""
+    with pytest.warns(Notice, match=r"states 'standard_parallel_3' \(60\), of which"):
+        make(CONE | {"standard_parallel": [35.0, 50.0, 60.0]})
+
+
+@each(("parallels", "last"), [(25.0, 25), ([25.0], 25), (np.array([25.0, 60.0]), 60)])
 def test_parallels_of_a_cone(parallels, last):
     """One parallel is both, and is not the latitude of the origin; a list has the second."""
     string = f"+proj=lcc +lat_1=25 +lat_2={last} +lat_0=40 +lon_0=-95 +ellps=WGS84"
@@ -121,19 +127,20 @@ def test_a_cone_without_a_latitude_has_lost_its_scale():
     np.testing.assert_allclose([(x - east) * k, (y - north) * k], [u - east, v - north], rtol=0, atol=SAME)
 
 
-@pytest.mark.parametrize(
-    ("attributes", "axis"),
-    [
-        ({}, "y"),
-        ({"sweep_angle_axis": "x"}, "x"),
-        ({"sweep_angle_axis": "y"}, "y"),
-        ({"fixed_angle_axis": "y"}, "x"),
-        ({"fixed_angle_axis": "x"}, "y"),
-    ],
-)
-def test_the_sweep_of_a_satellite(attributes, axis):
+SWEEPS = {
+    "": "y",
+    "sweep_angle_axis=x": "x",
+    "sweep_angle_axis=y": "y",
+    "fixed_angle_axis=y": "x",
+    "fixed_angle_axis=x": "y",
+}
+
+
+@each("stated", SWEEPS)
+def test_the_sweep_of_a_satellite(stated):
     """Stated, or by the other axis, which is fixed: GOES has x, Meteosat y."""
-    string = f"+proj=geos +h=35785831 +lon_0=9.5 +sweep={axis} +ellps=WGS84"
+    attributes = dict(pair.split("=") for pair in stated.split())
+    string = f"+proj=geos +h=35785831 +lon_0=9.5 +sweep={SWEEPS[stated]} +ellps=WGS84"
     assert_map(SATELLITE | attributes, string, [12.0, -20.0], [52.0, 10.0])
 
 
@@ -159,16 +166,19 @@ def test_missing_and_misspelt_attributes_are_named(given, words):
     with pytest.raises(ValueError, match=f"^Invalid CRS '{given['grid_mapping_name']}'{said}"):
         make(rest)
     assert f"no use for '{key}s'. Did you mean {key}" in message(rest | {f"{key}s": given[key]})
+    assert message(given | WGS84 | {"grid_mapping_name": "lambert_conical"}).endswith(
+        "know the method 'lambert_conical'."
+    )
 
 
-@each("value", ["25", "x", [], np.nan, np.inf, True, None, [25.0, "60"]])
+@each("value", ["25", "35 50", "x", [], np.nan, np.inf, True, None, [25.0, "60"]])
 @each("key", ["standard_parallel", "false_easting", "semi_major_axis"])
 def test_attributes_that_are_no_numbers_are_named(key, value):
     """They are not passed over for PROJ's defaults."""
     assert f"'lambert_conformal_conic'. Its {key} is " in message(CONE | {key: value})
 
 
-@pytest.mark.parametrize(
+@each(
     ("sizes", "key"),
     [
         ({"semi_major_axis": 3396190.0}, "semi_major_axis"),
@@ -215,8 +225,3 @@ def test_degrees_are_no_map(name):
     """Longitudes and latitudes, and those about another pole, are refused as other geographic CRSs are."""
     pole = {"grid_north_pole_latitude": 39.25, "grid_north_pole_longitude": [-162.0]}
     assert "has no map plane; it must be a projected CRS" in message({"grid_mapping_name": name, **pole, **WGS84})
-
-
-def test_names_that_nobody_knows():
-    """The name is that of no method."""
-    assert message(CONE | {"grid_mapping_name": "lambert_conical"}).endswith("know the method 'lambert_conical'.")

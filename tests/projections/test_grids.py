@@ -6,9 +6,10 @@ import sys
 
 import numpy as np
 import pytest
+from projection_points import make
 from pyproj.exceptions import ProjError
 
-from projdist.projections import GridError, Projection, ProjectionError, geographic
+from projdist.projections import GridError, ProjectionError, geographic
 from projdist.projections.operations import check_grids
 
 # Nobody listens there: fetching a grid fails at once, with a network or without.
@@ -105,14 +106,12 @@ def test_a_pipeline_without_its_grid_is_refused():
     """A step whose grid is missing is no map; an optional one (@) is passed over, as in PROJ."""
     steps = "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=hgridshift +grids={}nosuch.tif"
     with pytest.raises(ProjectionError, match=r"hgridshift \(File not found or invalid\)"):
-        Projection.from_user_input(f"{steps.format('')} +step +proj=merc +R=1")
-    assert np.isfinite(Projection.from_user_input(f"{steps.format('@')} +step +proj=merc +R=1")(10.0, 20.0)).all()
+        make(f"{steps.format('')} +step +proj=merc +R=1")
+    assert np.isfinite(make(f"{steps.format('@')} +step +proj=merc +R=1")(10.0, 20.0)).all()
 
 
 def test_points_beyond_a_map_are_no_matter_of_grids():
     """What lies beyond the edge of a map stays NaN."""
-    lon, lat = geographic(
-        Projection.from_user_input("moll"), "ESRI:54009", np.array([1.8e7, 0.0]), np.array([8e6, 0.0])
-    )
+    lon, lat = geographic(make("moll"), "ESRI:54009", np.array([1.8e7, 0.0]), np.array([8e6, 0.0]))
     assert np.isnan(lon[0])
     np.testing.assert_allclose((lon[1], lat[1]), 0.0, atol=1e-9)

@@ -15,7 +15,7 @@ from tables import each
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
 from projdist.projections import ProjectionError, projection_names, tunable, tuned
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_IN_METRES, NOT_MAPS
-from projdist.projections.proj_strings import ANGLES, NUMBERS, WHOLE_NUMBERS, degrees_of
+from projdist.projections.proj_strings import ANGLES, NUMBERS, WHOLE_NUMBERS
 
 R = f"+R={MEAN_EARTH_RADIUS}"
 OPERATIONS = sorted({*pyproj.list.get_proj_operations_map()} - NOT_MAPS - {*NOT_IN_METRES})
@@ -147,21 +147,3 @@ def made(rest, key, value) -> Transformer | None:
     except pyproj.exceptions.ProjError:
         return None
     return found if f"{key}={value}" in found.definition.split() else None
-
-
-@each(
-    ("text", "degrees"),
-    [
-        ("10.5", 10.5),
-        ("-7", -7.0),
-        ("10d30'", 10.5),
-        ("10d30'36\"W", -10.51),
-        ("30S", -30.0),
-        ("0.5r", 28.64788975654116),
-    ],
-)
-def test_angles(text, degrees) -> None:
-    """An angle is read as PROJ reads it."""
-    assert degrees_of(text) == pytest.approx(degrees, rel=1e-15)
-    x, _ = Transformer.from_pipeline(f"+proj=eqc +lon_0={text} {R}").transform(0.0, 0.0)
-    assert -x / MEAN_EARTH_RADIUS == pytest.approx(np.radians(degrees), rel=1e-12)

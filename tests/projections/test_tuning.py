@@ -72,18 +72,11 @@ def test_maps_of_an_ellipsoid_move_around_it(name) -> None:
 
 @each(
     "name",
-    [
-        "bertin",
-        "icosahedral-snyder",
-        "peirce-quincuncial",
-        "werner",
-        "interrupted-mollweide",
-        "briesemeister",
-        "krovak",
-    ],
+    """bertin icosahedral-snyder peirce-quincuncial werner interrupted-mollweide briesemeister krovak
+    sch+plat_0=30+plon_0=45+phdg_0=-12""".split(),
 )
 def test_maps_without_a_centre_are_not_turned(name) -> None:
-    """Where no point with north up is at the origin, the longitude moves at most."""
+    """Where no point with north up is at the origin, or none, as about a peg point, the longitude moves at most."""
     assert tunable(name).drags == ("none" if name == "bertin" else "longitude")
 
 
@@ -103,11 +96,7 @@ def test_a_southern_parallel_has_a_southern_range() -> None:
     parameters = {each.name: each for each in tunable("EPSG:3031").parameters}
     assert (parameters["lat_ts"].low, parameters["lat_ts"].value, parameters["lat_ts"].high) == (-90.0, -71.0, -1.0)
     assert tunable("+proj=tmerc +k_0=3").parameters[-1].high == 3.0
-
-
-def test_scales_by_their_older_word() -> None:
-    """PROJ's k is k_0, and does not stay beside it."""
-    assert tunable("EPSG:27700").parameters[-1].value == 0.9996012717
+    assert tunable("EPSG:27700").parameters[-1].value == 0.9996012717  # PROJ's k is k_0, and does not stay beside it
     assert " +k=" not in tuned("EPSG:27700", {"k_0": 1.0}).definition
 
 
@@ -134,20 +123,24 @@ def test_what_cannot_be_set_is_told_in_a_line(given, values, centre, said) -> No
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("given", "values"),
+@each(
+    ("given", "values", "centre"),
     [
-        ("aea+lat_1=30+lat_2=50", {"lat_1": -50.0}),
-        ("lcc+lat_1=30+lat_2=50", {"lat_2": -30.0}),
-        ("murd1+lat_1=30+lat_2=50", {"lat_2": 30.0}),
-        ("tpeqd+lat_1=40+lon_1=-100+lat_2=50+lon_2=10", {"lat_2": 40.0, "lon_2": -100.0}),
-        ("lsat+lsat=3+path=2", {"path": 0.0}),
+        ("aea+lat_1=30+lat_2=50", {"lat_1": -50.0}, None),
+        ("lcc+lat_1=30+lat_2=50", {"lat_2": -30.0}, None),
+        ("murd1+lat_1=30+lat_2=50", {"lat_2": 30.0}, None),
+        ("tpeqd+lat_1=40+lon_1=-100+lat_2=50+lon_2=10", {"lat_2": 40.0, "lon_2": -100.0}, None),
+        ("lsat+lsat=3+path=2", {"path": 0.0}, None),
+        ("lcc+lat_1=30+lat_2=60", {}, (33.0, -90.0)),
+        ("labrd+lat_0=-18.9+azi=18.9", {}, (1.0, 0.0)),
+        ("somerc", {}, (1.0, 90.0)),
     ],
 )
-def test_values_that_do_not_go_together_are_told_in_a_line(given, values) -> None:
-    """PROJ's reason is given where each is within its range, but not both."""
+def test_values_that_do_not_go_together_are_told_in_a_line(given, values, centre) -> None:
+    """PROJ's reason is given where each is within its range, but not both; poles are no centres of cones."""
+    assert centre is None or tunable(given).drags == "both"
     with pytest.raises(ProjectionError, match=r"^Invalid .*\.$") as error:
-        tuned(given, values)
+        tuned(given, values, centre)
     assert "\n" not in str(error.value)
 
 
@@ -185,19 +178,3 @@ def test_a_file_is_read_again(tmp_path) -> None:
     for name in ("robin", "moll"):
         path.write_text(f"+proj={name} {R_TEXT}")
         assert tunable(str(path)).definition == f"+proj={name} {R_TEXT}"
-
-
-@pytest.mark.parametrize(
-    ("given", "centre"),
-    [("lcc+lat_1=30+lat_2=60", (33.0, -90.0)), ("labrd+lat_0=-18.9+azi=18.9", (1.0, 0.0)), ("somerc", (1.0, 90.0))],
-)
-def test_a_point_that_a_map_cannot_have_at_its_centre_is_told(given, centre) -> None:
-    """Poles and the equator of some maps of regions and cones."""
-    assert tunable(given).drags == "both"
-    with pytest.raises(ProjectionError, match=r"^Invalid .*\.$"):
-        tuned(given, {}, centre)
-
-
-def test_infinity_is_no_centre() -> None:
-    """Of the map about a peg point, turned, PROJ has no coordinates at the point that would be its centre."""
-    assert tunable("sch+plat_0=30+plon_0=45+phdg_0=-12").drags == "longitude"

@@ -5,9 +5,10 @@ import pickle
 
 import numpy as np
 import pytest
+from projection_points import make
 from tables import each
 
-from projdist import SPHERE, Box, Projection, ProjectionError, distance_distortion, factors
+from projdist import SPHERE, Box, ProjectionError, distance_distortion, factors
 from projdist.field import field_resolving
 from projdist.matrices.measures import principal_scales
 from projdist.projections.worldmaps import WORLD_MAPS, distance_around_edge
@@ -17,13 +18,6 @@ LON, LAT = RNG.uniform(-179, 179, 200), np.degrees(np.arcsin(RNG.uniform(-0.999,
 EQUAL_AREA = ["briesemeister", "double-sided-equal-area", "gott-elliptical", "gott-mugnolo-elliptical"]
 _METRE = 1e-6
 _DERIVATIVE = 1e-9  # of a scale
-
-
-def make(text):
-    return Projection.from_user_input(text)
-
-
-# ---- doors ----------------------------------------------------------------------------------
 
 
 @each("name", WORLD_MAPS)
@@ -45,9 +39,6 @@ def test_a_mistyped_name():
         make("gott-eliptical")
     with pytest.raises(ProjectionError, match=r"^(?!.*mean briesemeister).*$"):
         make("+proj=briesemeister")
-
-
-# ---- properties -----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", EQUAL_AREA)
@@ -96,14 +87,10 @@ def test_briesemeister_is_true_where_snyder_says():
     assert factors("briesemeister", 10.0, 45.0).omega > 5.0
 
 
-def test_gott_wagner_is_a_part_of_an_equidistant_map():
-    """PROJ's equatorial azimuthal equidistant map of renumbered places, twice as wide."""
+def test_parts_of_an_equidistant_map():
+    """PROJ's equatorial equidistant map of renumbered places, wider; Wagner's axes have their true lengths."""
     x, y = make("aeqd")(LON / np.sqrt(12), LAT * 2 / 3)
     np.testing.assert_allclose(make("gott-wagner")(LON, LAT), (2 * x, y), atol=_METRE)
-
-
-def test_wagner_9_is_a_part_of_an_equidistant_map():
-    """PROJ's equatorial azimuthal equidistant map of renumbered places; its axes have their true lengths."""
     x, y = make("aeqd")(LON * 5 / 18, LAT * 7 / 9)
     np.testing.assert_allclose(make("wagner-9")(LON, LAT), (18 / 5 * x, 9 / 7 * y), atol=_METRE)
     x, y = make("wagner-9")([180.0, 0.0], [0.0, 90.0])
@@ -123,9 +110,6 @@ def test_sides_are_polar_maps(name, side):
     assert (factors(name, [10.0, 10.0], [50.0, -50.0], measures=["orientation"]).extra["orientation"] == 1).all()
 
 
-# ---- published figures ----------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("name", "published"), [("francula-1", 0.3087), ("francula-2", 0.3115)])
 def test_francula(name, published):
     """The Airy error within 85 degrees after the best scale, which computes 0.0005 lower than Francula 1971 prints."""
@@ -141,9 +125,6 @@ def test_gott(name, published):
     """Gott, Mugnolo & Colley 2007, abstract: rounded, and good to 0.0005."""
     found = distance_distortion(name)
     assert abs(found.value - published) < 1e-3 + 4 * found.error
-
-
-# ---- distances around the edge --------------------------------------------------------------
 
 
 @pytest.mark.slow

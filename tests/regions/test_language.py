@@ -5,8 +5,7 @@ import pytest
 from region_texts import area, refused
 from tables import each
 
-from projdist.earth import latitude_text, longitude_text
-from projdist.earth import natural_earth as geodata
+from projdist.earth import data_rows, latitude_text, longitude_text, natural_earth
 from projdist.regions import GLOBE, Box, get_region, region_title
 
 # ---- names ----------------------------------------------------------------------------------
@@ -39,7 +38,7 @@ def test_spellings(texts):
 @pytest.mark.slow
 def test_every_country_can_be_named():
     """Each row of the table has polygons, and is found by its name and its codes."""
-    for row in geodata.country_keys():
+    for row in data_rows("countries.csv"):
         for key in filter(None, (row["name"], row["iso_a2"], row["iso_a3"], row["iso_n3"])):
             assert get_region(f"country:{key}").name == f"country:{row['iso_a2'] or row['name']}"
 
@@ -49,10 +48,10 @@ def test_every_shape_of_the_data_is_in_the_table():
 
     That has all others but Vatican City, whose outline is rounded to a line there.
     """
-    keys = {row["iso_n3"] or row["name"] for row in geodata.country_keys()}
+    keys = {row["iso_n3"] or row["name"] for row in data_rows("countries.csv")}
     shapes = {
-        resolution: {geodata._key(shape) for shape in geodata._topology("countries", resolution).objects["countries"]}
-        for resolution in geodata.RESOLUTIONS
+        resolution: {outline.key for outline in natural_earth.topology("countries", resolution)[0]}
+        for resolution in natural_earth.RESOLUTIONS
     }
     assert shapes["110m"] <= shapes["50m"] == keys <= shapes["10m"] | {"336"}
 

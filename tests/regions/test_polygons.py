@@ -14,7 +14,7 @@ import shapely
 from tables import each
 
 from projdist.answers.summaries import summarize
-from projdist.earth import GEOS_ARITHMETIC, MEAN_EARTH_RADIUS, SPHERE, WGS84
+from projdist.earth import GEOS_ARITHMETIC, MEAN_EARTH_RADIUS, SPHERE, WGS84, data_rows
 from projdist.earth import natural_earth as geodata
 from projdist.field import field_resolving
 from projdist.numerics.polynomials import NODES
@@ -279,7 +279,7 @@ def test_an_edge_from_one_end_of_the_earth_to_the_other():
 
 @functools.cache
 def country_area(code):
-    return geodesic_area(geodata.country(next(r["iso_n3"] for r in geodata.country_keys() if r["iso_a2"] == code)))
+    return geodesic_area(geodata.country(next(r["iso_n3"] for r in data_rows("countries.csv") if r["iso_a2"] == code)))
 
 
 COUNTRIES = "AQ AR AU BR CA CH CL CN DE FJ FR GL ID IN JP NO NZ RU US ZA".split()

@@ -8,7 +8,7 @@ import pytest
 import shapely
 from tables import each
 
-from projdist.earth import lakes, natural_earth, state_keys
+from projdist.earth import data_rows, lakes, natural_earth
 from projdist.regions import Polygons, get_region
 
 # km2: land and all waters. US Census Bureau, "State Area Measurements and Internal Point Coordinates", 2010,
@@ -140,7 +140,7 @@ def test_alaska_is_cut() -> None:
 
 def test_every_state_can_be_named() -> None:
     """Fifty states, the capital and five territories, each by its name and codes."""
-    assert {row["postal"] for row in state_keys()} == {*TOTAL, "DC", "AS", "GU", "MP", "PR", "VI"}
-    for row in state_keys():
+    assert {row["postal"] for row in data_rows("states.csv")} == {*TOTAL, "DC", "AS", "GU", "MP", "PR", "VI"}
+    for row in data_rows("states.csv"):
         for key in ("name", "postal", "fips"):
             assert get_region(f"state:{row[key]}").name == f"state:{row['postal']}"

@@ -109,7 +109,7 @@ def _lines_about(region: regions.Place) -> dict[str, list[FloatArray]]:
         "borders": simplified(surfaces.country_borders(bounds, detail, np.inf)),
         "border": border,
         "region": border,
-        "land": rings_of(earth.land_within(bounds, detail)),
+        "land": rings_of(earth.polygons_within("land", bounds, detail)),
     }
 
 

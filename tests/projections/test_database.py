@@ -1,0 +1,199 @@
+"""The database of CRSs: search by words, facts of the registry, and CRSs that draw the same map."""
+
+import numpy as np
+import pyproj
+import pytest
+from tables import each
+
+from projdist.projections import catalogue, codes_of_same_map, database, find_crs
+from projdist.projections.database import facts_of, year_of
+
+# What a person means who types this: the CRS that the agency of the country, or EPSG, calls so.
+MEANT = {
+    "EPSG:3035": ["3035", "EPSG:3035", "epsg 3035"],
+    "IGNF:LAMB93": ["ignf:lamb93"],
+    "ESRI:54030": ["54030", "world_robinson"],
+    "IAU_2015:49910": ["IAU_2015:49910"],
+    "EPSG:32633": ["utm 33", "utm33n"],
+    "EPSG:32733": ["UTM zone 33S"],
+    "EPSG:25832": ["etrs89 utm 32"],
+    "EPSG:25833": ["33n utm etrs89"],
+    "EPSG:2154": ["lambert 93", "Lambert-93", "france"],
+    "EPSG:27700": ["british national grid"],
+    "EPSG:2056": ["lv95"],
+    "EPSG:28992": ["amersfoort rd new"],
+    "EPSG:2193": ["new zealand transverse"],
+    "EPSG:32139": ["NAD83 / Texas Central"],
+    "EPSG:2229": ["california zone 5 ftus"],
+    "EPSG:3857": ["pseudo-mercator wgs"],
+    "EPSG:3995": ["arctic polar stereographic"],
+    "EPSG:2975": ["reunion utm 40", "réunion UTM 40"],
+    "robinson": ["robinson"],
+    "winkel-tripel": ["winkel tripel", "wintri"],
+}
+
+
+@each("code", MEANT)
+def test_what_is_meant_comes_first(code: str) -> None:
+    assert {find_crs(text, limit=1).results[0].code for text in MEANT[code]} == {code}
+
+
+def test_other_words_of_a_crs() -> None:
+    """Methods and countries of the area of use count, too."""
+    assert "EPSG:3035" in [hit.code for hit in find_crs("lambert azimuthal equal area europe", limit=20).results]
+    assert "EPSG:25832" in [hit.code for hit in find_crs("austria utm").results]
+
+
+def test_results() -> None:
+    """Each of the words is in what is found, so many as are asked for, and the total is told."""
+    found = find_crs("utm 33", limit=3)
+    assert len(found.results) == 3 < found.total
+    assert len(find_crs("utm 33", limit=1000).results) == found.total
+    first = found.results[0]
+    assert (first.name, first.area_of_use, first.deprecated) == (
+        "WGS 84 / UTM zone 33N",
+        (12.0, 0.0, 18.0, 84.0),
+        False,
+    )
+    assert found.rows()[0]["east"] == 18.0
+    assert repr(found).startswith("CrsSearch(3 of ")
+    assert all("33" in hit.name for hit in found.results)
+
+
+def test_authorities() -> None:
+    assert {hit.code[:5] for hit in find_crs("lambert 93", authorities="ignf", limit=50).results} == {"IGNF:"}
+    with pytest.raises(ValueError, match=r"Invalid authority 'EPGS'. Did you mean EPSG\? It must be EPSG, ESRI, "):
+        find_crs("utm", authorities=["EPGS"])
+
+
+def test_deprecated_ones() -> None:
+    """By their code, or where they are asked for."""
+    assert find_crs("2036").results[0].deprecated
+    plain = find_crs("new brunswick stereo", limit=50)
+    asked = find_crs("new brunswick stereo", limit=50, deprecated=True)
+    assert not any(hit.deprecated for hit in plain.results)
+    assert "EPSG:2036" in [hit.code for hit in asked.results if hit.deprecated]
+
+
+ADVICE = {
+    "amersfort": "Did you mean 'amersfoort'?",
+    "utm zonne 33": "Did you mean 'utm zone 33'?",
+    "moliweide": "Did you mean 'mollweide'?",
+    "4326": "EPSG:4326 is a geographic CRS (WGS 84), and no map.",
+    "WGS 84 world mercator grid amersfoort": "No one has all of these words: take fewer of them.",
+    "xqzzyx": "No name and no area of use has 'xqzzyx'.",
+    "999999": "No name and no area of use has '999999'.",
+    "Qornoq 1927 Greenland zone 3 east": "Deprecated ones have these words: ask for them, too.",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("text", ADVICE)
+def test_nothing_is_found(text: str) -> None:
+    """What may have been meant is told."""
+    found = find_crs(text)
+    assert (found.total, found.results, found.advice) == (0, (), ADVICE[text])
+
+
+@pytest.mark.parametrize("text", ["", "  ", "!?", "---"])
+def test_no_words(text: str) -> None:
+    with pytest.raises(ValueError, match="It must have a word or a number"):
+        find_crs(text)
+
+
+@each(
+    ("code", "since", "special"),
+    [
+        ("EPSG:7855", {2017}, False),  # GDA2020
+        ("EPSG:2056", {1995}, False),  # CH1903+
+        ("EPSG:25832", {1989, 1990}, False),  # ETRS89, an ensemble: ETRF89, of 1990 in EPSG v11.022, of 1989 in v12.029
+        ("EPSG:32632", {1984}, True),  # WGS 84, an ensemble: Transit; for navigation
+        ("EPSG:28992", {0}, False),  # Amersfoort: EPSG tells no date
+        *(("ESRI:102173", None, True), ("EPSG:5682", None, True)),  # of no stated scope, for railways
+    ],
+)
+def test_years_of_datums_and_scopes(code, since, special):
+    """The year of publication, of an ensemble that of its first member; surveys and maps are for all."""
+    facts = facts_of([code])[code]
+    assert since is None or facts.since in since
+    assert facts.special == special
+
+
+@each(
+    ("date", "year"), [("1995-03-07", 1995), ("2011", 2011), ("March 2011", 2011), ("unknown", 0), ("", 0), (None, 0)]
+)
+def test_years_of_dates(date, year):
+    """As EPSG writes them; v12 has Uganda's datum of March 2011."""
+    assert year_of(date) == year
+
+
+def test_maps_but_for_false_origins():
+    """Hemispheres of a zone are one map, and so are zone numbers in eastings; other meridians or scales are not."""
+    codes = [f"EPSG:{number}" for number in (32637, 32737, 21037, 4491, 4502, 32636, 27572, 2154)]
+    drawn = {code: facts.draws for code, facts in facts_of(codes).items()}
+    assert drawn["EPSG:32637"] == drawn["EPSG:32737"] == drawn["EPSG:21037"]
+    assert drawn["EPSG:4491"] == drawn["EPSG:4502"]
+    assert len({drawn[code] for code in codes}) == 5
+
+
+def test_many_codes_and_none():
+    """More codes than a query takes; codes that are none are left out."""
+    codes = [f"EPSG:{code}" for code in range(31900, 33000)]
+    found = facts_of(codes)
+    assert {"EPSG:31978", "EPSG:32632", "EPSG:32760"} <= set(found)
+    assert facts_of(["EPSG:1", "nothing"]) == {}
+
+
+GRID = np.meshgrid(np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 5))
+
+
+def coordinates(code: str, lon, lat):
+    """Metres east and north in a CRS of points on its own datum, less the first point's."""
+    crs = pyproj.CRS(code)
+    forward = pyproj.Transformer.from_crs(crs.geodetic_crs.to_2d(), crs, always_xy=True)
+    turn = pyproj.CRS(code).prime_meridian.longitude * crs.prime_meridian.unit_conversion_factor
+    unit = crs.geodetic_crs.axis_info[0].unit_conversion_factor
+    xy = np.array(forward.transform((np.radians(lon) - turn) / unit, np.radians(lat) / unit))
+    return (xy - xy[:, :1]) * crs.axis_info[0].unit_conversion_factor
+
+
+@pytest.mark.parametrize(
+    ("code", "place", "some"),
+    [
+        ("EPSG:2154", (3, 46), {"EPSG:9793", "EPSG:9794"}),
+        ("EPSG:3035", (10, 52), {"EPSG:5636", "IGNF:ETRS89LAEA"}),
+        ("EPSG:32633", (15, 50), {"EPSG:32733", "EPSG:25833", "EPSG:3006", "EPSG:3045"}),
+        ("EPSG:27572", (2, 46), {"EPSG:27562"}),
+        ("EPSG:2056", (8, 47), {"EPSG:21781"}),
+    ],
+)
+def test_they_differ_by_a_shift(code: str, place: tuple[float, float], some: set[str]) -> None:
+    """And those that are known to be the same are among them; none is deprecated, or the CRS itself."""
+    found = codes_of_same_map(code)
+    assert some <= set(found)
+    assert code not in found
+    lon, lat = (centre + part.ravel() for centre, part in zip(place, GRID, strict=True))
+    own = coordinates(code, lon, lat)
+    for other in found:
+        assert not pyproj.CRS(other).is_deprecated
+        assert np.abs(coordinates(other, lon, lat) - own).max() < 2e-5, other  # WGS 84 and GRS 80 differ so much
+
+
+def test_others_are_not_the_same() -> None:
+    """Of another ellipsoid, another meridian; of none that the database has in columns, or of nothing."""
+    found = codes_of_same_map("EPSG:32633")
+    assert not {"EPSG:23033", "EPSG:32632", "EPSG:32233"} & set(found)
+    assert codes_of_same_map("EPSG:27700") == {}
+    assert codes_of_same_map("nothing:1") == {}
+
+
+def test_no_database(monkeypatch, tmp_path) -> None:
+    """Where PROJ's database is no file nothing is known."""
+    monkeypatch.setattr(catalogue, "get_data_dir", lambda: str(tmp_path))
+    assert codes_of_same_map("EPSG:2154") == facts_of(["EPSG:2056"]) == {}
+
+
+@pytest.mark.parametrize(("value", "degrees"), [(52.3, 52.5), (-2.2033, -2.3425), (22.18432, 22.312)])
+def test_sexagesimal_degrees(value: float, degrees: float) -> None:
+    """DDD.MMSSsss, as EPSG has it under 9110."""
+    assert database._value(value, 9110, {9102: 1.0}) == pytest.approx(degrees, abs=1e-12)
