@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import Any
 
 from projdist import answers, field, plots, projections
-from projdist.answers import Index
 from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
@@ -107,7 +106,7 @@ def comparison_report(
     found: Mapping[str, Any],
     rows: Sequence[Row],
     measures: Sequence[str],
-    indices: Sequence[Index],
+    indices: Sequence[answers.Index],
     order: str,
     tolerance: float,
     *,
@@ -142,7 +141,7 @@ def comparison_report(
     )
 
 
-def _columns(measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Column]:
+def _columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> Iterator[Column]:
     yield _MAP
     for version in ("", " scaled", " affine"):
         key = f"airy_kavrayskiy{version.replace(' ', '_')}"
@@ -159,7 +158,11 @@ def _columns(measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Colu
 
 
 def _notes(
-    found: Mapping[str, Any], rows: Sequence[Row], measures: Sequence[str], indices: Sequence[Index], tolerance: float
+    found: Mapping[str, Any],
+    rows: Sequence[Row],
+    measures: Sequence[str],
+    indices: Sequence[answers.Index],
+    tolerance: float,
 ) -> Iterator[str]:
     """Notes on the columns, and on missing or less certain figures."""
     weighed = "points" in found["region"]

@@ -7,7 +7,7 @@ import html
 import json
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from numbers import Number
 from operator import attrgetter
@@ -32,20 +32,15 @@ class FieldSchema(NamedTuple):
     hidden: bool = False
     optional: bool = False
     column: bool = False
-    title: str = ""
-    unit: str = ""
-    show: Callable[..., str] = str
-    error: str = ""
 
 
 def schema(key: str = "", **parts: Any) -> dict[str, FieldSchema]:
-    """Metadata of a dataclass's field: `error: float = field(metadata=schema("error_estimate", title="error"))`.
+    """Metadata of a dataclass's field: `error: float = field(metadata=schema("error_estimate"))`.
 
     `key` is the field's key in JSON, by default its name. `of` is the attribute of the value that is shown, or several,
     by their own keys if they differ: `of=("name", "area_km2")` or `of={"wkt": "wkt2"}`. Several make an object in JSON,
     with `spread` keys beside the others. A `hidden` field is not shown, an `optional` one only if it is not None. A
-    `column` has a value for each point: the points are the rows of tables, and `"results"` in JSON. `title`, `unit`,
-    the function `show` that makes its text, and the name of the field that is its `error` are for tables.
+    `column` has a value for each point: the points are the rows of tables, and `"results"` in JSON.
     """
     return {"schema": FieldSchema(key, **parts)}
 

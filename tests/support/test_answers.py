@@ -11,7 +11,7 @@ from tables import each
 
 import projdist
 from projdist import Box
-from projdist.support.answers import HIDDEN, Answer, Record, html_table, plain, schema, schema_of
+from projdist.support.answers import HIDDEN, Answer, Record, html_table, plain, schema
 from projdist.support.checks import check_number, check_numbers, check_pair, check_path, check_whole_number
 
 SQUARE = Box(8, 48, 12, 52)
@@ -95,7 +95,7 @@ class Sheet(Record):
     parts: tuple[Place, ...]
     figures: dict[str, float] = dataclasses.field(metadata=schema(spread=True))
     matrix: np.ndarray
-    error: float = dataclasses.field(metadata=schema("error_estimate", title="error", unit="m", show="{:.1f}".format))
+    error: float = dataclasses.field(metadata=schema("error_estimate"))
     secret: float = dataclasses.field(default=1.0, metadata=HIDDEN)
 
 
@@ -116,13 +116,6 @@ def test_json_follows_from_the_fields():
     assert list(found) == ["where", "base", "east", "parts", "s", "matrix", "error_estimate"]
     without = Sheet(one, None, (), {}, np.zeros(0), 0.0).to_dict()
     assert (without["base"], without["east"], without["matrix"]) == (None, None, [])
-
-
-def test_the_schema_of_a_class():
-    """Title, unit and format stand with the field, for tables."""
-    error = schema_of(Sheet)["error"]
-    assert (error.key, error.title, error.unit, error.show(0.25)) == ("error_estimate", "error", "m", "0.2")
-    assert schema_of(Sheet)["parts"].show(1.5) == "1.5"
 
 
 def test_plain_values():
