@@ -8,7 +8,6 @@ from concurrent.futures import Executor
 from typing import Any
 
 from projdist import answers, gis, support
-from projdist.answers import Area, Batch
 from projdist.cli import options as opt
 from projdist.cli.errors import cannot_write, note, progress_bar, refuse, refusing, tell_problems
 from projdist.cli.report import Report, Row, drawing, present, tell_written
@@ -57,10 +56,10 @@ class RegionalWork:
     def run(
         self,
         function: Callable[..., object],
-        areas: Sequence[Area],
+        areas: Sequence[answers.Area],
         maps: Sequence[str] | None,
         options: Mapping[str, Any],
-    ) -> Batch:
+    ) -> answers.Batch:
         """Results of the batch, with a progress bar; invalid input ends the command."""
         if self.partial is not None and self.partial.exists() and not support.is_stream(self.partial):
             note(f"Results that are in '{self.partial}' are taken from there.")
@@ -75,7 +74,12 @@ class RegionalWork:
             cannot_write(self.partial, error)
 
     def leave(
-        self, report: Report, found: Batch, best: Sequence[Row], areas: Sequence[Area], problems: Sequence[str]
+        self,
+        report: Report,
+        found: answers.Batch,
+        best: Sequence[Row],
+        areas: Sequence[answers.Area],
+        problems: Sequence[str],
     ) -> None:
         """Print or write the report, or the best map of each region as a layer; report failures, and end with 1 if any.
 
@@ -97,7 +101,7 @@ class RegionalWork:
         tell_problems([*problems, *(one.line for one in found.failures)])
 
 
-def regions_given(regions: Sequence[str], others: Mapping[str, object]) -> list[Area]:
+def regions_given(regions: Sequence[str], others: Mapping[str, object]) -> list[answers.Area]:
     """Regions of `--regions`; refuses the options `others`, which cannot be used with it."""
     for name, value in others.items():
         if value is not None:
@@ -106,7 +110,7 @@ def regions_given(regions: Sequence[str], others: Mapping[str, object]) -> list[
         return answers.areas_of(list(regions))
 
 
-def notices_note(found: Batch) -> list[str]:
+def notices_note(found: answers.Batch) -> list[str]:
     """A note that the JSON has notices, if there are any."""
     told = {one.region for one in found.results if one.notices}
     return [f"Notices on {len(told)} of the regions, for example on areas of use, are in the JSON."] if told else []

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from projdist import earth, projections, regions, support
+from projdist import earth, matrices, projections, regions, support
 from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.decisions.candidate_crs import Candidate, named, outline_keys
 from projdist.decisions.data_edges import Outlines, measure_chains, outlines
 from projdist.decisions.ranking import get_purpose
 from projdist.decisions.recommendation import recommend
 from projdist.field import jacobian, nodes_of
-from projdist.matrices import meridian_convergence
 
 TURNED = 3.0
 """Degrees between grid north and true north, more than within 3 degrees of a zone's meridian anywhere."""
@@ -128,7 +127,7 @@ def _twin_on_datum(crs: Any, one: Candidate, default: str | None = None) -> str:
 
 def _turned(code: str, lon: FloatArray, lat: FloatArray) -> float:
     """RMS convergence at points, in degrees."""
-    turns = meridian_convergence(jacobian(projections.Projection.from_user_input(code), lon, lat))
+    turns = matrices.meridian_convergence(jacobian(projections.Projection.from_user_input(code), lon, lat))
     return float(np.sqrt(np.nanmean(turns**2))) if np.isfinite(turns).any() else np.nan
 
 

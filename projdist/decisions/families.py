@@ -8,11 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from projdist import projections
+from projdist import projections, regions, support
 from projdist.earth import WGS84, Ellipsoid, unit_vectors, wrapped
 from projdist.field import nodes_of
-from projdist.regions import Place
-from projdist.support import Registry
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +27,7 @@ class Extent:
     azimuth: float
 
 
-def extent_of(region: Place) -> Extent:
+def extent_of(region: regions.Place) -> Extent:
     """The extent of a region."""
     nodes = nodes_of(region, WGS84, 400, edges=True)
     points = unit_vectors(nodes.lon, nodes.lat)
@@ -302,7 +300,7 @@ def _winkel(name: str, e: Extent) -> Family:
 FAMILIES = (*_CONES, "tmerc", "omerc", *_AZIMUTHALS, "merc", "cea", "eqc", "wintri", "ob_tran:NAME")
 
 
-_MAKERS: Registry[Callable[[str, Extent], Family]] = Registry(
+_MAKERS: support.Registry[Callable[[str, Extent], Family]] = support.Registry(
     "family",
     {
         **dict.fromkeys(_CONES, _cone),

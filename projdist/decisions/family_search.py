@@ -25,13 +25,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist import numerics, projections
+from projdist import numerics, projections, regions
 from projdist._typing import BoolArray, FloatArray
 from projdist.decisions.families import Family, ellipsoid_text
 from projdist.earth import SPHERE, WGS84, Ellipsoid
 from projdist.field import FIGURES, Figure, Nodes, nodes_of
 from projdist.matrices import MEASURES, Measure, mdt, principal_scales
-from projdist.regions import Place
 
 Scales = Callable[[FloatArray, FloatArray, FloatArray], float]
 Terms = Callable[[FloatArray, FloatArray], FloatArray]
@@ -231,7 +230,7 @@ class Members:
     def __init__(
         self,
         family: Family,
-        region: Place,
+        region: regions.Place,
         objective: Objective,
         free: Sequence[str] | None,
         ellipsoid: Ellipsoid | None,

@@ -12,12 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist import projections, support
+from projdist import earth, matrices, projections, support
 from projdist._typing import FloatArray
 from projdist.answers import elevation_factor
-from projdist.earth import Ellipsoid
 from projdist.field import Nodes, nodes_at, nodes_of
-from projdist.matrices import areal_scale
 from projdist.regions import Place, PointSet
 
 _NODES, _SEARCHED = 4000, 400  # points of a region of one height, and points in a search, about
@@ -68,7 +66,7 @@ def distortion_ppm(
     lat, height = support.check_degrees(lat, support.check_numbers("heights", height))
     lon = np.broadcast_to(lon, lat.shape)
     nodes = nodes_at(lon.ravel(), lat.ravel(), np.ones(lon.size), projection.ellipsoid)
-    scale = np.sqrt(areal_scale(nodes.jacobian(projection)[0])).reshape(lon.shape)
+    scale = np.sqrt(matrices.areal_scale(nodes.jacobian(projection)[0])).reshape(lon.shape)
     return 1e6 * (scale * elevation_factor(lat, height, projection.ellipsoid) - 1.0)
 
 
@@ -99,7 +97,7 @@ class Ground(NamedTuple):
         return Ground(nodes_at(lon, lat, weight, nodes.ellipsoid), self.height[::step], False)
 
 
-def ground_of(region: Place, ellipsoid: Ellipsoid, heights: ArrayLike | None, height: float | None) -> Ground:
+def ground_of(region: Place, ellipsoid: earth.Ellipsoid, heights: ArrayLike | None, height: float | None) -> Ground:
     """Points (n, 3) of `heights` in a region, nodes at one height, or a set of points with its own; ValueError else."""
     if isinstance(region, PointSet) and region.height is not None and heights is None and height is None:
         return Ground(nodes_at(region.lon, region.lat, region.weight, ellipsoid), region.height, False)

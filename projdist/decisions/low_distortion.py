@@ -13,13 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist import numerics, projections, regions, support
+from projdist import answers, earth, numerics, projections, regions, support
 from projdist._typing import FloatArray
-from projdist.answers import elevation_factor
 from projdist.decisions.families import Extent, ellipsoid_text, extent_of, get_family, usual_crs
 from projdist.decisions.family_search import Objective
 from projdist.decisions.ground import Ground, HeightStatistics, ground_of, statistics_of
-from projdist.earth import Ellipsoid
 from projdist.field import FIGURES, AnyFigure, Figure, get_figure
 
 Factors = FloatArray  # combined factors with k_0 = 1
@@ -133,7 +131,7 @@ _FINER = 8.0  # ratio of a step of the scan to the next
 class LdpAxis:
     """The axis of a family over a region; places are values of `names` in degrees, in the end multiples of `unit`."""
 
-    def __init__(self, family: str, extent: Extent, ellipsoid: Ellipsoid, unit: float) -> None:
+    def __init__(self, family: str, extent: Extent, ellipsoid: earth.Ellipsoid, unit: float) -> None:
         self.extent, self.unit = extent, unit
         sides, self.fixed = self._sides(family)
         self.names = tuple(sides)
@@ -186,7 +184,7 @@ class LdpAxis:
             scale = nodes.meridional_scale(projections.with_parameters(self.base, self.parameters(place)))
         except projections.ProjectionError:
             return np.full(nodes.lon.size, np.nan)
-        return scale * elevation_factor(nodes.lat, ground.height, nodes.ellipsoid)
+        return scale * answers.elevation_factor(nodes.lat, ground.height, nodes.ellipsoid)
 
 
 def best_place(axis: LdpAxis, goal: LdpGoal, few: Ground, ground: Ground) -> FloatArray:

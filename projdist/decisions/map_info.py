@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from projdist import projections
+from projdist import earth, projections
 from projdist._typing import FloatArray
-from projdist.earth import unit_vectors
 from projdist.field import AiryKavrayskiy, Extreme, nodes_of, sample
 from projdist.matrices import fisher, log_anisotropy, log_areal_scale, principal_scales
 from projdist.numerics import Estimate, quantile
@@ -59,7 +58,7 @@ def properties_of(J: FloatArray, points: WeightedPoints) -> Properties:
 
 def _square_across(lon: FloatArray, lat: FloatArray, weight: FloatArray) -> float:
     """Mean square of the distances of points from the great circle nearest to them, on a sphere of radius 1."""
-    vectors = unit_vectors(lon, lat)
+    vectors = earth.unit_vectors(lon, lat)
     return float(np.linalg.eigvalsh(weight * vectors @ vectors.T)[0] / weight.sum())
 
 

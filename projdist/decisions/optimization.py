@@ -16,13 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from projdist import projections, regions, support
+from projdist import numerics, projections, regions, support
 from projdist.answers import Failure
 from projdist.decisions import families
 from projdist.decisions.family_search import DECIMALS, Flat, Members, Objective, Rounded
 from projdist.earth import SPHERE, WGS84, Ellipsoid
 from projdist.field import FIGURES, AnyFigure, Field, Figure, Nodes, get_figure, nodes_of, sample
-from projdist.numerics import fit_harmonic
 
 LIMITED = ("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine")
 """Figures of which the least value is known."""
@@ -49,7 +48,7 @@ def least_error(
     log_scale, z = np.log(nodes.meridional_scale(base)), x + 1j * y
     known = np.isfinite(log_scale) & (nodes.weight > 0.0)
     try:
-        fit = fit_harmonic(z[known] / np.abs(z[known]).max(), log_scale[known], nodes.weight[known], degree)
+        fit = numerics.fit_harmonic(z[known] / np.abs(z[known]).max(), log_scale[known], nodes.weight[known], degree)
     except ValueError:  # of a few points
         return None
     mean = float(np.sum(nodes.weight[known] * fit.rest**2) / np.sum(nodes.weight[known]))

@@ -10,21 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist import regions
+from projdist import decisions, regions
 from projdist._typing import FloatArray
-from projdist.decisions import extent_of
+from projdist.designs import plane_maps
 from projdist.designs.base_maps import TORN, WIDEST, check_degree, check_extent, overlaps
-from projdist.designs.plane_maps import (
-    Average,
-    BoxPolynomials,
-    Corrected,
-    Sides,
-    Targets,
-    box_gradients,
-    check_counts,
-    common_turn,
-    polynomial_mean,
-)
 from projdist.field import FIGURES, Nodes, cut_length, nodes_of, sample
 from projdist.projections import (
     AreaOfUse,
@@ -110,7 +99,7 @@ class MeanMap(Answer):
         """The keys of the command line's JSON; NaN and infinity become None."""
         function = self.projection.function
         chebyshev = None
-        if isinstance(function, BoxPolynomials):  # x and y of T_i T_j
+        if isinstance(function, plane_maps.BoxPolynomials):  # x and y of T_i T_j
             x, y = function.coefficients
             chebyshev = {"box": list(function.box), "x": x.tolist(), "y": y.tolist()}
         return super().to_dict() | {"maps": [one.definition for one in self.maps], "chebyshev": chebyshev}
@@ -211,7 +200,7 @@ def mean_map(
         given if isinstance(given, str) and len(given) <= _LONGEST else one.label
         for given, one in zip(listed, maps, strict=True)
     ]
-    counts = check_counts(weights, len(maps))
+    counts = plane_maps.check_counts(weights, len(maps))
     area = regions.region_for(region, maps)
     area = _WORLD if region is None and area == regions.GLOBE else area
     box = _world_box(area)
@@ -232,20 +221,20 @@ def mean_map(
         if cut_length(one, inner) > 0.0:
             raise ProjectionError(f"Invalid map '{one.label}'. It is cut within {area.name}.")
     # The average of coordinates, each map turned like the first one.
-    turns = tuple(common_turn(J @ coarse.inverses[0], coarse.weight).conjugate() for J in coarse.J)
-    function = Average(maps, counts / counts.sum(), turns)
+    turns = tuple(plane_maps.common_turn(J @ coarse.inverses[0], coarse.weight).conjugate() for J in coarse.J)
+    function = plane_maps.Average(maps, counts / counts.sum(), turns)
     average = Projection.from_function(function, name="average of coordinates", ellipsoid=coarse.nodes.ellipsoid)
     base = None if box else _nearest_base(coarse, maps)
     try:
-        mean: BoxPolynomials | Corrected
+        mean: plane_maps.BoxPolynomials | plane_maps.Corrected
         if base is None:
             mean = _of_world(coarse, area.bounds, order)
         else:  # the nearest polynomials in the plane of the base
             x, y = base(coarse.nodes.lon, coarse.nodes.lat)
             counted = coarse.weight > 0.0
             J = (coarse.J @ np.linalg.inv(coarse.jacobian(base)))[:, counted]
-            within = Targets(J, coarse.counts, coarse.weight[counted])
-            mean = Corrected(base, polynomial_mean(x[counted], y[counted], within, order))
+            within = plane_maps.Targets(J, coarse.counts, coarse.weight[counted])
+            mean = plane_maps.Corrected(base, plane_maps.polynomial_mean(x[counted], y[counted], within, order))
     except ProjectionError:
         raise
     except ValueError as error:
@@ -277,7 +266,7 @@ def mean_map(
 
 def _world_box(region: regions.Place) -> regions.Box | None:
     """The region as the box of a map of the world, None if it needs no such map; raises ValueError."""
-    if extent_of(region).radius <= WIDEST:
+    if decisions.extent_of(region).radius <= WIDEST:
         check_extent(region)
         return None
     if not isinstance(region, regions.Box) or max(abs(region.south), abs(region.north)) > _HIGHEST:
@@ -289,7 +278,7 @@ def _world_box(region: regions.Place) -> regions.Box | None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Ground(Targets):
+class _Ground(plane_maps.Targets):
     """The given maps at the nodes of a region."""
 
     nodes: Nodes
@@ -325,18 +314,18 @@ class _Ground(Targets):
         return complex(np.sum(self.weight * np.where(self.weight > 0.0, x + 1j * y, 0.0)))
 
 
-def _of_world(ground: _Ground, box: Sides, degree: int) -> BoxPolynomials:
+def _of_world(ground: _Ground, box: plane_maps.Sides, degree: int) -> plane_maps.BoxPolynomials:
     """The nearest sum of products of Chebyshev polynomials."""
     nodes, size = ground.nodes, degree + 1
-    gradients = box_gradients(box, degree, nodes.lon, nodes.lat, nodes.ellipsoid)
+    gradients = plane_maps.box_gradients(box, degree, nodes.lon, nodes.lat, nodes.ellipsoid)
     # The start is linear in longitude and latitude.
     steps = np.zeros((nodes.lon.size, 2, 2))
     steps[:, 0, 0], steps[:, 1, 1] = 1.0 / gradients[:, size, 0], 1.0 / gradients[:, 1, 1]
-    linear = Targets(ground.J @ steps, ground.counts, ground.weight).best_linear()
+    linear = plane_maps.Targets(ground.J @ steps, ground.counts, ground.weight).best_linear()
     start = np.zeros((2, size * size))
     start[:, size], start[:, 1] = linear.T
     best = ground.nearest(gradients[:, 1:], start[:, 1:])
-    return BoxPolynomials(box, np.hstack([np.zeros((2, 1)), best.place]).reshape(2, size, size))
+    return plane_maps.BoxPolynomials(box, np.hstack([np.zeros((2, 1)), best.place]).reshape(2, size, size))
 
 
 def _nearest_base(ground: _Ground, maps: tuple[Projection, ...]) -> Projection:
@@ -351,7 +340,7 @@ def _nearest_base(ground: _Ground, maps: tuple[Projection, ...]) -> Projection:
 
 
 def _placed(
-    mean: BoxPolynomials | Corrected,
+    mean: plane_maps.BoxPolynomials | plane_maps.Corrected,
     ground: _Ground,
     average: Projection,
     title: str,
@@ -359,12 +348,12 @@ def _placed(
     datum: str | None,
 ) -> tuple[Projection, DerivedCrs | None]:
     """The mean with the orientation and the middle of the average, and its CRS if it has one."""
-    base = mean.base if isinstance(mean, Corrected) else None
+    base = mean.base if isinstance(mean, plane_maps.Corrected) else None
     ellipsoid = (base or average).ellipsoid
     own = Projection.from_function(mean, name=title, ellipsoid=ellipsoid)
-    turn = common_turn(ground.jacobian(average) @ np.linalg.inv(ground.jacobian(own)), ground.weight)
+    turn = plane_maps.common_turn(ground.jacobian(average) @ np.linalg.inv(ground.jacobian(own)), ground.weight)
     mean = mean.moved(turn, ground.middle(average) - turn * ground.middle(own))
-    if isinstance(mean, Corrected):
+    if isinstance(mean, plane_maps.Corrected):
         with contextlib.suppress(ProjectionError):  # of a base that is no CRS
             crs = derived_crs(mean.base, mean.plane_map.steps, title, area, geodetic=datum)
             return crs.projection, crs

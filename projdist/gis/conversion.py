@@ -12,15 +12,13 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from projdist import projections, support
+from projdist import projections, regions, support
 from projdist._typing import FloatArray, IntArray
 from projdist.gis import layers
 from projdist.gis.layers import needed_for
 from projdist.gis.rasters import BESIDE, FLAVOURS, RASTER_SUFFIXES, flavour_of
 from projdist.gis.reading import read_data
 from projdist.projections import CRS, Projection, crs_of
-from projdist.regions import Box
-from projdist.support import one_line, replacing, tell
 
 RESAMPLINGS = ("nearest", "bilinear", "cubic", "average", "mode")
 """Methods for the values of new pixels."""
@@ -126,7 +124,7 @@ def convert(
         lost, note = _convert_layer(os.fspath(data), target, path, given, densify, overwrite), ""
     if not lost or beside is None:
         return Conversion(path=path, wkt=None, note=" ".join(filter(None, (lost, note))))
-    with replacing(beside) as new:
+    with support.replacing(beside) as new:
         new.write_text(target.to_wkt(pretty=True) + "\n", encoding="utf-8")
     kept = f"It is in '{beside.name}'."
     return Conversion(path=path, wkt=beside, note=" ".join(filter(None, (lost, kept, note))))
@@ -168,7 +166,9 @@ def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | N
         if lost.size == np.unique(owner).size:
             raise ValueError(_NO_WAY.format(frame.crs.name, target.name))
         shown = ", ".join(str(k + 1) for k in lost[:_NAMED]) + (", ..." if lost.size > _NAMED else "")
-        tell(f"{lost.size} feature(s) cannot be drawn in {target.name}, and are left without a geometry: {shown}.")
+        support.tell(
+            f"{lost.size} feature(s) cannot be drawn in {target.name}, and are left without a geometry: {shown}."
+        )
         shapes = np.asarray(moved.geometry.array).copy()
         shapes[lost] = None
         moved = moved.set_geometry(shapes).set_crs(target)
@@ -184,11 +184,13 @@ def _tell_of_elsewhere(source: CRS, target: CRS, points: FloatArray, owner: IntA
         return
     in_degrees = projections.to_lonlat(source)
     lon, lat = points.T if in_degrees is None else in_degrees(*points.T)
-    outside = np.isfinite(lon) & np.isfinite(lat) & ~Box(*area).contains(lon, lat)
+    outside = np.isfinite(lon) & np.isfinite(lat) & ~regions.Box(*area).contains(lon, lat)
     mostly = np.bincount(owner, outside) > np.bincount(owner) / 2
     if mostly.any():
         count = f"{mostly.sum()} of {np.unique(owner).size}"
-        tell(f"{target.name} is for {Box(*area).name}: {count} {things} mostly outside its area of use.")
+        support.tell(
+            f"{target.name} is for {regions.Box(*area).name}: {count} {things} mostly outside its area of use."
+        )
 
 
 def _is_map(crs: CRS) -> bool:
@@ -207,7 +209,7 @@ def _crs(given: Any) -> CRS:
     try:
         return crs_of(path.read_text(encoding="utf-8-sig").strip())
     except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"Invalid CRS '{path}'. It cannot be read as text: {one_line(error)}.") from error
+        raise ValueError(f"Invalid CRS '{path}'. It cannot be read as text: {support.one_line(error)}.") from error
 
 
 def _beside(path: Path, target: CRS, overwrite: bool) -> Path | None:
@@ -235,11 +237,11 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
     elif suffix == ".parquet":
         with needed_for(f"output '{path}'"):
             import pyarrow  # noqa: F401
-        with replacing(path, overwrite=new) as file:
+        with support.replacing(path, overwrite=new) as file:
             frame.to_parquet(file)
         return ""
     else:
-        with replacing(path, overwrite=new, beside=_PARTS if suffix == ".shp" else ()) as file:
+        with support.replacing(path, overwrite=new, beside=_PARTS if suffix == ".shp" else ()) as file:
             layers.write_layer(frame, file, suffix)
     import geopandas
 
@@ -316,7 +318,7 @@ def _warp(
                 "crs": wanted,
                 "GEOTIFF_KEYS_FLAVOR": flavour or FLAVOURS[0],
             }
-            with replacing(path, overwrite=overwrite, beside=[path.suffix + BESIDE]) as new:
+            with support.replacing(path, overwrite=overwrite, beside=[path.suffix + BESIDE]) as new:
                 with rasterio.open(new, "w", **options) as written:
                     _copy_metadata(image, written)
                     for band in range(1, image.count + 1):
@@ -331,7 +333,7 @@ def _warp(
                 if flavour is None:
                     _put_beside(new, target)
     except RasterioIOError as error:
-        raise ValueError(f"Invalid data '{data}'. They cannot be read: {one_line(error)}.") from error
+        raise ValueError(f"Invalid data '{data}'. They cannot be read: {support.one_line(error)}.") from error
     except (CRSError, RasterioError, CPLE_BaseError) as error:
         name = "of the data" if source is None else source.name
         raise ValueError(_NO_WAY.format(name, target.name)) from error

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from projdist import projections
+from projdist import projections, regions
 from projdist.gis.layers import needed_for, save_layer
 from projdist.projections import Projection, ProjectionLike, is_geographic
-from projdist.regions import crs_name, with_gpx_heights
 from projdist.support import one_line, replacing, tell
 
 if TYPE_CHECKING:
@@ -79,11 +78,11 @@ def _read(text: str, thing: str) -> Any:
         tell(f"{len(lost)} feature(s) of '{name}' have a geometry that cannot be read and is left out: {shown}.")
     if is_geographic(frame):
         understood = None if frame.crs is None else projections.crs_of(frame.crs)
-        frame = frame.set_geometry(with_gpx_heights(Path(name), layer, frame.geometry.array))
+        frame = frame.set_geometry(regions.with_gpx_heights(Path(name), layer, frame.geometry.array))
         frame = frame.set_crs(understood, allow_override=True)
     crs = _stated_crs(name)
     if isinstance(crs, dict):
-        projections.crs_of(crs_name(crs, invalid))  # GDAL ignores an invalid one
+        projections.crs_of(regions.crs_name(crs, invalid))  # GDAL ignores an invalid one
     elif crs is not None:
         tell(f"The member crs of '{name}' is no object, as GeoJSON wants it: the data are taken as {frame.crs.name}.")
     return frame

@@ -17,21 +17,12 @@ from pyproj import proj_version_str
 from pyproj.database import get_database_metadata, query_crs_info
 from pyproj.enums import PJType
 
+from projdist import support
 from projdist.earth import MEAN_EARTH_RADIUS, Ellipsoid
 from projdist.projections import catalogue
 from projdist.projections.errors import ProjectionError
 from projdist.projections.operations import GeographicAxes
 from projdist.projections.projection import Projection
-from projdist.support import (
-    Answer,
-    check_text,
-    check_whole_number,
-    close_words,
-    did_you_mean,
-    listed,
-    listed_values,
-    shown,
-)
 
 _AT_ONCE = 500  # codes in a query: SQLite takes 999 values
 FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
@@ -170,14 +161,16 @@ class DatabaseCrs:
 
 def check_authorities(authorities: Iterable[str] | str, known: Sequence[str] = AUTHORITIES) -> tuple[str, ...]:
     """Names of authorities in capitals, each once; raises ValueError for unknown ones, and for none."""
-    given = (check_text("authority", name) for name in listed_values(authorities))
+    given = (support.check_text("authority", name) for name in support.listed_values(authorities))
     names = tuple(dict.fromkeys(name.strip().upper() for name in given))
     for name in names:
         if name not in known:
-            hint = did_you_mean(close_words(name, known))
-            raise ValueError(f"Invalid authority '{shown(name)}'. {hint}It must be {listed(known, 'or')}.")
+            hint = support.did_you_mean(support.close_words(name, known))
+            raise ValueError(
+                f"Invalid authority '{support.shown(name)}'. {hint}It must be {support.listed(known, 'or')}."
+            )
     if not names:
-        raise ValueError(f"Invalid authority ''. It must be {listed(known, 'or')}.")
+        raise ValueError(f"Invalid authority ''. It must be {support.listed(known, 'or')}.")
     return names
 
 
@@ -234,7 +227,7 @@ def reasons_against(codes: Iterable[str]) -> dict[str, str]:
 def _reason_against(code: str, name: str, a: float, rf: float) -> str:
     """Why a CRS is not on an Earth ellipsoid; "" if it is."""
     if not (a > 0.0 and Ellipsoid(a).is_earthly):
-        return f"Invalid CRS '{code}'. It is not of the Earth: {shown(name)}."
+        return f"Invalid CRS '{code}'. It is not of the Earth: {support.shown(name)}."
     return "" if rf else f"{OF_A_SPHERE}, from which the Earth departs by 20 km."
 
 
@@ -361,7 +354,7 @@ class CrsHit:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class CrsSearch(Answer):
+class CrsSearch(support.Answer):
     """Result of a search: the best `results` first, their number in `total`, and `advice` if there is none."""
 
     text: str
@@ -370,7 +363,7 @@ class CrsSearch(Answer):
     advice: str = ""
 
     def _line(self) -> str:
-        return f"{len(self.results)} of {self.total} for '{shown(self.text)}'" + (
+        return f"{len(self.results)} of {self.total} for '{support.shown(self.text)}'" + (
             f", first {self.results[0].code}" if self.results else ""
         )
 
@@ -423,11 +416,11 @@ def find_crs(
     >>> [hit.code for hit in find_crs("lambert 93", limit=3).results]
     ['EPSG:2154', 'EPSG:9793', 'EPSG:9794']
     """
-    most = check_whole_number("limit", limit)
-    words = _WORD.findall(_folded(check_text("search", text)))
+    most = support.check_whole_number("limit", limit)
+    words = _WORD.findall(_folded(support.check_text("search", text)))
     if not words:
-        raise ValueError(f"Invalid search '{shown(text)}'. It must have a word or a number.")
-    entries, given = _entries(), listed_values(authorities)
+        raise ValueError(f"Invalid search '{support.shown(text)}'. It must have a word or a number.")
+    entries, given = _entries(), support.listed_values(authorities)
     wanted = check_authorities(given, sorted({one.authority for one in entries} - {""})) if given else ()
     among = [one for one in entries if not wanted or one.authority in wanted]
     match = re.fullmatch(r"\s*(?:([A-Za-z][A-Za-z_0-9]*)\s*[:\s]\s*)?(\w+)\s*", text)  # as EPSG:3035 or 3035
@@ -557,10 +550,10 @@ def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated
     known = {word for one in among for word in _WORD.findall(f"{one.names} {one.area} {one.others}")}
     spelt = [_nearest(word, known) for word in words]
     if list(words) != spelt and all(spelt):
-        return did_you_mean([f"'{' '.join(spelt)}'"]).strip()
-    missing = [f"'{shown(word)}'" for word, near in zip(words, spelt, strict=True) if not near]
+        return support.did_you_mean([f"'{' '.join(spelt)}'"]).strip()
+    missing = [f"'{support.shown(word)}'" for word, near in zip(words, spelt, strict=True) if not near]
     if missing:
-        return f"No name and no area of use has {listed(missing, 'or')}."
+        return f"No name and no area of use has {support.listed(missing, 'or')}."
     if not deprecated and any(one.hit.deprecated and _rank(one, words, ("", "")) is not None for one in among):
         return "Deprecated ones have these words: ask for them, too."
     return "No one has all of these words: take fewer of them."
@@ -573,7 +566,7 @@ def _nearest(word: str, known: set[str]) -> str:
     if len(word) >= _BEGINNING and any(one.startswith(word) for one in known):
         return word
     letters = sorted(one for one in known if not one[0].isdigit() and len(one) >= _BEGINNING)
-    return next(iter(close_words(word, letters)), "")
+    return next(iter(support.close_words(word, letters)), "")
 
 
 _A = {

@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from projdist import matrices
+from projdist import matrices, numerics
 from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.applications.oldmaps.control_points import ControlPoints
 from projdist.applications.oldmaps.fits import Fit, affine_fit, fit, helmert_fit, wrong_points
-from projdist.numerics import quantiles
 from projdist.support import Answer, check_choice, check_instance, check_number, plain
 
 OUTLIERS = ("drop", "keep")
@@ -182,7 +181,7 @@ class OldMap(Answer):
         J, weights = self._known()
         shares = [*_SHARES.values()]
         return {
-            name: dict(zip(_SHARES, quantiles(measure(J), weights, shares), strict=True))
+            name: dict(zip(_SHARES, numerics.quantiles(measure(J), weights, shares), strict=True))
             for name, measure in LOCAL_MEASURES.items()
         }
 
