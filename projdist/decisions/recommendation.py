@@ -43,8 +43,7 @@ class Custom(support.Record):
     def _row(self) -> dict[str, Any]:
         named = {"code": "", "name": self.name, "method": self.family, "datum": "WGS 84"}
         figures = {"value": self.value, "ranked": self.value, **asdict(self.distortion), "keeps": " ".join(self.keeps)}
-        use: dict[str, Any] = {"share_in_area_of_use": 1.0, "national": False, "wide": False, "datum_since": None}
-        use |= {"area_of_use": "", "same": "", "ratio_to_custom": None, "difference_to_custom": None}
+        use = {"share_in_area_of_use": 1.0, "national": False, "wide": False}
         return named | figures | use | {"over_limit": self.over_limit, "proj": self.proj}
 
 
@@ -89,7 +88,9 @@ class Recommendation(support.Answer):
 
     def rows(self) -> list[dict[str, Any]]:
         """The results as flat rows, names and numbers; then the custom projections, without a code, by PROJ string."""
-        return [result._row() for result in self.results] + [custom._row() for custom in self.custom]
+        found = [result._row() for result in self.results]
+        blank = dict.fromkeys(found[0]) if found else {}
+        return found + [blank | custom._row() for custom in self.custom]
 
     def _table(self) -> list[dict[str, Any]]:
         return self.rows()

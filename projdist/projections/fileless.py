@@ -1,4 +1,4 @@
-"""Check that the text of a projection names no file, before PROJ reads it; and an environment without user files.
+"""Checks that the text of a projection names no file, before PROJ reads it; and an environment without user files.
 
 PROJ opens the files that a text names. So untrusted text is parsed here first against a list of what is allowed:
 PROJ parameters that are numbers or words, keywords of CRSs in WKT, types of CRSs in PROJJSON. Methods and extensions
