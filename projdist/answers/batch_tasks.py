@@ -153,11 +153,8 @@ class Task(NamedTuple):
     figure: tuple[float, float] | None = None
 
 
-class Done(NamedTuple):
-    """The lines of finished tasks, and the seconds they took."""
-
-    lines: list[str]
-    seconds: float
+Done = tuple[list[str], float]
+"""The lines of finished tasks, and the seconds they took."""
 
 
 @dataclass(frozen=True)
@@ -200,7 +197,7 @@ def run_tasks(job: Job, tasks: Sequence[Task]) -> Done:
             lines.append(_line(job, task))
             if time.monotonic() - start > _SLICE:
                 break
-    return Done(lines, time.monotonic() - start)
+    return lines, time.monotonic() - start
 
 
 def failure(task: Task, reason: str, *, again: bool = False) -> str:

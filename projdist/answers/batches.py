@@ -191,14 +191,11 @@ def batch(
 
 
 def _tasks(regions: Any, projections: Any) -> list[Task]:
-    """The tasks, those of a region one after the other, as they share computations.
-
-    One ellipsoid is for the regions of all maps; unknown maps fail in their tasks.
-    """
+    """The tasks, those of a region one after the other, as they share computations; unknown maps fail in theirs."""
     given: list[Any] = [None] if projections is None else [*listed_projections(projections)]
     texts = [None if one is None else map_text(one) for one in given]
     ellipsoid = None
-    if projections is not None:
+    if projections is not None:  # all regions are on one ellipsoid
         maps: list[Projection] = []
         for one in given:
             with contextlib.suppress(ProjectionError):
@@ -234,10 +231,7 @@ class PartialFile:
 
 @contextlib.contextmanager
 def open_partial(path: str | os.PathLike[str], header: Mapping[str, Any]) -> Iterator[PartialFile]:
-    """The file of a job, new or as it was left.
-
-    Raises ValueError for a file of another job, another kind of file, and if another process is writing it; OSError.
-    """
+    """The file of a job, new or as it was left; raises ValueError for any other or one in use, and OSError."""
     path = Path(path)
     if support.is_stream(path):
         raise _refused(path, "It is a device or a pipe, which keeps nothing.")

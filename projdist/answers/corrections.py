@@ -90,10 +90,8 @@ class Correction(support.Answer):
         digits = min(max(-math.floor(math.log10(self.matrix_error or 1e-16)), 1), _DIGITS)
         said = [f"scale {parts.scale:.{digits}g}"]
         stretch = f"{parts.stretch:.{digits}g}"
-        if np.isfinite(parts.stretch_azimuth) and stretch != "1":
-            said.append(f"stretch {stretch} {_direction(float(parts.stretch_azimuth))}")
-        else:
-            said.append("no stretch")
+        stretched = np.isfinite(parts.stretch_azimuth) and stretch != "1"
+        said.append(f"stretch {stretch} {_direction(float(parts.stretch_azimuth))}" if stretched else "no stretch")
         for name, degrees in (("shear", parts.shear), ("rotation", parts.rotation)):
             said.append(f"{name} {degrees:.5g} degrees" if abs(degrees) > _LEAST_ANGLE else f"no {name}")
         return ", ".join(said)
@@ -417,10 +415,7 @@ def _change(T: FloatArray, J: FloatArray, weights: FloatArray) -> FloatArray:
 def _cap_nodes(
     ellipsoid: earth.Ellipsoid, lon: FloatArray, lat: FloatArray, radius_km: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Longitudes, latitudes and weights (n, nodes) of the nodes of caps about places (n,).
-
-    The weights are those of areas on a sphere that has the latitudes.
-    """
+    """Longitudes, latitudes and weights (n, nodes) of nodes of caps about places (n,), as on a sphere."""
     azimuth = 360.0 * np.arange(_AZIMUTHS) / _AZIMUTHS
     # Caps are symmetric about their meridian.
     half = regions.reaches(ellipsoid, lon[:, None], lat[:, None], azimuth[: _AZIMUTHS // 2 + 1], 1000.0 * radius_km)

@@ -77,15 +77,13 @@ def canters(ratio: FloatArray, weight: FloatArray) -> float:
     return (1.0 + index) / (1.0 - index) if index < 1.0 else np.inf
 
 
-_THINNED = 61  # of the pairs, for a search; a prime, as pairs come in rows
+# Of the pairs, for a search: at the minimum the loss is of second order. A prime, as pairs come in rows.
+_THINNED = 61
 _REACH, _HALVINGS = 4.0, 32  # of ln scale to either side of the geometric mean
 
 
 def best_scale_of_distances(ratio: FloatArray, weight: FloatArray) -> float:
-    """Logarithm of the scale that minimises the indices of Peters and of Canters.
-
-    Every 61st pair suffices: at the minimum the loss is of second order.
-    """
+    """Logarithm of the scale that minimises the indices of Peters and of Canters."""
     logarithm, weight = np.log(ratio[::_THINNED]), weight[::_THINNED]
     # The index is the mean of |tanh(ln(r) / 2)|; its slope is negative below the best scale, and positive above it.
     middle = -weighted_sum(logarithm, weight) / float(weight.sum())
@@ -389,10 +387,9 @@ def _answers(
     *,
     exact: int = 0,
 ) -> list[FiniteDistortion]:
-    """Means of figures over draws of two sets of points, and their standard errors.
+    """Means of figures over draws of sets of larger `sizes` until the error of the first is small enough.
 
-    `sizes` are those of the sets, for spheres (True) and other ellipsoids; the next size is taken if the error of the
-    first figure is too large. All pairs of at most `exact` given points are taken once, without an error.
+    All pairs of at most `exact` given points are taken once, without an error.
     """
     given = projection if isinstance(projection, str) else None
     projection = Projection.from_user_input(projection)
@@ -430,11 +427,8 @@ def _answers(
 def _groups(
     one: ScatteredPoints, other: ScatteredPoints, rng: np.random.Generator | None
 ) -> Iterator[tuple[IntArray, IntArray]]:
-    """Numbers of the points that are paired each with each: every fourth of one set with every fourth of the other.
-
-    Which fourths are paired is random, as points come in the order of places, and all pairs of places must be equally
-    likely. Without a generator all points are paired.
-    """
+    """Numbers of the points that are paired each with each, fourths of the sets; without a generator all points."""
+    # Which fourths is random: points come in the order of places, and all pairs of places must be equally likely.
     count, turn = (1, 0) if rng is None else (_GROUPS, int(rng.integers(_GROUPS)))
     for group in range(count):
         yield np.arange(group, one.lon.size, count), np.arange((group + turn) % count, other.lon.size, count)
@@ -477,11 +471,7 @@ def _in_cap(cap: Cap, ellipsoid: earth.Ellipsoid, count: int, rng: np.random.Gen
 
 
 def _in_boxes(region: Region, ellipsoid: earth.Ellipsoid) -> Draw:
-    """Points in the boxes that cover a region.
-
-    Polygons are covered by cells, and points beside them are dropped, not moved. So coasts have their share of points,
-    and the number of points is close to the requested one.
-    """
+    """Points in the boxes that cover a region, for polygons its cells."""
     if isinstance(region, Box):
         boxes = np.array([region.bounds])
     else:
@@ -509,6 +499,7 @@ def _in_boxes(region: Region, ellipsoid: earth.Ellipsoid) -> Draw:
         low, high = np.sin(np.radians(south)), np.sin(np.radians(north))
         lat = np.degrees(np.arcsin(np.clip(low + share * (high - low), -1.0, 1.0)))
         points = _weighted(west + across * (east - west), np.clip(lat, south, north), ellipsoid)
+        # Points beside polygons are dropped, not moved: coasts have their share of points.
         return points if is_box else points.take(region.contains(points.lon, points.lat))
 
     return draw

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import functools
-import importlib.resources
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -12,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from projdist import projections, regions, support
+from projdist import earth, projections, regions, support
 from projdist._typing import FloatArray
 from projdist.answers import index_terms as terms
 from projdist.answers.index_terms import ScaleField, Scales, Value
@@ -208,14 +206,7 @@ def _index(row: dict[str, str]) -> Index:
     )
 
 
-@functools.cache
-def read_published(name: str) -> tuple[dict[str, str], ...]:
-    """The rows of a file of published figures."""
-    file = importlib.resources.files("projdist") / "data" / "published" / name
-    return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
-
-
-_INDICES = {row["name"]: _index(row) for row in read_published("indices.csv")}
+_INDICES = {row["name"]: _index(row) for row in earth.data_rows("published/indices.csv")}
 
 INDICES: support.Registry[Index] = support.Registry(
     "index",

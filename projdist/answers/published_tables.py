@@ -13,7 +13,7 @@ import numpy as np
 from projdist import earth, matrices, projections, regions, support
 from projdist.answers.distances import distance_distortion
 from projdist.answers.point_factors import factors
-from projdist.answers.published_indices import goldberg_gott_score, indices, read_published
+from projdist.answers.published_indices import goldberg_gott_score, indices
 from projdist.numerics import Estimate
 
 TABLES: dict[str, str] = {
@@ -59,7 +59,7 @@ class Printed:
 @functools.cache
 def printed(table: str) -> tuple[Printed, ...]:
     """The figures of a published table."""
-    rows = [row for file in ("world.csv", "pointwise.csv") for row in read_published(file)]
+    rows = [row for name in ("world", "pointwise") for row in earth.data_rows(f"published/{name}.csv")]
     return tuple(
         Printed(
             table=table,
@@ -84,7 +84,7 @@ def conventions() -> dict[str, tuple[float, str]]:
     """By name, the allowed difference of a convention (NaN if it has no figure of its own), and its description."""
     return {
         row["convention"]: (float(row["slack"] or "nan"), row["explanation"])
-        for row in read_published("conventions.csv")
+        for row in earth.data_rows("published/conventions.csv")
     }
 
 

@@ -133,16 +133,16 @@ def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointS
     """
     farthest = math.pi * (region.figure.mean_radius / 1000.0)
     if not _NEAREST_KM <= km <= farthest:
-        allowed = f"{_NEAREST_KM:.0f} to {farthest:.0f} km"
-        raise ValueError(f"Invalid distance '{km:g}' of a main part. It must be {allowed}.")
+        raise ValueError(
+            f"Invalid distance '{km:g}' of a main part. It must be {_NEAREST_KM:.0f} to {farthest:.0f} km."
+        )
     if not isinstance(region, Polygons):
         return region
     outline = _Outline(region, km)
     kept = outline.main(km)
     if kept.all():
         return region
-    suffix = "@main" if km == MAIN_KM else f"@main:{km:g}"
-    name = _suffixed(region.name, suffix)
+    name = _suffixed(region.name, "@main" if km == MAIN_KM else f"@main:{km:g}")
     return dataclasses.replace(region, geometry=shapely.MultiPolygon(list(outline.parts[kept])), name=name, far="")
 
 
@@ -179,10 +179,7 @@ def told_apart(region: Polygons) -> Polygons:
 
 
 class _Outline:
-    """The polygons of a region, their areas, and points on their edges as unit vectors.
-
-    Parts cut at the antimeridian share points there, and so are connected.
-    """
+    """The polygons of a region, their areas, and points on their edges, which those cut at the antimeridian share."""
 
     def __init__(self, region: Polygons, km: float) -> None:
         self._radius = region.figure.mean_radius / 1000.0

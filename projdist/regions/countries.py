@@ -17,6 +17,11 @@ _MOST = 3  # names in a hint
 _CODE = 3  # letters or digits in a code
 _KINDS = ("country", "state", "continent")  # that with a name in two kinds is meant first
 
+_COLUMNS = {
+    "country": ("countries.csv", ("name", "iso_a2", "iso_a3", "iso_n3", "other_names")),
+    "state": ("states.csv", ("name", "postal", "fips", "other_names")),
+}
+
 Row = dict[str, str]
 
 
@@ -26,7 +31,7 @@ def region_names() -> list[str]:
     return [
         *("globe", "land", "ocean"),
         *(f"country:{name}" for name in countries),
-        *(f"continent:{name}" for name in sorted(continents().values())),
+        *(f"continent:{name}" for name in sorted(names_of("continent").values())),
         *(f"state:{row['name']}" for row in data_rows("states.csv")),
     ]
 
@@ -34,23 +39,13 @@ def region_names() -> list[str]:
 @functools.cache
 def rows_of(kind: str) -> dict[str, Row]:
     """Rows of the countries, or of the states of the USA, by folded names and codes."""
-    columns: tuple[str, ...]
-    if kind == "country":
-        rows, columns = data_rows("countries.csv"), ("name", "iso_a2", "iso_a3", "iso_n3", "other_names")
-    else:
-        rows, columns = data_rows("states.csv"), ("name", "postal", "fips", "other_names")
+    file, columns = _COLUMNS[kind]
     found: dict[str, Row] = {}
     for column in columns:
-        for row in rows:
+        for row in data_rows(file):
             for name in filter(None, row[column].split("|")):
                 found.setdefault(folded(name), row)
     return found
-
-
-@functools.cache
-def continents() -> dict[str, str]:
-    """Names of continents by folded name."""
-    return {folded(row["continent"]): row["continent"] for row in data_rows("countries.csv")}
 
 
 def question(text: str, kind: str) -> str:
@@ -78,7 +73,7 @@ def full_name(text: str) -> str | None:
 def names_of(kind: str) -> dict[str, str]:
     """Names of the regions of a kind by folded name or code."""
     if kind == "continent":
-        return continents()
+        return {folded(row["continent"]): row["continent"] for row in data_rows("countries.csv")}
     return {key: row["name"] for key, row in rows_of(kind).items()}
 
 
@@ -138,10 +133,10 @@ def _country(key: str, shown: str, resolution: str) -> Polygons:
 
 def continent(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """The countries of a continent, each as a whole: Russia is in Europe, French Guiana with France; ValueError."""
-    name = continents().get(folded(text))
+    name = names_of("continent").get(folded(text))
     if name is None:
         near = question(text, "continent")
-        allowed = ", ".join(sorted(continents().values()))
+        allowed = ", ".join(sorted(names_of("continent").values()))
         raise ValueError(f"Invalid continent '{text}'. {near}It must be one of {allowed}.")
     return _continent(name, resolution)
 

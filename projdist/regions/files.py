@@ -183,13 +183,8 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, k
         raise ValueError(f"{text} It has no geometries.")
     rows = zip(*values, strict=True) if len(values) else ((),) * len(geometries)
     names = [str(field) for field in meta["fields"]]
-    found = [
-        Shape("", None, dict(zip(names, row, strict=True)))
-        if geometry is None or geometry.is_empty
-        else _shape(geometry, dict(zip(names, row, strict=True)))
-        for geometry, row in zip(geometries, rows, strict=True)
-    ]
-    return ReadShapes(found, crs, meta["crs"] or None)
+    fields = [dict(zip(names, row, strict=True)) for row in rows]
+    return ReadShapes([_shape(*pair) for pair in zip(geometries, fields, strict=True)], crs, meta["crs"] or None)
 
 
 @contextlib.contextmanager
@@ -206,10 +201,7 @@ def _refusing(text: str) -> Iterator[None]:
 
 
 def _likely_layers(pyogrio: Any, path: Path, kinds: tuple[str, ...]) -> list[str]:
-    """Layers with geometries of some kinds if the first has none; empty if the first is meant.
-
-    A GPX file has layers for waypoints, routes and tracks, and mostly only one is not empty.
-    """
+    """Layers with geometries of some kinds if the first has none, as in GPX files; empty if the first is meant."""
     layers = pyogrio.list_layers(path).tolist() if kinds else []
     if len(layers) < 2:
         return []
@@ -240,7 +232,9 @@ def with_gpx_heights(path: Path, layer: str, geometries: AnyArray) -> AnyArray:
     return geometries
 
 
-def _shape(geometry: shapely.Geometry, fields: dict[str, Any]) -> Shape:
+def _shape(geometry: shapely.Geometry | None, fields: dict[str, Any]) -> Shape:
+    if geometry is None or geometry.is_empty:
+        return Shape("", None, fields)
     if geometry.geom_type.endswith("LineString"):  # old versions of GEOS omit its heights in GeoJSON
         return Shape(geometry.geom_type, shapely.geometry.mapping(geometry)["coordinates"], fields)
     found = json.loads(shapely.to_geojson(geometry))

@@ -101,13 +101,12 @@ def get_region(region: RegionLike, ellipsoid: Ellipsoid | None = None) -> Place:
     ('box:0,0,90,90', 510065622)
     """
     body = None if ellipsoid is None else Body(ellipsoid)
-    found = _region_of_any(region, body)
-    return found if body is None else placed(found, body)
+    return placed(_region_of_any(region, body), body)
 
 
-def placed(region: Place, body: Body) -> Place:
-    """A region on a body; raises ValueError if it is on another."""
-    if not hasattr(region, "ellipsoid"):  # a region type of another package
+def placed(region: Place, body: Body | None) -> Place:
+    """A region on a body, if one is given; raises ValueError if it is on another."""
+    if body is None or not hasattr(region, "ellipsoid"):  # a region type of another package
         return region
     known = region.ellipsoid
     if known is not None and not is_same_body(Body(known), body):
@@ -147,8 +146,7 @@ def region_of_text(
     `check` is called with kind and argument of each atom before it is made.
     """
     body = None if ellipsoid is None else Body(ellipsoid)
-    found = _Parser(text, body, check).parse()
-    return found if body is None else placed(found, body)
+    return placed(_Parser(text, body, check).parse(), body)
 
 
 def is_region_text(text: str) -> bool:
@@ -230,8 +228,7 @@ class _Parser:
         kind, argument = kind.lower(), argument.strip().strip('"')
         if self.check is not None:
             self.check(kind, argument)
-        found = _region_of(plain, kind, argument, None if self.body is None else self.body.ellipsoid)
-        found = found if self.body is None else placed(found, self.body)
+        found = placed(_region_of(plain, kind, argument, self.body and self.body.ellipsoid), self.body)
         return found if suffix is None else self._parts_of(found, suffix)
 
     def _parts_of(self, region: Place, suffix: re.Match[str]) -> Place:
@@ -299,10 +296,6 @@ def _numbers(text: str, argument: str, form: str, count: int) -> list[float]:
     return values
 
 
-def _box(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
-    return _likely_box(*_numbers(text, argument, "box:W,S,E,N", 4))
-
-
 def _likely_box(west: float, south: float, east: float, north: float) -> Box:
     """A box; warns if another order of its numbers is likelier."""
     box = Box(west, south, east, north)
@@ -335,10 +328,6 @@ def _named(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     return (countries.country if kind == "country" else countries.continent)(name.strip(), resolution)
 
 
-def _crs(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
-    return Box(*area_of_use(argument), ground_of(argument))
-
-
 def layer_path(text: str) -> tuple[Path, str]:
     """Path and layer ("" for the first) of PATH#LAYER; an existing path may contain a #."""
     path, mark, layer = text.rpartition("#")
@@ -352,28 +341,19 @@ def _path(text: str, argument: str) -> tuple[Path, str]:
     return layer_path(argument)
 
 
-def _file(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
-    """The polygons of a file, with straight or geodesic edges."""
-    path = _path(text, argument)
-    if text.partition(":")[0].lower() == "file":
-        return regions.shapes.polygons_from_file(*path, text)
-    return regions.shapes.polygons_from_file(*path, text, edges="geodesic", ellipsoid=ellipsoid)
-
-
-def _points(text: str, argument: str, ellipsoid: Ellipsoid | None) -> PointSet:
-    return regions.shapes.points_from_file(*_path(text, argument), text)
-
-
+# How each kind is made of its text, what is behind the colon, and the ellipsoid of the maps.
 _KINDS: dict[str, Callable[[str, str, Ellipsoid | None], Place]] = {
-    "box": _box,
+    "box": lambda text, argument, _: _likely_box(*_numbers(text, argument, "box:W,S,E,N", 4)),
     "cap": _cap,
     "country": _named,
     "continent": _named,
     "state": _named,
-    "crs": _crs,
-    "file": _file,
-    "geodesic": _file,
-    "points": _points,
+    "crs": lambda text, argument, _: Box(*area_of_use(argument), ground_of(argument)),
+    "file": lambda text, argument, _: regions.shapes.polygons_from_file(*_path(text, argument), text),
+    "geodesic": lambda text, argument, figure: regions.shapes.polygons_from_file(
+        *_path(text, argument), text, edges="geodesic", ellipsoid=figure
+    ),
+    "points": lambda text, argument, _: regions.shapes.points_from_file(*_path(text, argument), text),
 }
 
 

@@ -334,10 +334,7 @@ class Polygons:
         return _Part(part, (u0, u1, v0, v1), rule, False) if rule.sum() > 4.0 * SLIVER else None
 
     def rule(self, patch: int, rectangle: FloatArray, square: Square) -> FloatArray:
-        """The weights (p, p) for a curved piece of a clipped rectangle, which `square` maps to [-1, 1]^2.
-
-        Edges are curves there, approximated by chords.
-        """
+        """The weights for a curved piece, where edges are curves, approximated by chords."""
         part = self._parts[(patch, *rectangle.tolist())]
         assert part is not None  # kept by `clip`
         edges = _closed(part.chain, *rectangle[:2])

@@ -249,6 +249,12 @@ def likelier(sides: Sides) -> Sides:
     return west, south, east, north
 
 
+def _between_sides(sides: Sides, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
+    west, south, east, north = sides
+    lon, lat = np.asarray(lon, dtype=float), np.asarray(lat, dtype=float)
+    return np.asarray((np.mod(lon - west, 360.0) <= east - west) & (lat >= south) & (lat <= north))
+
+
 @dataclass(frozen=True)
 class Box(Unclipped):
     """The box between two meridians and two parallels; west > east crosses the antimeridian.
@@ -314,9 +320,7 @@ class Box(Unclipped):
 
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
         """Whether points in degrees are in the box, its edge included."""
-        west, south, east, north = self.bounds
-        lon, lat = np.asarray(lon, dtype=float), np.asarray(lat, dtype=float)
-        return np.asarray((np.mod(lon - west, 360.0) <= east - west) & (lat >= south) & (lat <= north))
+        return _between_sides(self.bounds, lon, lat)
 
     def panels(self, discontinuities: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
         """The panels of `patch_panels`."""
@@ -467,9 +471,7 @@ class PointSet:
 
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
         """True for places in degrees within the bounds of the points, where a map of them is drawn."""
-        west, south, east, north = self.bounds
-        lon, lat = np.asarray(lon, dtype=float), np.asarray(lat, dtype=float)
-        return np.asarray((np.mod(lon - west, 360.0) <= east - west) & (lat >= south) & (lat <= north))
+        return _between_sides(self.bounds, lon, lat)
 
     def chosen(self, where: Callable[[FloatArray, FloatArray], BoolArray], name: str) -> PointSet:
         """The points where a function of longitudes and latitudes is True; raises ValueError if there are none.

@@ -21,7 +21,7 @@ from projdist.regions.files import Shape, Transform
 from projdist.regions.language import layer_path
 from projdist.regions.polygons import Polygons, area_km2
 from projdist.regions.region import PointSet
-from projdist.support import quoted
+from projdist.support import is_number, quoted
 
 _ALLOWED = "LON,LAT,LON,LAT,..., positions (n, 2) or (n, 3), a line, or the path of a file with one"
 _LARGEST = 360.0  # degrees of longitude
@@ -255,7 +255,7 @@ def _line_of_text(text: Any) -> FloatArray:
     if not isinstance(text, str) or not text:
         raise ValueError(f"{said} It must be {_ALLOWED}.")
     words = [word.strip() for word in text.split(",")]
-    unread = [word for word in words if not _is_number(word)]
+    unread = [word for word in words if not is_number(word)]
     if unread and len(unread) < 0.5 * len(words) and not os.path.exists(text):
         raise ValueError(f"{said} Coordinates must be numbers LON,LAT,LON,LAT,...; {quoted(unread[0])} is none.")
     if unread:
@@ -266,15 +266,6 @@ def _line_of_text(text: Any) -> FloatArray:
     if len(words) < 4 or len(words) % 2:
         raise ValueError(f"{said} It must be LON,LAT,LON,LAT,..., two numbers a point.")
     return _checked(_vertices(np.reshape([float(word) for word in words], (-1, 2)), said), said)
-
-
-def _is_number(word: str) -> bool:
-    """True if a word is a number."""
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _joined(shapes: Sequence[Shape], transform: Transform | None, text: str) -> FloatArray:

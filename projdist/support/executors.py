@@ -35,10 +35,7 @@ _WITHOUT: ContextVar[bool] = ContextVar("without", default=False)
 
 
 def check_executor(text: str) -> str | int:
-    """Dask's address of `dask://HOST:PORT`, or the number of `processes:N` (of cores by default); raises ValueError.
-
-    `open_executor` opens them.
-    """
+    """Dask's address of `dask://HOST:PORT`, or the number of `processes:N` (of cores by default); raises ValueError."""
     address, number = _ADDRESS.fullmatch(text.strip()), _NUMBER.fullmatch(text.strip())
     if address:
         return f"tcp://{address[1]}:{address[2]}"
@@ -170,12 +167,9 @@ class Processes(Executor):
 
 
 def _begin() -> None:
-    """Initialise a worker of `Processes`: end silently on signals, and with the parent process.
-
-    NumPy, loaded later, must not start threads, as there is a process per core.
-    """
+    """Initialise a worker of `Processes`: end silently on signals, and with the parent process."""
     default_signals()
-    for name in _THREADS:
+    for name in _THREADS:  # NumPy, loaded later, must not start threads, as there is a process per core
         os.environ.setdefault(name, "1")
     parent = multiprocessing.parent_process()
     if parent is not None:

@@ -204,10 +204,7 @@ def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ())
 
 
 def _check_room(path: Path, blocks: int = 2) -> None:
-    """Raise OSError if a file cannot grow, as a library may then have written only a part without an error.
-
-    GDAL does not report losses when it closes a GeoTIFF, nor Pillow at the end of a JPEG.
-    """
+    """Raise OSError if a file cannot grow, as GDAL or Pillow may then have written only a part without an error."""
     with path.open("ab", buffering=0) as file:
         size = file.seek(0, os.SEEK_END)
         try:
