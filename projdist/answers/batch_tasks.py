@@ -78,9 +78,8 @@ def _named(text: str) -> Iterator[Area]:
             if name.startswith(one.partition(":")[0] + ":"):
                 yield Area(name + at + resolution, name + at + resolution)
     elif not regions.is_region_text(text):
-        yield from (
-            Area(name, json.dumps(shape)) for name, shape in regions.features_from_file(*regions.layer_path(text))
-        )
+        for name, shape in regions.features_from_file(*regions.layer_path(text)):
+            yield Area(name, json.dumps(shape))
     else:
         area = _area(regions.get_region(text))  # errors are raised before the work
         yield area if _FROM_FILES.search(text) else Area(text.strip(), text.strip())

@@ -386,8 +386,7 @@ def local_corrections(
         U, scales, _ = np.linalg.svd(T)
         matrix[known] = (U / scales[:, None, :]) @ np.swapaxes(U, 1, 2)
         error[known] = _change(T, J, weights)
-    shape = lon.shape
-    matrix = matrix.reshape(*shape, 2, 2)
+    matrix = matrix.reshape(*lon.shape, 2, 2)
     return LocalCorrections(
         projection=projection,
         radius_km=radius_km,
@@ -395,7 +394,7 @@ def local_corrections(
         lat=lat,
         matrix=matrix,
         parts=matrices.decompose(matrix),
-        error=error.reshape(shape),
+        error=error.reshape(lon.shape),
     )
 
 

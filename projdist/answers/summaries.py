@@ -89,9 +89,8 @@ class Summary(Answer):
     modes: matrices.Modes | None = field(default=None, metadata=schema(of="rows", optional=True))
 
     def _line(self) -> str:
-        return (
-            f"{self.projection.name} over {self.region.name}: AK {self.airy_kavrayskiy:.4g} ± {self.error_estimate:.1g}"
-        )
+        figures = f"AK {self.airy_kavrayskiy:.4g} ± {self.error_estimate:.1g}"
+        return f"{self.projection.name} over {self.region.name}: {figures}"
 
     def _flat(self) -> dict[str, Any]:
         row = super()._flat()

@@ -226,10 +226,8 @@ class Polygons:
         same = ring[1:] == ring[:-1]
         edges = np.hstack([points[:-1], points[1:]])[same]
         ring = ring[:-1][same]
-        turned = np.zeros(len(rings))
-        np.add.at(turned, ring, edges[:, 0] * edges[:, 3] - edges[:, 2] * edges[:, 1])
         shell = np.append(True, polygon[1:] != polygon[:-1])
-        backwards = ((turned > 0) != shell)[ring]
+        backwards = (shapely.is_ccw(rings) != shell)[ring]
         edges[backwards] = edges[backwards][:, [2, 3, 0, 1]]
         # Longitudes begin east of the widest gap if that does not end at the antimeridian.
         extents = shapely.bounds(parts)
