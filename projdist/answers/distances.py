@@ -102,7 +102,11 @@ def weighted_sum(values: FloatArray, weight: FloatArray) -> float:
     return float(np.sum(weight * values))
 
 
-DISTANCE_MEASURES: dict[str, DistanceMeasure] = {"gott": gott, "peters": peters, "canters": canters}
+DISTANCE_MEASURES: support.Registry[DistanceMeasure] = support.Registry(
+    "measure",
+    {"gott": gott, "peters": peters, "canters": canters},
+    rule="It must be one of gott, peters, canters, or a function of ratios and weights.",
+)
 
 
 # ---- pairs of points -----------------------------------------------------------------------------
@@ -197,12 +201,10 @@ def distance_distortions(
     seed: int = 0,
 ) -> list[FiniteDistortion]:
     """Several measures of the same pairs; the first decides whether more pairs are needed."""
-    names, functions = [], []
-    for measure in measures:
-        if not callable(measure):
-            support.check_choice("measure", measure, DISTANCE_MEASURES, also=", or a function of ratios and weights")
-        names.append(getattr(measure, "__name__", type(measure).__name__) if callable(measure) else measure)
-        functions.append(measure if callable(measure) else DISTANCE_MEASURES[measure])
+    functions = [measure if callable(measure) else DISTANCE_MEASURES.named(measure) for measure in measures]
+    names = [
+        getattr(measure, "__name__", type(measure).__name__) if callable(measure) else measure for measure in measures
+    ]
     if map_distance is not None and not callable(map_distance):
         raise ValueError(f"Invalid map_distance {support.quoted(map_distance)}. It must be a function.")
     figures = functools.partial(_over_pairs, functions, map_distance or _straight)

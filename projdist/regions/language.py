@@ -138,13 +138,8 @@ def _region_of_any(region: RegionLike, body: Body | None) -> Place:
     return _likely_box(*bounds.tolist())
 
 
-def region_of_text(
-    text: str, check: Callable[[str, str], None] | None = None, ellipsoid: Ellipsoid | None = None
-) -> Place:
-    """The region of a text, on the body of an ellipsoid if one is given; raises ValueError.
-
-    `check` is called with kind and argument of each atom before it is made.
-    """
+def region_of_text(text: str, check: Callable[[str, str], None], ellipsoid: Ellipsoid | None = None) -> Place:
+    """The region of a text as by `get_region`; `check` is called with kind and argument of each atom before."""
     body = None if ellipsoid is None else Body(ellipsoid)
     return placed(_Parser(text, body, check).parse(), body)
 

@@ -24,9 +24,6 @@ from projdist.regions.region import PointSet
 from projdist.support import is_number, quoted
 
 _ALLOWED = "LON,LAT,LON,LAT,..., positions (n, 2) or (n, 3), a line, or the path of a file with one"
-_LARGEST = 360.0  # degrees of longitude
-
-
 # Degrees, 4 cm: of chords for edges that are not straight in longitude and latitude; their corrected middles are off
 # by a third of it.
 _TOLERANCE = 4e-7
@@ -312,7 +309,7 @@ def _vertices(given: Any, text: str) -> FloatArray:
 
 def _checked(line: FloatArray, text: str) -> FloatArray:
     """The line without repeated vertices; raises ValueError off the globe or for fewer than two places."""
-    if not (np.abs(line[:, :2]) <= [_LARGEST, 90.0]).all():
+    if not (np.abs(line[:, :2]) <= [360.0, 90.0]).all():
         raise ValueError(
             f"{text} Its longitudes must lie within -360 and 360 degrees, and its latitudes within -90 and 90, or the "
             "file must state another CRS."

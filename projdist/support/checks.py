@@ -102,10 +102,9 @@ class Registry(dict[str, _Thing], Generic[_Thing]):
         raise ValueError(f"Invalid {self.kind} {quoted(name)}. {hint}{self.rule}")
 
 
-def check_choice(thing: str, value: Any, allowed: Collection[str], *, also: str = "") -> str:
-    """One of the allowed words; `also` ends the list of them in the message."""
-    words = {word: word for word in allowed}
-    return Registry(thing, words, rule=f"It must be one of {', '.join(words)}{also}.").named(value)
+def check_choice(thing: str, value: Any, allowed: Collection[str]) -> str:
+    """One of the allowed words."""
+    return Registry(thing, {word: word for word in allowed}).named(value)
 
 
 def check_text(thing: str, value: Any) -> str:
