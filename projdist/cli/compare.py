@@ -9,11 +9,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from projdist import answers, field, plots, projections
+from projdist import answers, field, plots, projections, regions
 from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
-from projdist.cli.number_format import WHOLE, area_text, certain, first_digit, label_of, rounded
+from projdist.cli.number_format import WHOLE, certain, first_digit, label_of, rounded, size_text
 from projdist.cli.report import SHARED, Column, Mapped, Report, Row, Table, present
 
 _CONVENTION = (
@@ -87,41 +87,33 @@ def compare_command(
     with refusing(), progress_bar("maps") as progress:
         options |= {"modes": modes or plot == "modes", "sort": sort, "progress": progress}
         found = answers.compare(given, area, **options)
-    shown: dict[str, Any] = {}
-    if found.results:
-        maps, first = [one.projection for one in found.results], names[0] if names else "fisher"
-        if picture is not None and plot in DISTRIBUTIONS:
+    report = comparison_report(found, names, sort, largest)
+    if picture is not None and report.maps:
+        maps, first = report.maps.projections, report.maps.measure
+        if plot in DISTRIBUTIONS:
             picture.save(plots.distribution_figure, maps, plot, measure=first, region=found.region)
-        elif picture is not None:
+        else:
             picture.save(plots.modes_figure if plot == "modes" else plots.space_figure, maps, region=found.region)
-        titles = [label_of(one.given, one.projection.name) for one in found.results]
-        bars = answers.sort_column(sort, names, [index.name for index in found.published])
-        shown = {"bars": bars, "written": [picture], "maps": Mapped(maps, titles, found.region, first)}
-    answer, rows = found.to_dict(), found.plain_rows()
-    present(comparison_report(answer, rows, names, found.published, f"by {sort}", largest, **shown), *target)
+        report = replace(report, written=[picture])
+    present(report, *target)
     tell_problems([failure.error for failure in found.failures])
 
 
-def comparison_report(
-    found: Mapping[str, Any],
-    rows: Sequence[Row],
-    measures: Sequence[str],
-    indices: Sequence[answers.Index],
-    order: str,
-    tolerance: float,
-    *,
-    bars: str = "",
-    **more: Any,
-) -> Report:
-    """Report of a comparison and its flat rows; `more` are further fields of `Report`."""
-    region = found["region"]
-    size = f"{region['points']:,} points" if "points" in region else area_text(region["area_km2"])
-    tables = [Table(rows, _columns(measures, indices), bars=bars)] if rows else []
+def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: str, tolerance: float) -> Report:
+    """Report of a comparison by the names of its measures, its order, and the tolerance asked for."""
+    if not found.results:
+        return Report(title="No projection could be measured.", data=found.to_dict, header=["projection"])
+    first, rows = measures[0] if measures else "fisher", found.plain_rows()
+    maps, titles = zip(
+        *((one.projection, label_of(one.given, one.projection.name)) for one in found.results), strict=True
+    )
+    bars = answers.sort_column(sort, measures, [index.name for index in found.published])
+    tables = [Table(rows, _columns(measures, found.published), bars=bars)]
     modes = [
-        {"projection": result["projection"], "name": result["name"], **mode}
-        for result in found.get("results", ())
-        for mode in result.get("modes", ())
-        if mode["share"] >= _LEAST_SHARE or mode is result["modes"][0]
+        {"projection": one.given, "name": one.projection.name, **mode}
+        for one in found.results
+        for k, mode in enumerate(one.modes.rows if one.modes else ())
+        if mode["share"] >= _LEAST_SHARE or k == 0
     ]
     if modes:
         columns = [
@@ -132,12 +124,11 @@ def comparison_report(
         ]
         tables.append(Table(modes, columns, "Modes, after the best linear map", keys=3))
     return Report(
-        title=f"{region['name']} ({size}), {order}" if rows else "No projection could be measured.",
+        title=f"{found.region.name} ({size_text(found.region)}), by {sort}",
         tables=tables,
-        notes=[*_notes(found, rows, measures, indices, tolerance)] if rows else [],
-        data=lambda: found,
-        header=["projection"],
-        **more,
+        notes=[*_notes(found, rows, measures, tolerance)],
+        data=found.to_dict,
+        maps=Mapped(maps, titles, found.region, first),
     )
 
 
@@ -157,17 +148,11 @@ def _columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> Itera
     yield _COVERAGE
 
 
-def _notes(
-    found: Mapping[str, Any],
-    rows: Sequence[Row],
-    measures: Sequence[str],
-    indices: Sequence[answers.Index],
-    tolerance: float,
-) -> Iterator[str]:
+def _notes(found: answers.Comparison, rows: Sequence[Row], measures: Sequence[str], tolerance: float) -> Iterator[str]:
     """Notes on the columns, and on missing or less certain figures."""
-    weighed = "points" in found["region"]
+    indices, weighed = found.published, isinstance(found.region, regions.PointSet)
     yield from (text.replace("by true area", "by the points' weights") if weighed else text for text in _CONVENTION)
-    if any("modes" in result for result in found.get("results", ())):
+    if any(one.modes is not None for one in found.results):
         yield "Modes: parts of the distortion independent of each other; their squares add to that of AK affine."
         yield "Horizontal, vertical: on the map; shape: wide and low, or narrow and high; shear: that at 45 degrees."
     if any(index.best_scale is not None for index in indices):
@@ -252,17 +237,17 @@ def _compare_regions(
             "notices": [*dict.fromkeys(word for one in measured for word in one.notices)],
         }
 
-    def data() -> dict[str, Any]:
-        over = {index.name: index.published_over for index in indices if index.published_over}
-        every = {"regions": [*map(comparison, groups)], "failures": [one.to_dict() for one in found.failures]}
-        return every | ({"published_over": over} if indices else {})
-
+    over = {index.name: index.published_over for index in indices if index.published_over}
     note = "* is the best of a region. JSON and CSV have all figures of every map over every region."
     report = Report(
         title=f"{len(groups)} regions, {len(maps)} maps, {figure}" if groups else "No region could be measured.",
         tables=[*_regional_tables(groups, best, maps, figure)] if groups else [],
         notes=[note, *notices_note(found)] if groups else [],
-        data=data,
+        data=lambda: {
+            "regions": [*map(comparison, groups)],
+            "failures": [one.to_dict() for one in found.failures],
+            **({"published_over": over} if indices else {}),
+        },
         rows=lambda: [row for group in groups.values() for row in group],
         header=["region"],
     )
@@ -294,16 +279,13 @@ def _regional_tables(
     names = {row["projection"]: row["name"] for group in groups.values() for row in group}
     of_maps = [Column(one, label_of(one, names.get(one, one)), of=functools.partial(cell, one)) for one in maps]
     yield Table(regions, ["region", Column("best", left=True), *of_maps, _COVERAGE])
-    totals = []
+    totals: list[dict[str, Any]] = []
     for one in maps:
-        of_it = {name: row[figure] for name, group in groups.items() for row in group if row["projection"] == one}
-        known = {name: value for name, value in of_it.items() if value is not None}
-        worst = max(known, key=known.__getitem__, default=None)
-        figures = {
-            "median": statistics.median(known.values()) if known else None,
-            "largest": None if worst is None else known[worst],
-        }
-        times = sum(row["projection"] == one for row in best.values())
-        totals.append({"projection": one, "best": times, **figures, "where": worst})
+        of_it = [row for group in groups.values() for row in group if row["projection"] == one]
+        known = {row["region"]: row[figure] for row in of_it if row[figure] is not None}
+        totals.append({"projection": one, "best": sum(row["projection"] == one for row in best.values())})
+        if known:
+            worst = max(known, key=known.__getitem__)
+            totals[-1] |= {"median": statistics.median(known.values()), "largest": known[worst], "where": worst}
     columns = [Column("best", "best in"), Column("median", show=certain), Column("largest", show=certain)]
     yield Table(totals, ["projection", *columns, "where"], f"{figure} over all regions")

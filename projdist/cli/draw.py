@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import sys
 import threading
 import webbrowser
 from collections.abc import Callable
@@ -264,7 +263,6 @@ def explore_command(
     with contextlib.closing(web.LiveSite(start, web.InputPolicy(frozenset([*given, text])))) as site:
         address = site.url(listening.getsockname()[1])
         emit(f"{address}\n", None)
-        sys.stdout.flush()
         if not no_browser:  # one in the terminal does not return before it is closed
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
         web.serve(site, listening)

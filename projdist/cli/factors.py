@@ -58,7 +58,7 @@ def factors_command(
     table = path if suffix in _TABLE_SUFFIXES else None
     with refusing():
         measured = projections.Projection.from_user_input(projection)
-    frame, found = None, dict[str, Any]()
+    frame, found, problems = None, dict[str, Any](), list[str]()
     if at is not None:
         if suffix is not None:
             if suffix not in _SUFFIXES:
@@ -75,7 +75,6 @@ def factors_command(
                 frame = answers.factors(measured, gis.read_points(at), measures=names, prefix=prefix)
                 header, rows = _frame_rows(measured, frame) if table is None else ([], [])
         found = {"projection": projection, "name": measured.name, "definition": measured.definition, "results": rows}
-        problems = []
     else:
         with refusing():
             points = read_points(coordinates or [], sys.stdin)

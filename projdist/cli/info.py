@@ -182,12 +182,7 @@ def find_command(
     columns = [
         Column("code", left=True),
         Column("name", of=lambda row: f"{row['name']} (deprecated)" if row["deprecated"] else row["name"], left=True),
-        Column(
-            "area_name",
-            "area of use",
-            of=lambda row: shortened(row["area_name"].rstrip(".") or "-", _LONGEST_AREA),
-            left=True,
-        ),
+        Column("area_name", "area of use", lambda name: shortened(name.rstrip(".") or "-", _LONGEST_AREA), left=True),
     ]
     more = found.total - len(rows)
     notes = [f"{more:,} more: --limit {found.total} shows all."] if more else []
@@ -202,8 +197,7 @@ def list_command(
     format: opt.Format = "table",
 ) -> None:
     """List the projections, measures, figures, criteria or published indices that there are."""
-    rows = _LISTS[opt.choice("list", what, _LISTS)]()
-    present(listing(rows), opt.format_of(format))
+    present(listing(_LISTS[opt.choice("list", what, _LISTS)]()), opt.format_of(format))
 
 
 def _rows(found: Iterable[Any], **columns: str) -> list[dict[str, str]]:
@@ -215,9 +209,9 @@ def _criterion_rows() -> list[dict[str, str]]:
     """Statistics of a measure, and the published indices."""
     statistics = {name: (criterion.__doc__ or "").partition("\n")[0] for name, criterion in numerics.CRITERIA.items()}
     statistics["pNN"] = "Weighted percentile."
-    rows = [{"name": name, "group": "statistics", "definition": text} for name, text in statistics.items()]
     indices = _index_rows()
-    return [dict.fromkeys(indices[0], "") | row for row in rows] + indices
+    empty = dict.fromkeys(indices[0], "") | {"group": "statistics"}
+    return [empty | {"name": name, "definition": text} for name, text in statistics.items()] + indices
 
 
 def _index_rows() -> list[dict[str, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ DRAWN_MEASURES = ("fisher", "areal_scale")
 _USUAL = 4  # panels, if none is named
 _SHOWN = 20  # names in a line
 _ROUNDING = 1e-12  # of a mean square
+_degrees = functools.partial(fixed, decimals=2)
 
 
 def oldmap_command(
@@ -225,10 +227,6 @@ def _notes(data: dict[str, Any]) -> Iterator[str]:
         of_the_fit = ", left out of the fit" if data["outliers_left_out"] else ""
         yield f"Outliers{of_the_fit}, the farthest first: {_few(data['outliers'])}."
     yield from data["notes"]
-
-
-def _degrees(value: float) -> str:
-    return fixed(value, 2)
 
 
 def _short(value: float) -> str:

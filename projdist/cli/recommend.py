@@ -83,13 +83,12 @@ def recommend_command(
     if not result.results:
         refuse(f"No CRS serves the region '{area.name}' with these options.", code=1)
     # The best are drawn; a custom projection takes one of the places.
-    custom_map = result.custom[:1]
-    best = _drawable(result)[: _DRAWN - len(custom_map)]
-    titles = [*(one.code for one in best), *(f"custom {one.family}" for one in custom_map)]
-    mapped = Mapped([*(one.code for one in best), *(one.proj for one in custom_map)], titles, result.region)
+    own = result.custom[:1]
+    best = _drawable(result)[: _DRAWN - len(own)]
+    titles = [*(one.code for one in best), *(f"custom {one.family}" for one in own)]
+    mapped = Mapped([*(one.code for one in best), *(one.proj for one in own)], titles, result.region)
     if picture is not None:
-        distortions = [*(one.distortion for one in best), *(one.distortion for one in custom_map)]
-        figures = [one.airy_kavrayskiy for one in distortions]
+        figures = [*(one.distortion.airy_kavrayskiy for one in best), *(one.distortion.airy_kavrayskiy for one in own)]
         shown: dict[str, Any] = {"measure": mapped.measure, "titles": titles, "airy_kavrayskiy": figures}
         picture.save(plots.heatmap_figure, mapped.projections, region=result.region, **shown)
     present(_report(result, mapped, picture), *target)
@@ -217,14 +216,10 @@ def _notes(result: decisions.Recommendation) -> Iterator[str]:
     if result.custom:
         yield "Custom: the best of each family that suits the region, on WGS 84; against custom: of them all."
     yield from (f"No custom {one.name}: {one.reason}" for one in result.not_custom)
-
-    def of_kind(reason: str) -> str:
-        """Kind of a reason for rejection, in the plural."""
-        return next(
-            (words for start, words in _REJECTED.items() if reason.startswith(start)), "that PROJ cannot compute"
-        )
-
-    reasons = Counter(of_kind(rejected.reason) for rejected in result.rejected)
+    reasons = Counter(
+        next((words for start, words in _REJECTED.items() if one.reason.startswith(start)), "that PROJ cannot compute")
+        for one in result.rejected
+    )
     counts = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
     tried = f"{result.candidates} CRSs were tried, {result.maps} different maps serve the purpose."
     yield f"{tried} Rejected (listed in JSON): {counts}." if counts else tried
@@ -245,9 +240,8 @@ def _recommend_regions(
     areas = regions_given(regions, {"a region": region})
     found = work.run(decisions.recommend, areas, None, options)
     rows = [[{"region": one.region, "area_km2": one.area_km2, **row} for row in one.rows] for one in found.results]
-    served = [bool(one.answer["results"]) for one in found.results]
-    best = [group[0] for group, is_served in zip(rows, served, strict=True) if is_served]
-    unserved = [one.region for one, is_served in zip(found.results, served, strict=True) if not is_served]
+    best = [group[0] for group, one in zip(rows, found.results, strict=True) if one.answer["results"]]
+    unserved = [one.region for one in found.results if not one.answer["results"]]
     columns: Columns = [
         *("region", "code", "name"),
         Column("value", criterion, certain, error=f"{criterion}_error"),

@@ -140,8 +140,7 @@ def mosaic_command(
             points = mosaics.match(pictures, progress=progress)
     length = opt.choice("focal", focal or mosaics.FOCALS[0], mosaics.FOCALS) if turning else None
     groups, shown, results = _adjusted(points, options, all_groups, length, projection)
-    files = [] if target is None else [_of_group(target, number) for number in range(len(groups))]
-    figures = [] if figure is None else [_of_group(figure, number) for number in range(len(groups))]
+    files, figures = ([] if one is None else _of_groups(one, len(groups)) for one in (target, figure))
     for one, result, file in zip(shown, results, files, strict=False):
         result["picture"] = file.save(one)
     for one, result, of_group in zip(shown, results, figures, strict=False):
@@ -208,7 +207,9 @@ def _report(
     else:
         model, tables = results[0]["model"], [_mosaic_table(result, all_groups) for result in results]
         notes = [_FIGURES[model]]
-    notes += [note for one in results for note in (_panorama_notes if turning else _mosaic_notes)(one)]
+    for one in results:
+        notes += [*(_panorama_notes if turning else _mosaic_notes)(one)]
+        notes += _picture_notes(one["picture"]) if "picture" in one else []
     return Report(
         title=f"{counts} images, {model}",
         tables=tables,
@@ -241,8 +242,6 @@ def _mosaic_notes(result: dict[str, Any]) -> Iterator[str]:
         f"Frame {result['frame']}: {canvas['width']} x {canvas['height']} pixels; the points fit to "
         f"{result['rms_pixels']:.3g} pixels RMS; mean resultant length {result['resultant_length']:.4f}."
     )
-    if "picture" in result:
-        yield from _picture_notes(result["picture"])
 
 
 def _picture_notes(written: dict[str, Any]) -> Iterator[str]:
@@ -310,9 +309,7 @@ def _panorama_notes(result: dict[str, Any]) -> Iterator[str]:
     rms = f"the points fit to {result['rms_pixels']:.3g} pixels RMS"
     yield f"{focal}; {rms} ({result['rms_pixels_of_homographies']:.3g} with a homography a pair)."
     yield f"Projection: {result['projection']}."
-    if "picture" in result:
-        yield from _picture_notes(result["picture"])
-    else:
+    if "picture" not in result:
         yield f"The panorama has {canvas['width']} x {canvas['height']} pixels."
 
 
@@ -376,14 +373,14 @@ class MosaicFile:
         return entry | {"georeference": None if place is None else {**place._asdict(), "matrix": place.matrix.tolist()}}
 
 
-def _of_group(file: Any, number: int) -> Any:
-    """The mosaic or figure of a group of images: FILE, FILE-2, ..."""
-    new = copy.copy(file)
-    if number:
-        new.path = opt.output_file(str(file.path.with_stem(f"{file.path.stem}-{number + 1}")), file.overwrite)
+def _of_groups(file: Any, count: int) -> list[Any]:
+    """The mosaics or figures of groups of images: FILE, FILE-2, ..."""
+    files = [file, *(copy.copy(file) for _ in range(count - 1))]
+    for number, new in enumerate(files[1:], start=2):
+        new.path = opt.output_file(str(file.path.with_stem(f"{file.path.stem}-{number}")), file.overwrite)
         if isinstance(new, MosaicFile) and new.world is not None:
             new.world = opt.output_file(str(mosaics.world_file(new.path)), new.overwrite)
-    return new
+    return files
 
 
 def _georeference(picture: mosaics.Picture) -> mosaics.Georeference | None:
@@ -437,14 +434,10 @@ def clouds_command(
         opt.choice("correspondence", correspond, pointclouds.CORRESPONDENCES)
     targets = _targets(files, output, overwrite)
     with refusing():
-        numbers, column = None, weights
-        if weights is not None:
-            path = Path(weights)
-            if path.is_file():
-                numbers, column = pointclouds.read_weights(weights), None
-            elif path.suffix or len(path.parts) > 1:
-                refuse(f"Invalid weights '{weights}'. There is no such file.")
-        clouds = [pointclouds.read_cloud(file, weights=column) for file in files]
+        numbers = pointclouds.read_weights(weights) if weights is not None and Path(weights).is_file() else None
+        if weights is not None and numbers is None and (Path(weights).suffix or len(Path(weights).parts) > 1):
+            refuse(f"Invalid weights '{weights}'. There is no such file.")
+        clouds = [pointclouds.read_cloud(file, weights=weights if numbers is None else None) for file in files]
         ids = [cloud.ids for cloud in clouds if cloud.ids is not None]
         if correspond is None:
             correspond = "id" if len(ids) == len(clouds) else "rows"
@@ -462,16 +455,14 @@ def clouds_command(
             weights=None if weights is None else _weights(clouds, numbers or weights, correspond),
         )
     if output is not None:
-        folder, by_name = Path(output), {str(target): cloud for target, cloud in zip(targets, clouds, strict=True)}
+        folder, by_name = Path(output), dict(zip(targets, clouds, strict=True))
         with drawing(folder):
             folder.mkdir(exist_ok=True)
             for name, M, t in zip(found.names, found.matrices, found.shifts, strict=True):
                 by_name[name].write(targets[name], M, t, overwrite=overwrite)
     present(_clouds_report(found, output), form)
-    for one in found.left_out:
-        fail(f"Left out '{one.name}': {one.reason}.")
-    for warning in found.warnings:
-        fail(warning)
+    for told in (*(f"Left out '{one.name}': {one.reason}." for one in found.left_out), *found.warnings):
+        fail(told)
     if found.left_out:
         raise typer.Exit(1)
 
@@ -545,10 +536,7 @@ def _clouds_report(found: pointclouds.Registration, output: str | None) -> Repor
     return Report(
         title=f"{len(rows)} clouds in {answer['dimension']} dimensions, by {found.correspond} ({found.method}), in the "
         f"frame {answer['reference'] or found.frame}{weighted}: rms {found.rms_total:.4g}",
-        tables=[
-            Table(rows, clouds),
-            Table([{"frame": name} | figures for name, figures in answer["frames"].items()], frames),
-        ],
+        tables=[Table(rows, clouds), Table([{"frame": name, **one} for name, one in answer["frames"].items()], frames)],
         notes=[*notes, f"Modes, in which the clouds differ: {found.modes.summary}."],
         data=lambda: answer,
         rows=lambda: rows,

@@ -5,6 +5,7 @@ import json
 import math
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 from commands import FORMATS, HIDDEN, QUICK, parse_csv, parse_markdown, refused, run, run_json, run_ok
 from tables import each
 
-from projdist import factors, summarize
+from projdist import compare, factors, summarize
 from projdist.answers.published_indices import indices
 from projdist.cli.compare import comparison_report
 from projdist.cli.factors import factors_report
@@ -213,10 +214,10 @@ def test_compare_markdown() -> None:
         assert "WGS 84 / UTM zone 32N" in text
         assert "PROJCRS" not in text
     assert run_json(*words)["results"][0]["projection"] == WKT
-    result = {"region": {"name": "globe", "area_km2": 1.0}}
-    row = dict.fromkeys(COMPARE_KEYS[4:8]) | {"projection": "x", "name": "X", "coverage": 0.5}
-    other = dict.fromkeys(COMPARE_KEYS[4:8], 0.25) | {"projection": "y", "name": "Y", "coverage": 1.0}
-    text = render(comparison_report(result, [row, other], [], [], "given", 1e-8), "markdown")
+    found = compare(["moll", "robin"], (0, 0, 9, 9), sort="given")
+    unknown = replace(found.results[0], **dict.fromkeys(COMPARE_KEYS[4:8], math.nan), coverage=0.5)
+    found = replace(found, results=(unknown, found.results[1]))
+    text = render(comparison_report(found, [], "given", 1e-8), "markdown")
     first, second = parse_markdown(text)
     assert first["AK"] == first["error"] == "-"
     assert second["AK"].endswith("\\*")
