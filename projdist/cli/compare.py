@@ -104,9 +104,8 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
     if not found.results:
         return Report(title="No projection could be measured.", data=found.to_dict, header=["projection"])
     first, rows = measures[0] if measures else "fisher", found.plain_rows()
-    maps, titles = zip(
-        *((one.projection, label_of(one.given, one.projection.name)) for one in found.results), strict=True
-    )
+    maps = [one.projection for one in found.results]
+    titles = [label_of(one.given, one.projection.name) for one in found.results]
     bars = answers.sort_column(sort, measures, [index.name for index in found.published])
     tables = [Table(rows, _columns(measures, found.published), bars=bars)]
     modes = [

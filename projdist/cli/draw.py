@@ -295,10 +295,7 @@ def sketch_of(projection: projections.Projection, region: regions.Place, output:
         surface = surfaces.surface_of(projection, place, float(step))
     except ValueError:  # nothing of it is drawn, and the figures say so
         return []
-    cells, values, land = _in_characters(surface, place, widest)
-    if not np.isfinite(values).any():
-        return []
-    return _drawn(cells, values, land, unicode=takes_blocks(output))
+    return _drawn(*_in_characters(surface, place, widest), unicode=takes_blocks(output))
 
 
 def _in_characters(

@@ -58,20 +58,20 @@ def factors_command(
     table = path if suffix in _TABLE_SUFFIXES else None
     with refusing():
         measured = projections.Projection.from_user_input(projection)
+    if at is not None and suffix is not None:
+        if suffix not in _SUFFIXES:
+            refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}.")
+        if form != TABLE:
+            refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
+        form = CSV
+    if table is not None:
+        opt.check_libraries(table)
     frame, found, problems = None, dict[str, Any](), list[str]()
     if at is not None:
-        if suffix is not None:
-            if suffix not in _SUFFIXES:
-                refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}.")
-            if form != TABLE:
-                refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
-            form = CSV
         with refusing():
             if table is None and at.lower().endswith(projections.TEXT_SUFFIXES):
                 header, rows = _measured_text(measured, at, names, prefix, form)
             else:
-                if table is not None:
-                    opt.check_libraries(table)
                 frame = answers.factors(measured, gis.read_points(at), measures=names, prefix=prefix)
                 header, rows = _frame_rows(measured, frame) if table is None else ([], [])
         found = {"projection": projection, "name": measured.name, "definition": measured.definition, "results": rows}
@@ -84,9 +84,7 @@ def factors_command(
         if any(points.text):
             for row, text in zip(found["results"], points.text, strict=True):
                 row["text"] = text
-        if table is not None:
-            opt.check_libraries(table)
-            frame = gis.frame_of(found["results"])
+        frame = None if table is None else gis.frame_of(found["results"])
     if table is None:
         present(factors_report(found, header), form, path, overwrite)
     else:

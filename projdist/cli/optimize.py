@@ -224,12 +224,9 @@ def ldp_command(
 
 def _angle(text: str) -> float:
     """Angle in degrees, given as `0.5`, `1'` or `30"`."""
-    match = re.fullmatch(r"\s*([\d.]+(?:e-?\d+)?)\s*(['\"′″°]?)\s*", text)
-    unit = {"'": 60.0, "′": 60.0, '"': 3600.0, "″": 3600.0}.get(match[2] if match else "", 1.0)
-    try:
-        degrees = float(match[1]) / unit if match else math.nan
-    except ValueError:
-        degrees = math.nan
+    match = re.fullmatch(r"\s*((?:\d+\.?\d*|\.\d+)(?:e-?\d+)?)\s*(['\"′″°]?)\s*", text)
+    units = {"'": 60.0, "′": 60.0, '"': 3600.0, "″": 3600.0}
+    degrees = float(match[1]) / units.get(match[2], 1.0) if match else math.nan
     if not 1e-7 <= degrees <= 1.0:
         refuse(f"Invalid rounding of the axis '{text}'. It must be an angle up to 1 degree, as 1', 30\" or 0.5.")
     return degrees
@@ -359,22 +356,17 @@ def _correction_table(result: answers.Correction) -> Table:
         "after the best linear map (MDT)": (result.airy_kavrayskiy_affine, result.spread_affine),
         f"corrected ({by}), measured again": (result.airy_kavrayskiy_corrected, result.spread_corrected),
     }
-    rows: list[dict[str, Any]] = []
-    for name, (value, spread) in figures.items():
-        if spread is not None:
-            (mean, mean_error), (half, half_error) = spread
-            more = {"mean": mean, "mean_error": mean_error, "half": half, "half_error": half_error}
-        elif result.spread is None:
-            more = {}
-        else:
-            continue
-        rows.append({"map": name, "value": value, "error": result.error_estimate} | more)
-    spreads = [
-        Column("mean", "mean distortion", rounded, error="mean_error"),
-        Column("half", "half the area below", rounded, error="half_error"),
-    ]
     airy = Column("value", "Airy-Kavrayskiy", rounded, error="error")
-    return Table(rows, ["map", airy, *(spreads if result.spread is not None else [])])
+    rows = [{"map": name, "value": value, "error": result.error_estimate} for name, (value, _) in figures.items()]
+    if result.spread is None:
+        return Table(rows, ["map", airy])
+    keys = ("mean", "mean_error", "half", "half_error")
+    spreads = [
+        spread and dict(zip(keys, (*spread.mean, *spread.median), strict=True)) for _, spread in figures.values()
+    ]
+    known = [row | spread for row, spread in zip(rows, spreads, strict=True) if spread]
+    half = Column("half", "half the area below", rounded, error="half_error")
+    return Table(known, ["map", airy, Column("mean", "mean distortion", rounded, error="mean_error"), half])
 
 
 def _correction_notes(result: answers.Correction) -> Iterator[str]:

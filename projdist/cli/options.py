@@ -352,22 +352,28 @@ class PictureOptions(FilmOptions, GraphOptions):
     """The options of pictures of maps."""
 
 
-class PictureFile:
+class OutputFile:
+    """The path of a file to write, and whether it may be replaced."""
+
+    def __init__(self, path: Path, overwrite: bool) -> None:
+        self.path, self.overwrite = path, overwrite
+
+    def __str__(self) -> str:
+        """The path, as reports name what was written."""
+        return str(self.path)
+
+
+class PictureFile(OutputFile):
     """Path and drawing options of a picture; invalid ones end the command with 2."""
 
     def __init__(
         self, output: str, drawn: GraphOptions, *, step: str | None = None, beside: tuple[str, ...] = ()
     ) -> None:
         kind = "output" if beside else "picture file"
-        self.path: Path = file_of_kind(output, (*plots.SUFFIXES, *beside), drawn.overwrite, kind)
+        super().__init__(file_of_kind(output, (*plots.SUFFIXES, *beside), drawn.overwrite, kind), drawn.overwrite)
         self.dots = number("dpi", "150" if drawn.dpi is None else drawn.dpi, 10, 1200)
         self.step = number("step", step, 1e-5, 90, " of degrees")
-        self.size, self.overwrite = size_of(drawn.size, self.dots), drawn.overwrite
-        self.look = drawn.look()
-
-    def __str__(self) -> str:
-        """The path, as reports name what was written."""
-        return str(self.path)
+        self.size, self.look = size_of(drawn.size, self.dots), drawn.look()
 
     def save(self, draw: Callable[..., Any], /, *shown: Any, **options: Any) -> None:
         """Write the figure that `draw` makes of `shown` in the given size and style; failure ends the command."""

@@ -137,10 +137,7 @@ def _columns(result: decisions.Recommendation) -> Iterator[Column | str]:
     yield Column("method", show=lambda method: method.replace("_", " "))
     yield Column("ranked", "ranks by", certain)
     value, *others = _figures(result.criterion)
-    yield value
-    if result.limit is not None:
-        yield "over_limit"
-    yield from others
+    yield from (value, *(["over_limit"] if result.limit is not None else []), *others)
     if result.custom:
         yield Column("ratio_to_custom", "against custom", change)
     yield from ("cut_km", "coverage", "share_in_area_of_use")

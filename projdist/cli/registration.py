@@ -284,18 +284,15 @@ def _panorama_result(found: mosaics.MappedPanorama) -> dict[str, Any]:
 
 def _panorama_tables(results: Sequence[dict[str, Any]]) -> list[Table]:
     """Of each panorama where the camera of each image points, and the errors of projections over what is visible."""
-    keys = {"longitude": "longitudes", "latitude": "latitudes", "roll": "rolls", "focal": "focals"}
-    angles = [Column(key, show="{:.2f}".format, unit="(°)") for key in ("longitude", "latitude", "roll")]
-    cameras: Columns = ["image", *angles, Column("focal", show="{:.1f}".format, unit="(pixels)")]
+    *angles, focal = keys = ("longitude", "latitude", "roll", "focal")
+    shown = [Column(key, show="{:.2f}".format, unit="(°)") for key in angles]
+    cameras: Columns = ["image", *shown, Column(focal, show="{:.1f}".format, unit="(pixels)")]
     error = Column("airy_kavrayskiy_scaled", "Airy-Kavrayskiy error", "{:.3g}".format, best=True)
     projections: Columns = ["projection", error, Column("coverage", "shown", "{:.0%}".format)]
     tables = []
     for result in results:
-        rows = [
-            {"image": image} | {key: result[column][row] for key, column in keys.items()}
-            for row, image in enumerate(result["images"])
-            if result["focals"][row] is not None
-        ]
+        cells = zip(result["images"], *(result[f"{key}s"] for key in keys), strict=True)
+        rows = [dict(zip(("image", *keys), row, strict=True)) for row in cells if row[-1] is not None]
         tables += [Table(rows, cameras), Table(result["projections"], projections)]
     return tables
 
@@ -313,7 +310,7 @@ def _panorama_notes(result: dict[str, Any]) -> Iterator[str]:
         yield f"The panorama has {canvas['width']} x {canvas['height']} pixels."
 
 
-class MosaicFile:
+class MosaicFile(opt.OutputFile):
     """Path and drawing options of a mosaic; invalid ones end the command with 2."""
 
     def __init__(
@@ -322,7 +319,7 @@ class MosaicFile:
         """Check the options; `sheets` tells if images may be georeferenced."""
         if not pictures:
             refuse(f"Invalid output '{output}'. A mosaic is drawn from images, and there are none.")
-        self.path = opt.file_of_kind(output, mosaics.PICTURE_SUFFIXES, overwrite, "picture file")
+        super().__init__(opt.file_of_kind(output, mosaics.PICTURE_SUFFIXES, overwrite, "picture file"), overwrite)
         if any(one.path is not None and self.path.exists() and self.path.samefile(one.path) for one in pictures):
             refuse(f"Invalid output '{output}'. It is one of the images.")
         self._options: dict[str, Any] = {
@@ -333,7 +330,7 @@ class MosaicFile:
         }
         if self._options["depth"] > 8 and self.path.suffix.lower() not in mosaics.DEEP_SUFFIXES:
             refuse(f"Invalid output '{output}'. For 16 bits a colour its suffix must be .png, .tif or .tiff.")
-        self._pictures, self.overwrite = pictures, overwrite
+        self._pictures = pictures
         with refusing():
             self._sheets = [_georeference(picture) if sheets else None for picture in pictures]
         self.world = None
@@ -342,10 +339,6 @@ class MosaicFile:
                 opt.check_libraries(self.path)
             else:
                 self.world = opt.output_file(str(mosaics.world_file(self.path)), overwrite)
-
-    def __str__(self) -> str:
-        """The path, as reports name what was written."""
-        return str(self.path)
 
     def save(self, found: mosaics.Mosaic | mosaics.MappedPanorama) -> dict[str, Any]:
         """Draw and write the mosaic, in its place on Earth if it has one; returns its entry in the report."""
