@@ -104,8 +104,7 @@ def design_command(
     measure = "scale_error_ppm" if found.airy_kavrayskiy < _IN_PPM else "fisher"
     mapped = Mapped([found.projection, *(one.projection for one in beside)], titles, found.region, measure)
     if drawn is not None:
-        maps, place = mapped.projections, found.region
-        drawn.save(plots.heatmap_figure, maps, measure=measure, region=place, titles=titles)
+        drawn.save(plots.heatmap_figure, mapped.projections, measure=measure, region=found.region, titles=titles)
     report = Report(
         title=f"{found.projection.name} ({size_text(found.region)})",
         lead=[*_design_lead(found)],
@@ -190,12 +189,9 @@ def mean_map_command(
     target = opt.target(format, output, pictured.overwrite, _MEAN_FORMS)
     drawn = opt.picture_of(picture, pictured)
     area = opt.region_given(region, projections)
-    counts = None
-    if weights is not None:
-        try:
-            counts = [float(value) for value in weights.split(",")]
-        except ValueError:
-            refuse(f"Invalid weights '{weights}'. They must be numbers with commas, as 1,2.")
+    counts = None if weights is None else opt.numbers(weights)
+    if counts == []:
+        refuse(f"Invalid weights '{weights}'. They must be numbers with commas, as 1,2.")
     with refusing(), progress_bar("maps measured") as progress:
         found = designs.mean_map(
             projections,
@@ -315,10 +311,7 @@ def world_map_command(
 
 def _cut(text: str) -> float | list[list[float]]:
     """Cut of the map: a longitude, or a list of points."""
-    try:
-        values = [[float(value) for value in word.split(",")] for word in text.split()]
-    except ValueError:
-        values = []
+    values = [opt.numbers(word) for word in text.split()]
     if len(values) == 1 and len(values[0]) == 1:
         return values[0][0]
     if len(values) < 2 or any(len(point) != 2 for point in values):

@@ -107,9 +107,8 @@ def heatmap_command(
         note(found.note)
         tell_written(path)
         return
-    if resolution is not None or grid != "map":
-        option = "--grid" if resolution is None else "--resolution"
-        refuse(f"Invalid option '{option}' for '{path}'. It is for rasters, whose suffix is .tif.")
+    of_rasters = {"--resolution": resolution, "--grid": None if grid == "map" else grid}
+    opt.refuse_given(of_rasters, "It is for rasters, whose suffix is .tif.", f" for '{path}'")
     if len(names) > 1:
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A picture shows one; a .tif has room for several.")
     picture = opt.PictureFile(output, pictured, step=step)
@@ -144,11 +143,7 @@ def _levels(text: str | None) -> int | list[float] | None:
     """Number of isolines, or their values."""
     if text is None:
         return None
-    try:
-        values = [float(value) for value in text.split(",")]
-    except ValueError:
-        values = []
-    whole = text.lstrip("+-").isdecimal()
+    values, whole = opt.numbers(text), text.lstrip("+-").isdecimal()
     if whole and 1 <= values[0] <= _MOST_LEVELS:
         return int(values[0])
     if whole or not values or len(values) > _MOST_LEVELS or not all(map(math.isfinite, values)):
@@ -167,10 +162,10 @@ def _draw(
     """Draw the measurable projections with their Airy-Kavrayskiy errors; report the others' failures."""
     shown = plots.CONTEXTS[-1] if context is None else opt.choice("context", context, plots.CONTEXTS)
     other = options.get("against")
-    listed = given if other is None else [*given, other]  # for a region that all have
-    area = opt.region_given(region, [*given, *([] if other is None else [other.definition])])
+    others = [] if other is None else [other]
+    area = opt.region_given(region, [*given, *(one.definition for one in others)])  # a region that all have
     with refusing(), progress_bar("maps measured") as progress:
-        found = answers.compare(listed, area, sort="given", tolerance=_TOLERANCE, progress=progress)
+        found = answers.compare([*given, *others], area, sort="given", tolerance=_TOLERANCE, progress=progress)
     drawn = [one for one in found.results if one.projection is not other]
     if drawn and len(found.results) - len(drawn) == (other is not None):
         maps, figures = [one.projection for one in drawn], [one.airy_kavrayskiy for one in drawn]

@@ -300,11 +300,8 @@ def correct_command(
         if local is not None:
             if criterion != "mean":
                 refuse("Invalid option '--criterion' with --local. Local corrections are by the mean.")
-            if constraint != "affine" or not keep_north:
-                option = "--constraint" if constraint != "affine" else "--free"
-                refuse(
-                    f"Invalid option '{option}' with --local. Local corrections are symmetric and have no constraint."
-                )
+            bounds = {"--constraint": constraint != "affine" or None, "--free": not keep_north or None}
+            opt.refuse_given(bounds, "Local corrections are symmetric and have no constraint.", " with --local")
             _present_local(measured, area, local, picture, target.form)
             return
         result = answers.correct(measured, area, criterion=criterion, constraint=constraint, keep_north=keep_north)
@@ -356,17 +353,17 @@ def _correction_table(result: answers.Correction) -> Table:
         "after the best linear map (MDT)": (result.airy_kavrayskiy_affine, result.spread_affine),
         f"corrected ({by}), measured again": (result.airy_kavrayskiy_corrected, result.spread_corrected),
     }
-    airy = Column("value", "Airy-Kavrayskiy", rounded, error="error")
-    rows = [{"map": name, "value": value, "error": result.error_estimate} for name, (value, _) in figures.items()]
-    if result.spread is None:
-        return Table(rows, ["map", airy])
     keys = ("mean", "mean_error", "half", "half_error")
-    spreads = [
-        spread and dict(zip(keys, (*spread.mean, *spread.median), strict=True)) for _, spread in figures.values()
+    rows = [
+        {"map": name, "value": value, "error": result.error_estimate}
+        | (dict(zip(keys, (*spread.mean, *spread.median), strict=True)) if spread else {})
+        for name, (value, spread) in figures.items()
+        if spread or not result.spread
     ]
-    known = [row | spread for row, spread in zip(rows, spreads, strict=True) if spread]
+    airy = Column("value", "Airy-Kavrayskiy", rounded, error="error")
+    mean = Column("mean", "mean distortion", rounded, error="mean_error")
     half = Column("half", "half the area below", rounded, error="half_error")
-    return Table(known, ["map", airy, Column("mean", "mean distortion", rounded, error="mean_error"), half])
+    return Table(rows, ["map", airy, *([mean, half] if result.spread else [])])
 
 
 def _correction_notes(result: answers.Correction) -> Iterator[str]:

@@ -172,6 +172,14 @@ def number(name: str, text: str | None, low: float, high: float, unit: str = "")
     return value
 
 
+def numbers(text: str) -> list[float]:
+    """The numbers of a text, which stand between commas; none if a word is no number."""
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        return []
+
+
 def region_given(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> regions.Place | None:
     """Region of `--region`, None for the default of the maps; with weights the default is the globe."""
     return None if text is None and weight is None else region_of("globe" if text is None else text, weight, maps)
