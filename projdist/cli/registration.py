@@ -275,11 +275,8 @@ def _panorama_result(found: mosaics.MappedPanorama) -> dict[str, Any]:
         for one in others.results
     ]
     canvas = found.canvas()
-    return found.panorama.to_dict() | {
-        "projection": definition,
-        "projections": rows,
-        "canvas": {"width": canvas.width, "height": canvas.height, "scale": canvas.scale},
-    }
+    size = {"width": canvas.width, "height": canvas.height, "scale": canvas.scale}
+    return found.panorama.to_dict() | {"projection": definition, "projections": rows, "canvas": size}
 
 
 def _panorama_tables(results: Sequence[dict[str, Any]]) -> list[Table]:
@@ -340,7 +337,7 @@ class MosaicFile(opt.OutputFile):
             else:
                 self.world = opt.output_file(str(mosaics.world_file(self.path)), overwrite)
 
-    def save(self, found: mosaics.Mosaic | mosaics.MappedPanorama) -> dict[str, Any]:
+    def save(self, found: _Shown) -> dict[str, Any]:
         """Draw and write the mosaic, in its place on Earth if it has one; returns its entry in the report."""
         try:
             with failing():
