@@ -96,7 +96,7 @@ def oldmap_command(
         path = opt.file_of_kind(output, (*SHEETS, *LAYERS), pictured.overwrite)
         is_sheet = path.suffix.lower() in SHEETS
         allowed = [name for name in oldmaps.RECTIFIED_BY if is_sheet or name != "fit"]
-        method = opt.choice("rectification", by or ("fit" if is_sheet else "mdt"), allowed)
+        method = opt.choice("rectification", ("fit" if is_sheet else "mdt") if by is None else by, allowed)
         side = opt.number("resolution", resolution, 1e-6, 1e7, " of metres")
         if not is_sheet:
             of_sheets = {"--image": image, "--resolution": resolution}
