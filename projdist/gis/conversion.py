@@ -16,8 +16,8 @@ from projdist import projections, regions, support
 from projdist._typing import FloatArray, IntArray
 from projdist.gis import layers
 from projdist.gis.layers import needed_for
-from projdist.gis.rasters import BESIDE, FLAVOURS, RASTER_SUFFIXES, flavour_of
-from projdist.gis.reading import read_data
+from projdist.gis.rasters import BESIDE, FLAVOURS, RASTER_SUFFIXES, flavour_of, geotiff_options
+from projdist.gis.reading import first_of, read_data
 from projdist.projections import CRS, Projection, crs_of
 
 RESAMPLINGS = ("nearest", "bilinear", "cubic", "average", "mode")
@@ -31,7 +31,6 @@ _CRS_SUFFIXES = (".wkt", ".prj", ".json")
 _METHOD = "PROJ-based operation method"  # in the WKT of CRSs that WKT 1 cannot express
 _DEGREE_KM = 111.0  # along a meridian; 110.6 at the equator, 111.7 at the poles
 _LOOKS = 21  # points along the side of a raster
-_NAMED = 5  # features in a notice
 _MOST_PIXELS, _MANY = 1e9, 100  # at most, or times those of the source: GDAL's warp cannot be interrupted
 _MOST_PIECES = 1e7  # of edges: 1 GB, and eight seconds
 
@@ -122,40 +121,37 @@ def convert(
         lost, note = _warp(os.fspath(data), target, path, given, resampling, resolution, overwrite)
     else:
         lost, note = _convert_layer(os.fspath(data), target, path, given, densify, overwrite), ""
-    if not lost or beside is None:
-        return Conversion(path=path, wkt=None, note=" ".join(filter(None, (lost, note))))
-    with support.replacing(beside) as new:
-        new.write_text(target.to_wkt(pretty=True) + "\n", encoding="utf-8")
-    kept = f"It is in '{beside.name}'."
-    return Conversion(path=path, wkt=beside, note=" ".join(filter(None, (lost, kept, note))))
+    kept = ""
+    if lost and beside is not None:
+        with support.replacing(beside) as new:
+            new.write_text(target.to_wkt(pretty=True) + "\n", encoding="utf-8")
+        kept = f"It is in '{beside.name}'."
+    return Conversion(path=path, wkt=beside if lost else None, note=" ".join(filter(None, (lost, kept, note))))
 
 
 def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | None = None) -> Any:
     """A GeoDataFrame in another CRS, with the options of `convert`; what it cannot show loses its geometry."""
     import shapely
 
-    target = _crs(to)
-    if source is not None or frame.crs is not None:
-        frame = frame.set_crs(_crs(source) if source is not None else crs_of(frame.crs), allow_override=True)
-    if frame.crs is None:
+    target, given = _crs(to), frame.crs if source is None else source
+    if given is None:
         raise ValueError("Invalid data. They have no CRS; it must be given (--from, source=).")
+    frame = frame.set_crs(_crs(given), allow_override=True)
     projections.tell_of_frame_in_degrees(frame, "the data")
     points, owner = shapely.get_coordinates(frame.geometry.array, return_index=True)
     _tell_of_elsewhere(frame.crs, target, points, owner, "feature(s) of the data lie")
     if densify is not None:
         if not support.check_number("distance", densify) > 0.0:
             raise ValueError(f"Invalid distance '{densify}'. It must be above 0, in kilometres.")
-        unit = frame.crs.axis_info[0].unit_conversion_factor
         # Degrees are taken along meridians.
         length = densify / _DEGREE_KM * np.radians(1.0) if frame.crs.is_geographic else 1000.0 * densify
-        piece = float(length / unit)
+        piece = float(length / frame.crs.axis_info[0].unit_conversion_factor)
         count = float(np.nansum(shapely.length(frame.geometry.array)) / piece)
         if count > _MOST_PIECES:
             raise ValueError(
                 f"Invalid distance '{densify}'. It makes {count:.3g} pieces; at most {_MOST_PIECES:g} are allowed."
             )
-        frame = frame.set_geometry(shapely.segmentize(frame.geometry.array, piece))
-        frame = frame.set_crs(frame.crs)
+        frame = frame.set_geometry(shapely.segmentize(frame.geometry.array, piece), crs=frame.crs)
     try:
         moved = frame.to_crs(target)
     except RuntimeError as error:  # PROJ's
@@ -165,7 +161,7 @@ def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | N
     if lost.size:
         if lost.size == np.unique(owner).size:
             raise ValueError(_NO_WAY.format(frame.crs.name, target.name))
-        shown = ", ".join(str(k + 1) for k in lost[:_NAMED]) + (", ..." if lost.size > _NAMED else "")
+        shown = first_of((lost + 1).tolist())
         support.tell(
             f"{lost.size} feature(s) cannot be drawn in {target.name}, and are left without a geometry: {shown}."
         )
@@ -182,15 +178,13 @@ def _tell_of_elsewhere(source: CRS, target: CRS, points: FloatArray, owner: IntA
     area = Projection.from_user_input(target).area_of_use
     if area is None:
         return
-    in_degrees = projections.to_lonlat(source)
+    box, in_degrees = regions.Box(*area), projections.to_lonlat(source)
     lon, lat = points.T if in_degrees is None else in_degrees(*points.T)
-    outside = np.isfinite(lon) & np.isfinite(lat) & ~regions.Box(*area).contains(lon, lat)
+    outside = np.isfinite(lon) & np.isfinite(lat) & ~box.contains(lon, lat)
     mostly = np.bincount(owner, outside) > np.bincount(owner) / 2
     if mostly.any():
         count = f"{mostly.sum()} of {np.unique(owner).size}"
-        support.tell(
-            f"{target.name} is for {regions.Box(*area).name}: {count} {things} mostly outside its area of use."
-        )
+        support.tell(f"{target.name} is for {box.name}: {count} {things} mostly outside its area of use.")
 
 
 def _is_map(crs: CRS) -> bool:
@@ -279,9 +273,10 @@ def _warp(
             if source is None and image.crs is None:
                 raise ValueError(f"Invalid data '{data}'. They have no CRS; it must be given (--from, source=).")
             support.check_raster(image, (), f"Invalid data '{data}'.")
-            if len(set(image.dtypes)) > 1:
-                types = support.listed(sorted(set(image.dtypes)), "and")
-                raise ValueError(f"Invalid data '{data}'. Their bands must be of one type, not of {types}.")
+            types = sorted(set(image.dtypes))
+            if len(types) > 1:
+                several = support.listed(types, "and")
+                raise ValueError(f"Invalid data '{data}'. Their bands must be of one type, not of {several}.")
             given = image.crs if source is None else rasterio.CRS.from_wkt(source.to_wkt())
             projections.tell_of_degrees(given.to_wkt(), image.bounds, f"'{data}'", "raster")
             across, down = np.meshgrid(*(np.linspace(0, size, _LOOKS) for size in (image.width, image.height)))
@@ -302,24 +297,12 @@ def _warp(
                 projection = Projection.from_user_input(target)
                 plane = projections.projected_crs_of(projection)
                 flavour = None if plane is None else flavour_of(projection, plane)
-            nodata = image.nodata
-            if nodata is None and image.dtypes[0].startswith("float"):
+            dtype, nodata = types[0], image.nodata
+            if nodata is None and dtype.startswith("float"):
                 nodata = np.nan
-            options = {
-                "driver": "GTiff",
-                "width": width,
-                "height": height,
-                "count": image.count,
-                "dtype": image.dtypes[0],
-                "nodata": nodata,
-                "transform": transform,
-                "compress": "deflate",
-                "BIGTIFF": "IF_SAFER",
-                "crs": wanted,
-                "GEOTIFF_KEYS_FLAVOR": flavour or FLAVOURS[0],
-            }
+            options = geotiff_options((image.count, height, width), dtype, wanted, transform, flavour or FLAVOURS[0])
             with support.replacing(path, overwrite=overwrite, beside=[path.suffix + BESIDE]) as new:
-                with rasterio.open(new, "w", **options) as written:
+                with rasterio.open(new, "w", **options, nodata=nodata, BIGTIFF="IF_SAFER") as written:
                     _copy_metadata(image, written)
                     for band in range(1, image.count + 1):
                         rasterio.warp.reproject(

@@ -13,14 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from projdist import answers, matrices, support, surfaces
 from projdist._typing import FloatArray
-from projdist.answers import factors
 from projdist.applications.oldmaps import LOCAL_MEASURES, RECTIFICATIONS, OldMap, isolines
-from projdist.matrices import decompose
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 from projdist.regions import RegionLike, geojson_of, get_region
-from projdist.support import check_choice, check_instance, one_line, replacing
-from projdist.surfaces import ellipses, fit, surface_of, tissot_points
 
 if TYPE_CHECKING:
     import geopandas
@@ -110,16 +107,14 @@ def indicatrices(
         import geopandas
         import shapely
     projection = Projection.from_user_input(projection)
-    surface = surface_of(projection, region)
-    size, (panel,) = fit([tissot_points(surface, step)], radius)
-    rings = ellipses(panel, size, _VERTICES)
+    surface = surfaces.surface_of(projection, region)
+    size, (panel,) = surfaces.fit([surfaces.tissot_points(surface, step)], radius)
     plane = projected_crs_of(projection)
-    if plane is not None:
-        rings = rings @ np.linalg.inv(plane.to_metres).T
-    found = factors(projection, panel.lon, panel.lat)
+    rings = _native(surfaces.ellipses(panel, size, _VERTICES), plane)
+    found = answers.factors(projection, panel.lon, panel.lat)
     columns = {"lon": panel.lon, "lat": panel.lat, "x": panel.xy[:, 0], "y": panel.xy[:, 1]}
     columns |= {name: getattr(found, name) for name in _NAMES}
-    columns |= {"azimuth": decompose(panel.J).stretch_azimuth, "radius": np.full(panel.lon.size, size)}
+    columns |= {"azimuth": matrices.decompose(panel.J).stretch_azimuth, "radius": np.full(panel.lon.size, size)}
     return geopandas.GeoDataFrame(columns, geometry=shapely.polygons(rings), crs=plane.wkt if plane else None)
 
 
@@ -137,7 +132,7 @@ def save_layer(
     if suffix not in LAYER_SUFFIXES:
         raise ValueError(f"Invalid layer file '{path}'. Its suffix must be {' or '.join(LAYER_SUFFIXES)}.")
     check_libraries(path)
-    with replacing(path, overwrite=overwrite) as new:
+    with support.replacing(path, overwrite=overwrite) as new:
         write_layer(frame, new, suffix, layer)
         if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority(min_confidence=100) is None):
             # As WKT, which GDAL reads; itself it writes only codes, and none means WGS 84.
@@ -155,7 +150,7 @@ def save_layers(
     if path.suffix.lower() != ".gpkg":
         raise ValueError(f"Invalid layer file '{path}'. Its suffix must be .gpkg, which has room for several layers.")
     check_libraries(path)
-    with replacing(path, overwrite=overwrite) as new:
+    with support.replacing(path, overwrite=overwrite) as new:
         for name, frame in frames.items():
             write_layer(frame, new, ".gpkg", name)
     return path
@@ -190,7 +185,7 @@ def write_layer(frame: geopandas.GeoDataFrame, path: Path, suffix: str, layer: s
             kind = kinds[0] if len(kinds) == 1 else "Unknown"
             pyogrio.write_arrow(table, path, geometry_name=frame.geometry.name, geometry_type=kind, crs=wkt, **options)
         except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
-            raise OSError(one_line(error)) from error
+            raise OSError(support.one_line(error)) from error
 
 
 # ---- old maps ------------------------------------------------------------------------------------
@@ -234,8 +229,8 @@ def old_map_layers(
     >>> old_map_layers(old_map(points, model="affine"))["displacements"]["length"].round(6).tolist()
     [10.0, 10.0, 10.0, 10.0]
     """
-    check_instance("old map", found, OldMap, "an OldMap")
-    check_choice("rectification", by, RECTIFICATIONS)
+    support.check_instance("old map", found, OldMap, "an OldMap")
+    support.check_choice("rectification", by, RECTIFICATIONS)
     given, plane = found.points.crs if crs is None else crs, None
     if given is not None:
         projection = Projection.from_user_input(given)
@@ -295,10 +290,10 @@ def save_atlas(entries: Sequence[AtlasEntry], path: str | os.PathLike[str], *, o
         with needed_for(f"output '{path}'"):
             import pandas as pd
             import pyarrow  # noqa: F401 whether it is there
-        with replacing(path, overwrite=overwrite) as new:
+        with support.replacing(path, overwrite=overwrite) as new:
             pd.DataFrame(rows).to_parquet(new, compression="zstd", index=False)
         return path
-    with replacing(path, overwrite=overwrite) as new, new.open("w", encoding="utf-8", newline="") as file:
+    with support.replacing(path, overwrite=overwrite) as new, new.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)

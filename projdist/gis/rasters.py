@@ -7,11 +7,11 @@ import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from projdist import answers, projections
+from projdist import answers, projections, support
 from projdist._typing import AnyArray, FloatArray
 from projdist.applications.mosaics import Georeference
 from projdist.applications.oldmaps import RectifiedScan
@@ -20,7 +20,6 @@ from projdist.gis.layers import needed_for
 from projdist.matrices import Measure, get_measure
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 from projdist.regions import Place, RegionLike, region_for
-from projdist.support import one_line, replacing
 from projdist.surfaces import normalised, surface_of
 
 if TYPE_CHECKING:
@@ -196,9 +195,7 @@ def raster(
 def _named(measure: str | Measure) -> Measure:
     """A measure under the name that was requested, which becomes the name of its band."""
     found = get_measure(measure)
-    if not isinstance(measure, str) or measure == found.name:
-        return found
-    return replace(found, name=measure)
+    return replace(found, name=measure) if isinstance(measure, str) else found
 
 
 def _values(
@@ -227,11 +224,17 @@ def _values(
 # ---- GeoTIFF --------------------------------------------------------------------------------
 
 
-FLAVOURS = (
-    "STANDARD",
-    "ESRI_PE",
-)  # of GeoTIFF keys: the second holds more CRSs, as Equal Earth; fewer programs read it
+# Of GeoTIFF keys: the second holds more CRSs, as Equal Earth; fewer programs read it.
+FLAVOURS = ("STANDARD", "ESRI_PE")
 BESIDE = ".aux.xml"  # suffix of the file in which GDAL puts what a GeoTIFF cannot hold
+
+
+def geotiff_options(shape: tuple[int, int, int], dtype: str, crs: Any, transform: Any, flavour: str) -> dict[str, Any]:
+    """rasterio's options for a new GeoTIFF of bands, rows and columns."""
+    count, height, width = shape
+    size = {"width": width, "height": height, "count": count}
+    place = {"crs": crs, "transform": transform, "GEOTIFF_KEYS_FLAVOR": flavour}
+    return {"driver": "GTiff", "dtype": dtype, "compress": "deflate"} | size | place
 
 
 def _held_plane(projection: Projection) -> tuple[ProjectedCrs | None, str, str]:
@@ -260,12 +263,11 @@ def _is_held(projection: Projection, plane: ProjectedCrs, flavour: str, beside: 
     with needed_for("raster"):
         import rasterio
         import rasterio.errors
-    options = {"driver": "GTiff", "width": 1, "height": 1, "count": 1, "dtype": "uint8"}
     transform = rasterio.Affine(2, 0, 0, 0, -2, 0)
     try:
-        crs = rasterio.CRS.from_wkt(plane.wkt)
+        options = geotiff_options((1, 1, 1), "uint8", rasterio.CRS.from_wkt(plane.wkt), transform, flavour)
         with rasterio.Env(GDAL_PAM_ENABLED=beside), rasterio.MemoryFile() as file:
-            with file.open(crs=crs, transform=transform, GEOTIFF_KEYS_FLAVOR=flavour, **options):
+            with file.open(**options):
                 pass
             with file.open() as image:
                 found = image.crs.to_wkt() if image.crs else ""
@@ -285,24 +287,11 @@ def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool
         raise ValueError(f"Invalid raster file '{path}'. Its suffix must be {' or '.join(RASTER_SUFFIXES)}.")
     with needed_for(f"output '{path}'"):
         import rasterio
+    crs, transform = rasterio.CRS.from_wkt(raster.wkt), rasterio.Affine(*raster.pixels.transform)
+    options = geotiff_options(raster.values.shape, "float64", crs, transform, raster.flavour)
     with (
-        replacing(path, overwrite=overwrite, beside=[path.suffix + BESIDE]) as new,
-        rasterio.open(
-            new,
-            "w",
-            driver="GTiff",
-            width=raster.pixels.columns,
-            height=raster.pixels.rows,
-            count=len(raster.measures),
-            dtype="float64",
-            nodata=np.nan,
-            crs=rasterio.CRS.from_wkt(raster.wkt),
-            transform=rasterio.Affine(*raster.pixels.transform),
-            compress="deflate",
-            predictor=3,
-            BIGTIFF="IF_SAFER",
-            GEOTIFF_KEYS_FLAVOR=raster.flavour,
-        ) as image,
+        support.replacing(path, overwrite=overwrite, beside=[path.suffix + BESIDE]) as new,
+        rasterio.open(new, "w", **options, nodata=np.nan, predictor=3, BIGTIFF="IF_SAFER") as image,
     ):
         image.update_tags(TIFFTAG_SOFTWARE="projdist", projection=raster.projection.definition)
         for number, measure in enumerate(raster.measures, start=1):
@@ -346,29 +335,17 @@ def save_geotiff(
         import rasterio
         from rasterio.enums import ColorInterp
         from rasterio.errors import RasterioError
-    bands = pixels.shape[2]
-    colours = [ColorInterp.gray] if bands == 2 else [ColorInterp.red, ColorInterp.green, ColorInterp.blue]
-    options = {
-        "driver": "GTiff",
-        "width": pixels.shape[1],
-        "height": pixels.shape[0],
-        "count": bands,
-        "dtype": pixels.dtype.name,
-        "crs": place.crs or None,
-        "transform": rasterio.Affine(*place.matrix[:2].reshape(-1)),
-        "compress": "deflate",
-        "tiled": True,
-        "photometric": "MINISBLACK" if bands == 2 else "RGB",
-        "alpha": "YES",
-        "GEOTIFF_KEYS_FLAVOR": flavour,
-    }
-    with replacing(Path(path), overwrite=overwrite) as new:
+    bands, transform = np.moveaxis(pixels, 2, 0), rasterio.Affine(*place.matrix[:2].reshape(-1))
+    grey, colours = [ColorInterp.gray], [ColorInterp.red, ColorInterp.green, ColorInterp.blue]
+    photometric, interpreted = ("MINISBLACK", grey) if len(bands) == 2 else ("RGB", colours)
+    options = geotiff_options(bands.shape, pixels.dtype.name, place.crs or None, transform, flavour)
+    with support.replacing(Path(path), overwrite=overwrite) as new:
         try:
-            with rasterio.open(new, "w", **options) as file:
-                file.write(np.moveaxis(pixels, 2, 0))
-                file.colorinterp = [*colours, ColorInterp.alpha]
+            with rasterio.open(new, "w", **options, tiled=True, photometric=photometric, alpha="YES") as file:
+                file.write(bands)
+                file.colorinterp = [*interpreted, ColorInterp.alpha]
         except RasterioError as error:
-            raise OSError(one_line(error)) from error
+            raise OSError(support.one_line(error)) from error
 
 
 def save_sheet(

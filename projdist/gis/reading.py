@@ -74,8 +74,8 @@ def _read(text: str, thing: str) -> Any:
     for text in list(dict.fromkeys(one_line(warning.message) for warning in caught))[:_NAMED]:
         tell(f"Of '{name}' GDAL says: {text}.")
     if lost:
-        shown = ", ".join(map(str, lost[:_NAMED])) + (", ..." if len(lost) > _NAMED else "")
-        tell(f"{len(lost)} feature(s) of '{name}' have a geometry that cannot be read and is left out: {shown}.")
+        numbers = first_of(lost)
+        tell(f"{len(lost)} feature(s) of '{name}' have a geometry that cannot be read and is left out: {numbers}.")
     if is_geographic(frame):
         understood = None if frame.crs is None else projections.crs_of(frame.crs)
         frame = frame.set_geometry(regions.with_gpx_heights(Path(name), layer, frame.geometry.array))
@@ -86,6 +86,11 @@ def _read(text: str, thing: str) -> Any:
     elif crs is not None:
         tell(f"The member crs of '{name}' is no object, as GeoJSON wants it: the data are taken as {frame.crs.name}.")
     return frame
+
+
+def first_of(numbers: Sequence[int]) -> str:
+    """The first few numbers of features, for a notice."""
+    return ", ".join(map(str, numbers[:_NAMED])) + (", ..." if len(numbers) > _NAMED else "")
 
 
 def _read_layer(name: str, layer: str) -> tuple[Any, list[int]]:

@@ -111,19 +111,16 @@ class _Raster:
             return
         left, bottom, right, top = self._extent
         west, south, east, north = bounds[0], max(bounds[1], bottom), bounds[2], min(bounds[3], top)
-        columns: list[tuple[int, int]] = []
-        for turn in (-360.0, 0.0, 360.0):
-            w, e = max(west + turn, left), min(east + turn, right)
-            if w < e and south < north:
-                columns.append(_whole(w, e, image.transform.c, image.transform.a, image.width))
+        turns = [(max(west + turn, left), min(east + turn, right)) for turn in (-360.0, 0.0, 360.0)]
+        overlaps = [(w, e) for w, e in turns if w < e and south < north]
+        columns = [_whole(w, e, image.transform.c, image.transform.a, image.width) for w, e in overlaps]
         rows = _whole(south, north, image.transform.f, image.transform.e, image.height)
         for first, last in _merged(columns):
             yield _Window(first, rows[0], last, rows[1])
 
     def _lonlat(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitudes and latitudes of places given in columns and rows."""
-        a, b, c, d, e, f = self._image.transform[:6]
-        return unprojected(self._crs, a * u + b * v + c, d * u + e * v + f)
+        return unprojected(self._crs, *(self._image.transform @ (u, v)))
 
     def _sums(self, tile: _Window, side: int) -> tuple[FloatArray, FloatArray]:
         """Sums (3, n) of values and of values times columns and rows, over blocks above 0, and over blocks of four."""
@@ -163,8 +160,8 @@ class _Raster:
         """
         columns = np.append(np.arange(tile.left, tile.right, _LOOK, dtype=float), tile.right)
         rows = np.append(np.arange(tile.top, tile.bottom, _LOOK, dtype=float), tile.bottom)
-        corners = self._lonlat(*_lattice(columns, rows))
-        middles = self._lonlat(*_lattice(*(0.5 * (places[1:] + places[:-1]) for places in (columns, rows))))
+        corners = self._lonlat(*np.meshgrid(columns, rows))
+        middles = self._lonlat(*np.meshgrid(*(0.5 * (places[1:] + places[:-1]) for places in (columns, rows))))
         crossed = self._border.crosses(_boxes(*corners)).reshape(middles[0].shape)
 
         def of_cells(squares: BoolArray) -> BoolArray:
@@ -182,12 +179,6 @@ class _Raster:
         known = np.isfinite(lon) & np.isfinite(lat)
         known[known] = self._region.contains(lon[known], lat[known])
         return known
-
-
-def _lattice(columns: Any, rows: Any) -> tuple[FloatArray, FloatArray]:
-    """The column and the row of each node of a lattice, (rows, columns)."""
-    u, v = np.broadcast_arrays(columns[None, :], rows[:, None])
-    return u, v
 
 
 def _boxes(lon: FloatArray, lat: FloatArray) -> FloatArray:
