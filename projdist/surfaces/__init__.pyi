@@ -14,7 +14,7 @@ from .domain import (
 from .fields import ValuesAt, crosses, field, filled, jacobians, jumping, measured
 from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons, land_rings
 from .regional import shown_part, surface_of
-from .surface import Surface, boundary_polygon, rim_edges
+from .surface import Surface, boundary_polygon, extent_of, frame_of_part, rim_edges
 from .tissot_ellipses import (
     Ellipses,
     Indicatrices,
@@ -44,9 +44,11 @@ __all__ = [
     "cut_at_tears",
     "ellipses",
     "even_radius",
+    "extent_of",
     "field",
     "filled",
     "fit",
+    "frame_of_part",
     "graticule",
     "graticule_steps",
     "graticule_values",

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import shapely
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from projdist import answers, earth, field, surfaces
@@ -308,10 +309,8 @@ def _least_errors(
     cells *= _corners(lesser[: surface.nodes].reshape(surface.shape)).min(axis=0)
     # A cubic uses the nodes of all surrounding cells, also left of and below a node.
     wide = np.pad(np.pad(cells, ((2, 1), (0, 0)), constant_values=1.0), ((0, 0), (2, 1)), mode="wrap")
-    rows, columns = surface.shape
-    around = [wide[j : j + rows, i : i + columns] for j in range(4) for i in range(4)]
     found = np.ones(len(fields))
-    found[: surface.nodes] = np.min(around, axis=0).ravel()
+    found[: surface.nodes] = sliding_window_view(wide, (4, 4)).min(axis=(2, 3)).ravel()
     triangles = _triangles(surface)
     beside_cuts = 10.0 ** (-cut_error.astype(float) / _TENTHS) * lesser[triangles].min(axis=1)
     np.minimum.at(found, triangles, beside_cuts[:, None])
@@ -348,13 +347,9 @@ def four_numbers(J: FloatArray, mirrored: bool) -> FloatArray:
 
 def _cubic(surface: Surface, whole: BoolArray, valid: BoolArray) -> BoolArray:
     """True for cells surrounded by whole cells whose nodes all have a Jacobian."""
-    wraps = _wraps(surface)
     good = whole & _corners(valid.reshape(surface.shape)).all(axis=0)
-    padded = np.pad(good, ((1, 1), (0, 0)))
-    padded = np.pad(padded, ((0, 0), (1, 1)), mode="wrap") if wraps else np.pad(padded, ((0, 0), (1, 1)))
-    rows, columns = surface.shape
-    around = [padded[j : j + rows, i : i + columns] for j in range(3) for i in range(3)]
-    return np.asarray(np.logical_and.reduce(around))
+    padded = np.pad(np.pad(good, ((1, 1), (0, 0))), ((0, 0), (1, 1)), mode="wrap" if _wraps(surface) else "constant")
+    return np.asarray(sliding_window_view(padded, (3, 3)).all(axis=(2, 3)))
 
 
 def _corners(values: Any) -> Any:

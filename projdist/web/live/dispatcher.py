@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,7 +15,7 @@ from projdist import earth, projections, regions, support
 from projdist.projections import Projection
 from projdist.web import frames
 from projdist.web.live import handlers
-from projdist.web.live.handlers import Pictures, outline
+from projdist.web.live.handlers import Pictures, Progress, outline
 from projdist.web.live.previews import Previewer
 
 LONGEST_MESSAGE = 64 * 1024
@@ -166,8 +166,7 @@ class InputPolicy:
 
     def region(self, text: str, ellipsoid: earth.Ellipsoid | None = None) -> regions.Place:
         """The region of a text, on the body of an ellipsoid; raises ValueError."""
-        read = _region if self.is_open or text in self.opened else _closed_region
-        return read(text, ellipsoid)
+        return _region(text, ellipsoid, self.is_open or text in self.opened)
 
     def environment(self) -> dict[str, str]:
         """Environment variables of worker processes: without the user's grids, unless a file was opened."""
@@ -197,18 +196,14 @@ def _check_atom(kind: str, argument: str) -> None:
         )
 
 
-@functools.lru_cache(maxsize=256)
-def _projection(text: str) -> Projection:
-    return Projection.from_user_input(text)
+_projection = functools.lru_cache(maxsize=256)(Projection.from_user_input)
 
 
-@functools.lru_cache(maxsize=32)
-def _region(text: str, ellipsoid: earth.Ellipsoid | None) -> regions.Place:
-    return regions.get_region(text, ellipsoid)
-
-
-@functools.lru_cache(maxsize=32)
-def _closed_region(text: str, ellipsoid: earth.Ellipsoid | None) -> regions.Place:
+@functools.lru_cache(maxsize=64)
+def _region(text: str, ellipsoid: earth.Ellipsoid | None, may_read: bool) -> regions.Place:
+    """The region of a text, which may name files or not."""
+    if may_read:
+        return regions.get_region(text, ellipsoid)
     return regions.region_of_text(text, _check_atom, ellipsoid)
 
 
@@ -216,7 +211,7 @@ def _is_of_files(text: str) -> bool:
     """True if a projection or a region names a file."""
     try:
         if regions.is_region_text(text):
-            _closed_region(text, None)
+            _region(text, None, False)
             return False
         return bool(projections.file_named_in(text))
     except ValueError:
@@ -237,15 +232,7 @@ def failed(request: Request, reason: str) -> bytes:
     return reply(request, {"problem": reason})
 
 
-def progressed(request: Request, done: int, of: int) -> bytes:
-    """Reply with the progress of a request."""
-    return reply(request, {"progress": [done, of]})
-
-
 # ---- dispatcher ----------------------------------------------------------------------------------------
-
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass

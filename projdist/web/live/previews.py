@@ -211,7 +211,6 @@ _HALVINGS = 6
 _LOWEST = -50.0  # of logarithms: that of 0 makes no edge
 _MOST_HIDDEN = 0.1  # of a region, beside which scales grow beyond any step: else there is no rough figure
 _KINDS = 500  # of maps, whose turns are kept
-_AROUND, _NARROWEST = 0.05, 0.5
 
 
 @dataclass
@@ -237,8 +236,7 @@ class Previewer:
         return pictures[self.turns[kind]].frame()
 
 
-# In order of preference.
-_TURNS = ("north", "centre", "pole")
+_TURNS = ("north", "centre", "pole")  # in order of preference
 
 
 def _axes(turn: str, lon: float, lat: float) -> FloatArray | None:
@@ -392,7 +390,7 @@ class _Picture:
         b = (p * np.abs(1.0 - ratio)).reshape(self.shape)
         wanted = valid & (self.sketch.weights > 0.0)
         if not wanted.any():
-            raise ValueError(f"Invalid region for '{self.projection.name}'. No part of it can be projected.")
+            raise self._shows_nothing()
         limit = _LARGE * float(np.partition(a[wanted], wanted.sum() // 20)[wanted.sum() // 20])
         small = wanted & (a <= limit)
         away = _away(self.x + 1j * self.y, small)
@@ -406,14 +404,19 @@ class _Picture:
         """View of the picture."""
         if self.sketch.regional:
             region = self.sketch.lines.where["region"]
-            x, y = self.line_x[region], self.line_y[region]
-            good = np.isfinite(x)
-            if not good.any():
-                raise ValueError(f"Invalid region for '{self.projection.name}'. No part of it can be projected.")
-            return _frame_of_part(x[good], y[good])
+            border = np.column_stack([self.line_x[region], self.line_y[region]])
+            border = border[np.isfinite(border[:, 0])]
+            if not len(border):
+                raise self._shows_nothing()
+            return list(surfaces.frame_of_part(surfaces.extent_of(border)))
         x, y = np.append(self.x[self.shown], edge.x), np.append(self.y[self.shown], edge.y)
-        margin = _MARGIN * max(np.ptp(x), np.ptp(y))
-        return [float(value) for value in (x.min() - margin, x.max() + margin, y.min() - margin, y.max() + margin)]
+        west, east, south, north = surfaces.extent_of(np.column_stack([x, y]))
+        margin = _MARGIN * max(east - west, north - south)
+        return [west - margin, east + margin, south - margin, north + margin]
+
+    def _shows_nothing(self) -> ValueError:
+        """Of a region that the map does not show."""
+        return ValueError(f"Invalid region for '{self.projection.name}'. No part of it can be projected.")
 
     def _lines(self, grid: frames.Grid, view: list[float], edge: _Edge) -> frames.Arrays:
         """All lines and areas in grid steps."""
@@ -522,16 +525,6 @@ def _at_nodes(slopes: Any, whole: BoolArray) -> Any:
     one_left = np.where(np.isnan(more_left), left, 1.5 * left - 0.5 * more_left)
     both = 0.5 * (left + right)
     return np.where(np.isfinite(both), both, np.where(np.isnan(left), one_right, one_left))
-
-
-def _frame_of_part(x: FloatArray, y: FloatArray) -> list[float]:
-    """View around a region, as in pictures."""
-    width, height = float(np.ptp(x)), float(np.ptp(y))
-    longest = max(width, height)
-    narrowest = _NARROWEST * (1.0 + 2.0 * _AROUND) * longest
-    half = [0.5 * max(side + 2.0 * _AROUND * longest, narrowest) for side in (width, height)]
-    middle = 0.5 * float(x.min() + x.max()), 0.5 * float(y.min() + y.max())
-    return [middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1]]
 
 
 def _pieces(

@@ -83,12 +83,12 @@ class Explorer(anywidget.AnyWidget):
     measure = traitlets.Any().tag(sync=True)
     projection = traitlets.Any()
     _words = traitlets.Dict().tag(sync=True)
+    _thread: Thread | None = None
+    _still: tuple[object, str] | None = None
 
     def __init__(self, *projections: ProjectionLike, region: RegionLike | None = None, measure: str = "fisher") -> None:
         self._given = _Given()
         self._dispatcher = dispatcher.Dispatcher(self._given)
-        self._thread: Thread | None = None
-        self._still: tuple[object, str] | None = None
         texts = self._projection_texts(list(projections) or _FIRST)
         if region is None:
             region = region_for(None, [self._given.projection(text) for text in texts])
@@ -118,9 +118,8 @@ class Explorer(anywidget.AnyWidget):
     def close(self) -> None:
         """Close the widget; the last one ends the shared processes."""
         super().close()
-        thread: Thread | None = getattr(self, "_thread", None)  # none where the arguments were wrong
-        if thread is not None:
-            thread.close()
+        if self._thread is not None:
+            self._thread.close()
         WORKERS.leave(id(self))
 
     def set_state(self, sync_data: Mapping[str, Any]) -> None:
@@ -144,11 +143,9 @@ class Explorer(anywidget.AnyWidget):
 
     def _texts_of(self, name: str, value: Any) -> Any:
         """Normalised value of a trait; raises ValueError."""
-        if name == "projections":
-            return self._projection_texts(value)
-        if name == "projection":
-            return self._given.projection_text(value)
-        return self._given.region_text(value) if name == "region" else _measure_name(value)
+        one, region = self._given.projection_text, self._given.region_text
+        texts = {"projections": self._projection_texts, "projection": one, "region": region, "measure": _measure_name}
+        return texts[name](value)
 
     def _projection_texts(self, given: ProjectionLike | Iterable[ProjectionLike]) -> tuple[str, ...]:
         texts = tuple(map(self._given.projection_text, listed_projections(given)))

@@ -7,7 +7,6 @@ import contextlib
 import logging
 import math
 import multiprocessing
-import multiprocessing.util
 import os
 import signal
 import threading
@@ -21,7 +20,8 @@ from types import TracebackType
 from typing import Any, Generic, TypeVar
 
 from projdist import support
-from projdist.web.live.dispatcher import LARGEST_FILE, Dispatcher, InputPolicy, Progress, Request, failed, progressed
+from projdist.web.live.dispatcher import LARGEST_FILE, Dispatcher, InputPolicy, Request, failed, reply
+from projdist.web.live.handlers import Progress
 
 MOST_OF_PAGE = 48
 """Waiting tasks of a page; six maps need at most twenty-four of one worker."""
@@ -181,11 +181,11 @@ class Worker:
 
     def _answer(self, task: _Task) -> None:
         """Answer a task; retry once if the process is killed."""
-        reply, tries = None, 0
-        while reply is None and tries < _TRIES and not task.dropped.is_set():
-            reply, tries = self._done(task), tries + 1
+        answer, tries = None, 0
+        while answer is None and tries < _TRIES and not task.dropped.is_set():
+            answer, tries = self._done(task), tries + 1
         if not task.dropped.is_set():
-            task.told(reply or failed(task.request, "The process that works on this ended twice. Try another map."))
+            task.told(answer or failed(task.request, "The process that works on this ended twice. Try another map."))
 
     def _done(self, task: _Task) -> bytes | None:
         """Reply to a task, None if the process was killed or the task cancelled."""
@@ -203,7 +203,7 @@ class Worker:
                     if kind == _READY:
                         self._ready, until = True, time.monotonic() + self._limit
                     elif not task.dropped.is_set():
-                        task.told(progressed(task.request, *content))
+                        task.told(reply(task.request, {"progress": content}))
                 elif not process.is_alive():  # those it has started may hold its end of the connection
                     break
                 if task.dropped.is_set():
@@ -282,12 +282,12 @@ def serve_requests(connection: Connection, policy: InputPolicy, parent: int) -> 
     with contextlib.suppress(EOFError, OSError):  # nobody asks, or listens, any more
         connection.send((_READY,))
         while True:
-            request, reply = connection.recv(), None
+            request, answer = connection.recv(), None
             with _reporting(crash):  # what nobody foresaw ends the process
-                reply = dispatcher.answer(request, lambda done, of: connection.send((_PROGRESS, done, of)))
-            if reply is None:
+                answer = dispatcher.answer(request, lambda done, of: connection.send((_PROGRESS, done, of)))
+            if answer is None:
                 return
-            connection.send((_REPLY, reply))
+            connection.send((_REPLY, answer))
 
 
 def _reporting(report: Callable[[Exception], None]) -> contextlib.ExitStack:
