@@ -11,6 +11,7 @@ from typing import Any
 from xml.sax.saxutils import escape
 
 import numpy as np
+import shapely
 
 from projdist import projections, regions, support
 from projdist._typing import FloatArray, IntArray
@@ -131,8 +132,6 @@ def convert(
 
 def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | None = None) -> Any:
     """A GeoDataFrame in another CRS, with the options of `convert`; what it cannot show loses its geometry."""
-    import shapely
-
     target, given = _crs(to), frame.crs if source is None else source
     if given is None:
         raise ValueError("Invalid data. They have no CRS; it must be given (--from, source=).")

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import shapely
+from shapely.errors import ShapelyError
 
 from projdist import answers, matrices, support, surfaces
 from projdist._typing import FloatArray
@@ -54,7 +56,6 @@ def frame_of_geojson(content: bytes) -> geopandas.GeoDataFrame:
     """The features of GeoJSON in longitude and latitude; ValueError for other content, ImportError."""
     with needed_for("file to check"):
         import geopandas
-        from shapely.errors import ShapelyError
     try:
         document = json.loads(content)
         features = document["features"] if document["type"] == "FeatureCollection" else [document]
@@ -105,7 +106,6 @@ def indicatrices(
     """
     with needed_for("layer"):
         import geopandas
-        import shapely
     projection = Projection.from_user_input(projection)
     surface = surfaces.surface_of(projection, region)
     size, (panel,) = surfaces.fit([surfaces.tissot_points(surface, step)], radius)
@@ -239,7 +239,6 @@ def old_map_layers(
             raise ValueError(f"Invalid CRS '{projection.label}'. PROJ has no CRS of it.")
     with needed_for("layer"):
         import geopandas
-        import shapely
     wkt = None if plane is None else plane.wkt
     start, stop = found.rectifications[by].affine(found.points.old), found.points.new
     dx, dy = (stop - start).T

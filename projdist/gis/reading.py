@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import shapely
 
 from projdist import projections, regions
 from projdist.gis.layers import needed_for, save_layer
@@ -100,7 +101,6 @@ def _read_layer(name: str, layer: str) -> tuple[Any, list[int]]:
     """
     import geopandas
     import pyogrio
-    import shapely
 
     with np.errstate(invalid="ignore"):  # NaN among coordinates
         try:
@@ -139,7 +139,6 @@ def _read_parquet(name: str, thing: str) -> Any:
         import pandas as pd
         import pyarrow as pa
         import pyarrow.parquet
-        import shapely
     try:
         with pa.parquet.ParquetFile(name) as file:
             metadata = file.schema_arrow.metadata or {}
