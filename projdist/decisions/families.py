@@ -83,7 +83,7 @@ class Family:
 
     `text` is the PROJ string without ellipsoid, by default only the method's name; `limits` are the ranges of
     parameters that may be free, `fixed` values of all parameters, `free` the names that are free by default. `scale` is
-    the parameter that multiplies the map, "" if there is none. `rule` are the parameters by the rule of thumb.
+    the parameter that multiplies the map, "" if there is none. `rule` is the rule of thumb that `fixed` follows, or "".
     """
 
     name: str
@@ -92,10 +92,13 @@ class Family:
     fixed: dict[str, float]
     free: tuple[str, ...]
     scale: str = ""
-    rule: dict[str, float] | None = None
-    rule_name: str = ""
-    is_spherical: bool = False
+    rule: str = ""
     states_ellipsoid: bool = False
+
+    @property
+    def is_spherical(self) -> bool:
+        """True for methods with formulas for a sphere only."""
+        return self.name in _SPHERICAL or self.name.startswith("ob_tran:")
 
     def normalised(self, values: Mapping[str, float]) -> dict[str, float]:
         """Parameters in their usual range: centres beyond a pole go to the other side, parallels ascend."""
@@ -116,23 +119,19 @@ class Family:
 
 _CONES = ("lcc", "aea", "eqdc")
 _AZIMUTHALS = ("laea", "aeqd", "stere", "airy")
-_SPHERICAL = ("airy", "eqc")  # PROJ has eqc on ellipsoids since 9.8; on the sphere it is the same in all versions
+_SPHERICAL = ("airy", "wintri", "eqc")  # PROJ has eqc on ellipsoids since 9.8; on the sphere all versions agree
 
 
 def _cone(name: str, e: Extent) -> Family:
     low, high = max(e.south, -_MOST), min(e.north, _MOST)
     sixth = (high - low) / 6.0
-    rule = {"lat_1": low + sixth, "lat_2": high - sixth}
-    limits = {"lat_1": (low, high), "lat_2": (low, high)}
-    middle = {"lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon}
     return Family(
         name=name,
-        limits=limits,
-        fixed=rule | middle,
+        limits={"lat_1": (low, high), "lat_2": (low, high)},
+        fixed={"lat_1": low + sixth, "lat_2": high - sixth, "lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon},
         free=("lat_1", "lat_2"),
         scale="k_0" if name == "lcc" else "",
-        rule=rule,
-        rule_name="one-sixth rule",
+        rule="one-sixth rule",
     )
 
 
@@ -157,26 +156,13 @@ def cylinder_of(family: str, parameters: Mapping[str, float]) -> str:
 
 def _azimuthal(name: str, e: Extent) -> Family:
     limits, middle = _centre_limits(e), {"lat_0": e.lat, "lon_0": e.lon}
-    free: tuple[str, ...] = ("lat_0", "lon_0")
-    text, scale, rule = "", "", "centred on the region"
+    text, scale, rule = "", "k_0" if name == "stere" else "", "centred on the region"
     if name == "airy":
         limits["lat_b"] = (-80.0, 89.9)
         middle["lat_b"] = float(np.clip(90.0 - e.radius, -80.0, 89.9))
-        free = (*free, "lat_b")
         text, rule = "+proj=airy +no_cut", "centred on the region, for its greatest radius"
-    if name == "stere":
-        free, scale = (*free, "k_0"), "k_0"
-    return Family(
-        name=name,
-        text=text,
-        limits=limits,
-        fixed=middle,
-        free=free,
-        scale=scale,
-        rule=middle,
-        rule_name=rule,
-        is_spherical=name in _SPHERICAL,
-    )
+    free = (*limits, scale) if scale else tuple(limits)
+    return Family(name=name, text=text, limits=limits, fixed=middle, free=free, scale=scale, rule=rule)
 
 
 def _centre_limits(e: Extent) -> dict[str, Limits]:
@@ -196,15 +182,12 @@ def _cylinder(name: str, e: Extent) -> Family:
     nearest = 0.0 if e.south <= 0.0 <= e.north else min(abs(e.south), abs(e.north))
     if name == "merc":
         return Family(name=name, limits={}, fixed=middle, free=("k_0",), scale="k_0")
-    rule = {"lat_ts": 0.5 * (nearest + farthest)}
     return Family(
         name=name,
         limits={"lat_ts": (0.0, farthest)},
-        fixed=rule | middle,
+        fixed={"lat_ts": 0.5 * (nearest + farthest)} | middle,
         free=("lat_ts",),
-        rule=rule,
-        rule_name="true in the middle latitude",
-        is_spherical=name in _SPHERICAL,
+        rule="true in the middle latitude",
     )
 
 
@@ -215,8 +198,7 @@ def _transverse(name: str, e: Extent) -> Family:
         fixed={"lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon},
         free=("lon_0", "k_0"),
         scale="k_0",
-        rule={"lon_0": e.lon},
-        rule_name="true on the middle meridian",
+        rule="true on the middle meridian",
     )
 
 
@@ -237,8 +219,7 @@ def _oblique(name: str, e: Extent) -> Family:
         fixed=middle,
         free=(across, "alpha", "k_0"),
         scale="k_0",
-        rule=middle,
-        rule_name="along the region's long axis",
+        rule="along the region's long axis",
     )
 
 
@@ -251,13 +232,10 @@ def _rotated(name: str, e: Extent) -> Family:
         raise ValueError(
             f"Invalid family '{name}'. Behind ob_tran: it must have a name of 'projdist list projections'."
         )
-    limits: dict[str, Limits] = {
-        "o_lat_p": (-90.0, 90.0),
-        "o_lon_p": (-180.0, 180.0),
-        "lon_0": (e.lon - 180, e.lon + 180),
-    }
-    rule = {"o_lat_p": 90.0, "o_lon_p": 0.0, "lon_0": e.lon}  # the plain aspect, its middle meridian in the region
-    middle = dict(rule)
+    about = (e.lon - 180, e.lon + 180)
+    limits: dict[str, Limits] = {"o_lat_p": (-90.0, 90.0), "o_lon_p": (-180.0, 180.0), "lon_0": about}
+    free = tuple(limits)
+    middle = {"o_lat_p": 90.0, "o_lon_p": 0.0, "lon_0": e.lon}  # the plain aspect, its middle meridian in the region
     for key in ("lat_1", "lat_2", "lat_ts"):
         stated = re.search(rf"\+{key}=(\S+)", operation[2])
         if stated or (key, operation[1]) in _INNER:
@@ -268,10 +246,8 @@ def _rotated(name: str, e: Extent) -> Family:
         text=f"+proj=ob_tran +o_proj={operation[1]}{operation[2]}",
         limits=limits,
         fixed=middle,
-        free=("o_lat_p", "o_lon_p", "lon_0"),
-        rule=rule,
-        rule_name="in its plain aspect",
-        is_spherical=True,
+        free=free,
+        rule="in its plain aspect",
     )
 
 
@@ -285,16 +261,8 @@ _INNER = {
 
 
 def _winkel(name: str, e: Extent) -> Family:
-    rule = {"lat_1": projections.WINKEL_PARALLEL}
-    return Family(
-        name=name,
-        limits={"lat_1": (0.0, _MOST)},
-        fixed=rule | {"lon_0": e.lon},
-        free=("lat_1",),
-        rule=rule,
-        rule_name="Winkel's parallel",
-        is_spherical=True,
-    )
+    fixed = {"lat_1": projections.WINKEL_PARALLEL, "lon_0": e.lon}
+    return Family(name=name, limits={"lat_1": (0.0, _MOST)}, fixed=fixed, free=("lat_1",), rule="Winkel's parallel")
 
 
 FAMILIES = (*_CONES, "tmerc", "omerc", *_AZIMUTHALS, "merc", "cea", "eqc", "wintri", "ob_tran:NAME")

@@ -99,10 +99,6 @@ def _scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
 # ---- best scales ----------------------------------------------------------------------------
 
 
-def _one(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
-    return 1.0
-
-
 def _log_middle(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
     return float(np.exp(-0.5 * np.sum(w * np.log(a * b)) / np.sum(w)))
 
@@ -126,25 +122,20 @@ def _scale_parabola(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
     return float(lowest[k] if k == 0 else max(lowest[k], ends[k - 1]))
 
 
+_LOGARITHMIC = (
+    *("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine"),
+    *("kavrayskiy", "klingatsch_angles", "klingatsch_areas", "log_areal_scale"),
+)
+_OF_ANGLES = ("angular_distortion", "max_omega", "mean_omega", "isotropy", "kunimune_shape")
 _BY_NAME: dict[str, Scales] = {
-    "airy_kavrayskiy": _log_middle,
-    "airy_kavrayskiy_scaled": _log_middle,
-    "airy_kavrayskiy_affine": _log_middle,
-    "kavrayskiy": _log_middle,
+    **dict.fromkeys(_LOGARITHMIC, _log_middle),
+    **dict.fromkeys(_OF_ANGLES, lambda a, b, w: 1.0),
     "airy": lambda a, b, w: float(np.sum(w * (a + b)) / np.sum(w * (a * a + b * b))),
-    "klingatsch_angles": _log_middle,
-    "klingatsch_areas": _log_middle,
     "max_scale_error_ppm": lambda a, b, w: float(2.0 / (a.max() + b.min())),
     # max(c a - 1, 1 - c b) falls with the slope -b up to c = 2 / (a + b), and rises with the slope a from there.
     "mean_scale_error_ppm": lambda a, b, w: _turning_point(2.0 / (a + b), w * (a + b), float(np.sum(w * b))),
     "rms_scale_error_ppm": _scale_parabola,
     "max_log_scale": lambda a, b, w: float(1.0 / np.sqrt(a.max() * b.min())),
-    "angular_distortion": _one,
-    "max_omega": _one,
-    "mean_omega": _one,
-    "isotropy": _one,
-    "kunimune_shape": _one,
-    "log_areal_scale": _log_middle,
     "max_areal_error_ppm": lambda a, b, w: float(np.sqrt(2.0 / ((a * b).max() + (a * b).min()))),
     "mean_areal_error_ppm": lambda a, b, w: float(
         np.sqrt(_turning_point(1.0 / (a * b), w * (a * b), 0.5 * float(np.sum(w * (a * b)))))
@@ -292,15 +283,12 @@ class Members:
         """Terms that the search minimises, as many for every member of the family."""
         J, w, hidden = self.jacobian(values, nodes)
         if self.objective.figure.is_maximum:
-            return self.extremes(J, w) + _OFF_THE_MAP * hidden
+            groups = self.objective.extremes(J, w, self.frees_scale and self.scale_limits == (0.0, np.inf))
+            # Maxima by group add up to the maximum; negligible where the map is torn.
+            return np.where(np.isfinite(groups), groups, _NOTHING) + _OFF_THE_MAP * hidden
         c = self.best_scale(J, w) if w.any() else 1.0
         J = np.where(_is_smooth(J)[:, None, None], J, np.eye(2) / c)
         return np.append(self.objective.terms(J, w, c), self.lost * np.sqrt(hidden))
-
-    def extremes(self, J: FloatArray, w: FloatArray) -> FloatArray:
-        """Terms (groups, n) whose maxima add up to the maximum; negligible where the map is torn."""
-        groups = self.objective.extremes(J, w, self.frees_scale and self.scale_limits == (0.0, np.inf))
-        return np.where(np.isfinite(groups), groups, _NOTHING)
 
     def value(self, values: Mapping[str, float], nodes: Nodes) -> float:
         """Value of the criterion at the nodes, with the best scale."""

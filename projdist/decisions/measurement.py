@@ -100,7 +100,7 @@ class Rejected:
     reason: str
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class FullMeasurement:
     """A CRS to measure in full, by its code or a PROJ string; `level` is its Airy-Kavrayskiy error, about."""
 

@@ -370,20 +370,17 @@ def _optimum(members: Members, objective: Objective, extent: families.Extent, ro
 
 def _at_limit(members: Members, values: Mapping[str, float]) -> tuple[str, ...]:
     """Parameters at an end of their range other than 0 and 90 degrees."""
-
-    def is_end(name: str, value: float) -> bool:
-        return min(abs(value - end) for end in members.family.limits[name]) < 1e-6 and abs(value) not in (0.0, 90.0)
-
-    return tuple(name for name, value in values.items() if is_end(name, value))
+    off = {name: min(abs(value - end) for end in members.family.limits[name]) for name, value in values.items()}
+    return tuple(name for name, value in values.items() if off[name] < 1e-6 and abs(value) not in (0.0, 90.0))
 
 
 def _baselines(members: Members, objective: Objective, extent: families.Extent) -> tuple[Baseline, ...]:
     """The rule of thumb of the family, and the UTM zone of the region's middle."""
     found = []
-    if members.family.rule is not None:
-        words = members.family.normalised(members.family.fixed | members.family.rule)
-        words = {name: round(value, DECIMALS) for name, value in words.items()}
-        found.append((members.family.rule_name, projections.defined_by(members.base.definition, words)))
+    if members.family.rule:
+        fixed = members.family.normalised(members.family.fixed)
+        words = {name: round(value, DECIMALS) for name, value in fixed.items()}
+        found.append((members.family.rule, projections.defined_by(members.base.definition, words)))
     if extent.radius < _TOO_WIDE:
         found.append(families.usual_crs(extent))
     baselines = []

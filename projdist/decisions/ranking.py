@@ -306,17 +306,9 @@ class Shortlist:
         ranking: Figure | None = None,
     ) -> list[Any]:
         """A measurement of each map, by the figure of the search or another."""
+        region, figure, whole = self.pool.region, ranking or self.ranking, self.uninterrupted
         tasks = [
-            FullMeasurement(
-                code=one.code,
-                name=one.name,
-                region=self.pool.region,
-                probe=self.probe,
-                keeps=one.keeps,
-                level=one.trial.level,
-                ranking=ranking or self.ranking,
-                uninterrupted=self.uninterrupted,
-            )
+            FullMeasurement(one.code, one.name, region, self.probe, one.keeps, one.trial.level, figure, whole)
             for one in maps
         ]
         return run_all(self.executor, function, tasks, on_progress)

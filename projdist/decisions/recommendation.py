@@ -92,8 +92,7 @@ class Recommendation(support.Answer):
         blank = dict.fromkeys(found[0]) if found else {}
         return found + [blank | custom._row() for custom in self.custom]
 
-    def _table(self) -> list[dict[str, Any]]:
-        return self.rows()
+    _table = rows
 
 
 # ---- the search ----------------------------------------------------------------------------------
@@ -222,10 +221,7 @@ class _CrsSearch:
         """Try all, measure the best."""
         records = self.pool.records
         unfit = projections.reasons_against(records)
-        rejected = [
-            *self.pool.rejected,
-            *(Rejected(code, records[code].name, text) for code, text in unfit.items()),
-        ]
+        rejected = [*self.pool.rejected, *(Rejected(code, records[code].name, text) for code, text in unfit.items())]
         fit = [record for code, record in records.items() if code not in unfit]
         total = len(fit) + len(self.families) + (self.limit or len(fit))
         trials = [functools.partial(candidate_crs.try_crs, record, self.probe, self.ranking) for record in fit]
@@ -351,17 +347,8 @@ def best_custom(
     keeps = properties_of(J, probe).keeps
     if not suits(keeps, purpose):
         return Rejected("", family, f"It is not {purpose} on the ellipsoid.")
-    found = measure(
-        FullMeasurement(
-            code=projection.definition,
-            name=family,
-            region=region,
-            probe=probe,
-            keeps=keeps,
-            level=candidate_crs.LEVEL(J, probe.weight),
-            ranking=ranking,
-        )
-    )
+    level = candidate_crs.LEVEL(J, probe.weight)
+    found = measure(FullMeasurement(projection.definition, family, region, probe, keeps, level, ranking))
     if isinstance(found, Rejected):
         return found
     value, distortion = found

@@ -227,15 +227,7 @@ def _measured(
         if (part := _part(region, record.area_of_use)) is not None
     ]
     tasks = [
-        FullMeasurement(
-            code=record.code,
-            name=record.name,
-            region=part,
-            probe=probe,
-            keeps=("conformal",),
-            level=_LEVEL,
-            ranking=figure,
-        )
+        FullMeasurement(record.code, record.name, part, probe, ("conformal",), _LEVEL, figure)
         for figure in dict.fromkeys((ranking, _PPM))
         for record, part, probe in meeting
     ]
