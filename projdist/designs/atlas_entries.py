@@ -9,7 +9,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,8 +65,7 @@ class AtlasPurpose(support.Record):
     @property
     def maps(self) -> dict[str, AtlasMap]:
         """The maps that exist, by "existing", "custom" and "made"."""
-        found = zip(_BEST, (self.existing, self.custom, self.made), strict=True)
-        return {what: one for what, one in found if one is not None}
+        return {what: one for what in _BEST if (one := getattr(self, what)) is not None}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,8 +137,7 @@ class AtlasEntry(support.Answer):
             rows += [self._row(purpose.name, what, one, purpose.criterion, purpose.limit) for what, one in maps]
         return rows
 
-    def _table(self) -> list[dict[str, Any]]:
-        return self.rows()
+    _table = rows
 
     def _row(self, purpose: str, what: str, one: AtlasMap, criterion: str, limit: float | None) -> dict[str, Any]:
         figures = asdict(one) | {"keeps": None if one.keeps is None else " ".join(one.keeps)}
@@ -377,16 +375,6 @@ _SCALE_ERROR = "max_scale_error_ppm"
 
 _PURPOSES = ("any", "conformal", "equal-area", "compromise")
 _KINDS = ("any", "conformal", "equal-area")  # of maps made to measure
-_FIGURES = (
-    "airy_kavrayskiy",
-    "max_scale_error_ppm",
-    "mean_scale_error_ppm",
-    "max_omega",
-    "mean_omega",
-    "max_areal_error_ppm",
-    "mean_areal_error_ppm",
-    "cut_km",
-)
 _DIGITS = 6
 
 
@@ -411,12 +399,8 @@ def measured_entry(region: regions.Region) -> dict[str, Any]:
         "country": best.country,
         "official": None if best.official is None else _measured_crs(best.official),
         "zones": [
-            {
-                "name": one.name,
-                "zones": len(one.zones),
-                "national": one.national,
-                _SCALE_ERROR: _rounded(one.max_scale_error_ppm),
-            }
+            {"name": one.name, "zones": len(one.zones), "national": one.national}
+            | {_SCALE_ERROR: _rounded(one.max_scale_error_ppm)}
             for one in best.zones
         ],
         "purposes": {**purposes, "least scale error": least},
@@ -444,7 +428,8 @@ def _measured_crs(one: decisions.Candidate) -> dict[str, Any]:
 
 
 def _figures(one: decisions.Candidate | decisions.Custom) -> dict[str, float | None]:
-    return {name: _rounded(getattr(one.distortion, name)) for name in _FIGURES}
+    names = (known.name for known in fields(AtlasMap) if hasattr(one.distortion, known.name))
+    return {name: _rounded(getattr(one.distortion, name)) for name in names}
 
 
 def _made(region: regions.Region, kind: str, criterion: str) -> dict[str, Any]:

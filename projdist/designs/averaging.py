@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -221,8 +222,8 @@ def mean_map(
         if cut_length(one, inner) > 0.0:
             raise ProjectionError(f"Invalid map '{one.label}'. It is cut within {area.name}.")
     # The average of coordinates, each map turned like the first one.
-    turns = tuple(plane_maps.common_turn(J @ coarse.inverses[0], coarse.weight).conjugate() for J in coarse.J)
-    function = plane_maps.Average(maps, counts / counts.sum(), turns)
+    turns = [plane_maps.common_turn(J @ coarse.inverses[0], coarse.weight).conjugate() for J in coarse.J]
+    function = functools.partial(plane_maps.averaged, maps, (counts / counts.sum() * turns).tolist())
     average = Projection.from_function(function, name="average of coordinates", ellipsoid=coarse.nodes.ellipsoid)
     base = None if box else _nearest_base(coarse, maps)
     try:

@@ -27,7 +27,7 @@ class Degree:
     share: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Rival:
     """A map to compare with, by the same criterion; `gain` is the relative saving of the made map."""
 
@@ -39,7 +39,7 @@ class Rival:
     gain: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Surroundings:
     """The map around the region: the smallest and the largest scale there, and the share that folds."""
 
@@ -243,11 +243,8 @@ def design(
     title = "" if name is None else support.check_text("name", name).strip()
     if not title.isprintable():
         raise ValueError(f"Invalid name {support.quoted(name)}. It must be one line of text.")
-    share = (
-        None
-        if isinstance(background, str) and background == "auto"
-        else base_maps.check_within("background", background, 0.0, 0.5)
-    )
+    is_auto = isinstance(background, str) and background == "auto"
+    share = None if is_auto else base_maps.check_within("background", background, 0.0, 0.5)
     support.check_choice("symmetry", symmetric, SYMMETRIES)
     up = None if north is None else support.check_pair("north", north)
     given = None if base is None else base_maps.given_base(base)
@@ -282,14 +279,10 @@ def design(
     crs = projections.derived_crs(start, finished.steps, title, _area_of_use(area, extent, stage), geodetic=datum)
     on_progress("measure")
     made = measure_map(crs.projection, area, objective)
-    limit = (
-        decisions.least_error(area, kind, ellipsoid, _LIMIT_DEGREE)
-        if objective.figure.name in decisions.LIMITED
-        else None
-    )
-    smallest, largest, folded = stage.around
+    has_limit = objective.figure.name in decisions.LIMITED
+    limit = decisions.least_error(area, kind, ellipsoid, _LIMIT_DEGREE) if has_limit else None
     reach = float(np.radians(_MARGIN * extent.radius) * ellipsoid.ground.mean_radius / 1000.0)
-    around = Surroundings(within_km=reach, smallest_scale=smallest, largest_scale=largest, folded=folded)
+    around = Surroundings(reach, *stage.around)
     rivals = tuple(_rivals(area, objective, start if base is None else None, against, made, on_progress))
     return Design(
         region=area,
@@ -309,7 +302,7 @@ def design(
         smallest=made.smallest,
         largest=made.largest,
         overlaps=base_maps.overlaps(crs.projection, area),
-        surroundings=None if np.isnan(smallest) else around,
+        surroundings=None if np.isnan(around.smallest_scale) else around,
         inverse_error=_inverse_error(crs, base_nodes),
         degrees=tuple(Degree(degree=one.degree, value=one.value, share=one.share) for one in tried),
         rivals=rivals,
@@ -387,8 +380,7 @@ def _rivals(
     def measured(kind: str, name: str, projection: projections.Projection, *, scaled: bool = False) -> Rival:
         found = measure_map(projection, region, objective, scaled=scaled)
         gain = 1.0 - made.value / found.value if found.value > 0.0 else 0.0
-        name = name or projection.name
-        return Rival(kind=kind, name=name, projection=projection, value=found.value, error=found.error, gain=gain)
+        return Rival(kind, name or projection.name, projection, found.value, found.error, gain)
 
     if member is not None:
         yield measured("best of the families", "", member, scaled=objective.kind.free_scale)

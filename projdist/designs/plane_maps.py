@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import KW_ONLY, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from projdist.earth import Ellipsoid, wrapped
 from projdist.matrices import Energy, check_weights, mdt
 from projdist.numerics import PlanePolynomials
 from projdist.projections import Projection
-from projdist.support import Answer, check_numbers
+from projdist.support import Answer, check_numbers, schema
 
 _LIMITS = "+range=1e8 +inv_tolerance=1e-6"  # metres
 
@@ -184,21 +185,15 @@ Sides = tuple[float, float, float, float]
 _BESIDE = 1e-9  # degrees: rounding of points on the edge
 
 
-@dataclass(frozen=True, eq=False)
-class Average:
-    """The weighted average of the coordinates of maps, each rotated by its turn."""
-
-    maps: tuple[Projection, ...]
-    shares: FloatArray
-    turns: tuple[complex, ...]
-
-    def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """x, y in metres."""
-        z = np.zeros(np.shape(lon), dtype=complex)
-        for projection, share, turn in zip(self.maps, self.shares, self.turns, strict=True):
-            x, y = projection(lon, lat)
-            z = z + share * turn * (x + 1j * y)
-        return z.real, z.imag
+def averaged(
+    maps: Sequence[Projection], factors: Sequence[complex], lon: FloatArray, lat: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """x, y in metres: the sum of the coordinates of maps, each times its share and its turn."""
+    z = np.zeros(np.shape(lon), dtype=complex)
+    for projection, factor in zip(maps, factors, strict=True):
+        x, y = projection(lon, lat)
+        z = z + factor * (x + 1j * y)
+    return z.real, z.imag
 
 
 @dataclass(frozen=True, eq=False)
@@ -333,7 +328,7 @@ class PlaneMean(Answer):
     weights: tuple[float, ...]
     total: float
     bound: float
-    plane_map: PolynomialMap
+    plane_map: PolynomialMap = field(metadata=schema(of=("origin", "size", "coefficients"), spread=True))
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """The map's coordinates."""
@@ -354,15 +349,7 @@ class PlaneMean(Answer):
     def to_dict(self) -> dict[str, Any]:
         """The fields, and the polynomials' origin, size and coefficients."""
         origin = self.plane_map.origin
-        return {
-            "degree": self.degree,
-            "weights": list(self.weights),
-            "total": self.total,
-            "bound": self.bound,
-            "origin": [origin.real, origin.imag],
-            "size": self.plane_map.size,
-            "coefficients": self.coefficients.tolist(),
-        }
+        return super().to_dict() | {"origin": [origin.real, origin.imag]}
 
     def _table(self) -> list[dict[str, Any]]:
         return [{"map": "bound", "total": self.bound}, {"map": "mean", "total": self.total}]

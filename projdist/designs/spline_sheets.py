@@ -317,13 +317,6 @@ class SplineSheet:
         used = np.unique(numbers[numbers >= 0])
         return np.where(numbers >= 0, np.searchsorted(used, numbers), -1), np.stack(signs), len(used)
 
-    def unknowns(self, coefficients: FloatArray) -> FloatArray:
-        """The unknowns (m,) of coefficients (2, of v, of u) with the symmetry and the shift of the sheet."""
-        numbers, signs, count = self._numbering()
-        kept = numbers >= 0
-        times = np.bincount(numbers[kept], minlength=count)
-        return np.bincount(numbers[kept], (signs * coefficients)[kept], count) / times
-
     def map(self, unknowns: FloatArray) -> SplineMap:
         """The map of unknowns."""
         numbers, signs, _ = self._numbering()
@@ -337,7 +330,10 @@ class SplineSheet:
             coefficients[0] -= coefficients[0, 0, self.u.count // 2]
         if not self.along:
             coefficients[1] -= coefficients[1, 0, self.u.count // 2]
-        return self.unknowns(coefficients)
+        numbers, signs, count = self._numbering()
+        kept = numbers >= 0
+        times = np.bincount(numbers[kept], minlength=count)
+        return np.bincount(numbers[kept], (signs * coefficients)[kept], count) / times
 
 
 def _gauss(breaks: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
