@@ -162,16 +162,15 @@ _STATE = "Georgia"  # no area of use has both that country and the USA
 # Names of areas that the outlines have with a country.
 _PARTS = dict.fromkeys(("French Guiana", "Guadeloupe", "Martinique", "Mayotte", "Reunion"), "France")
 _NOBODYS = "Antarctica"  # belongs to no country, by the treaty of 1959
-# Areas of use that belong to no country: continents, and names that begin with World.
+# Areas of use that belong to no country, as those whose names begin with World.
 _CONTINENT = re.compile(r"^(Africa|Asia|Europe|Oceania|(North|South) America) including ")
-_WORLD = "World"
 
 
 def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
     """The countries that areas of use name: USA in "USA - New Mexico", China and Hong Kong in "China - Hong Kong"."""
     # `extents` are names and descriptions as in EPSG's registry. Those of the whole world, or of a continent
     # "including" a country, name none. `at_sea` also counts countries of which only the waters are named.
-    if not extents or extents[0].startswith(_WORLD) or any(map(_CONTINENT.match, extents)):
+    if not extents or extents[0].startswith("World") or any(map(_CONTINENT.match, extents)):
         return frozenset()
     found: set[str] = set()
     for item in (item for text in extents for item in _BETWEEN.split(text) if at_sea or not is_at_sea(item)):
@@ -261,18 +260,14 @@ class CountryPart:
 
     def is_elsewhere(self, extents: Sequence[str]) -> bool:
         """True if an area of use is that of other states."""
-        if not self.state:
-            return False
         others = {row["name"] for row in earth.data_rows("states.csv")} - {self.state}
-        return any(others.intersection(words_in(name)) for name in extents[:1])
+        return bool(self.state) and any(others.intersection(words_in(name)) for name in extents[:1])
 
     def has(self, record: projections.CrsRecord, extents: Sequence[str]) -> bool:
         """True if a CRS is made for this part: its area names the state, or leaves out the main part's middle."""
         if self.state:
             return any(self.state in words_in(name) for name in extents[:1])
-        if self.middle is None:
-            return True
-        return not _is_within(record.area_of_use, *self.middle)
+        return self.middle is None or not _is_within(record.area_of_use, *self.middle)
 
 
 def part_of(home: str, region: regions.Region, points: WeightedPoints) -> CountryPart:
@@ -371,10 +366,6 @@ class CandidatePool:
     def is_for_part(self, record: projections.CrsRecord) -> bool:
         """True if a national CRS was made for the region's part of the country, or the region is no such part."""
         return self.part.has(record, self._facts(record.code).extents)
-
-    def is_elsewhere(self, record: projections.CrsRecord) -> bool:
-        """True if a CRS is for other states than the region's."""
-        return self.part.is_elsewhere(self._facts(record.code).extents)
 
     def with_usage(self, one: Candidate) -> Candidate:
         """The candidate with what it is used for."""

@@ -71,7 +71,8 @@ def crs_for_data(
     nodes = nodes_of(region, earth.WGS84, _POINTS)
     everywhere = np.append(lon, np.mod(nodes.lon + 180.0, 360.0) - 180.0), np.append(lat, nodes.lat)
     own = [one for one in found if not _is_foreign(one.area_name, *everywhere)]
-    own = _of_near_datum(crs, own, float(lon[0]), float(lat[0]))
+    first = float(lon[0]), float(lat[0])
+    own = _of_near_datum(crs, own, *first)
     best = (own or found)[0]
     turned = {one.code: _turned(one.code, lon, lat) for one in own}
     if own and turned[best.code] > TURNED:
@@ -79,12 +80,8 @@ def crs_for_data(
         best = less[0] if less else best
     code = best.code if projections.keeps_datum(crs, best.code) else _twin_on_datum(crs, best)
     foreign = "" if own else f"None was found for the country of the data; this one is for {best.area_name}"
-    return CrsForData(
-        code,
-        projections.datum_transformation(crs, code, float(lon[0]), float(lat[0])),
-        _turned(code, lon, lat),
-        foreign,
-    )
+    shift = projections.datum_transformation(crs, code, *first)
+    return CrsForData(code, shift, _turned(code, lon, lat), foreign)
 
 
 def _candidates(crs: Any, region: regions.Place, purpose: str, options: dict[str, Any]) -> tuple[Candidate, ...]:
@@ -120,9 +117,8 @@ def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> 
 
 def _twin_on_datum(crs: Any, one: Candidate, default: str | None = None) -> str:
     """The code of the map's CRS on the data's datum, else the default or the first."""
-    return next(
-        (code for code in one.codes if projections.keeps_datum(crs, code)), one.code if default is None else default
-    )
+    otherwise = one.code if default is None else default
+    return next((code for code in one.codes if projections.keeps_datum(crs, code)), otherwise)
 
 
 def _turned(code: str, lon: FloatArray, lat: FloatArray) -> float:
@@ -259,6 +255,10 @@ class Totals(support.Record):
     largest_bearing_error: float
 
 
+_NAMED = {"crs": "definition", "name": "name"}
+_RECOMMENDED = {"crs": "projection.definition", "name": "projection.name", "overall": "overall"}
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Check(support.Answer):
     """The errors of data in a CRS: arrays (n,) with a value for each feature, by name, and totals.
@@ -270,31 +270,20 @@ class Check(support.Answer):
     they have no place.
     """
 
-    projection: projections.Projection
-    data_crs: str
-    features: dict[str, AnyArray]
+    projection: projections.Projection = field(metadata=support.schema(of=_NAMED, spread=True))
     overall: Totals
-    recommended: Check | None = None
+    data_crs: str
+    recommended: Check | None = field(default=None, metadata=support.schema(of=_RECOMMENDED))
     notes: tuple[str, ...] = ()
-    region: regions.Box | None = field(default=None, repr=False, compare=False)
+    features: dict[str, AnyArray] = field(metadata=support.HIDDEN)
+    region: regions.Box | None = field(default=None, metadata=support.HIDDEN)
 
     def _line(self) -> str:
         return f"{len(self.features['index'])} features in {self.projection.name}"
 
     def to_dict(self) -> dict[str, Any]:
         """`{"crs", "name", "data_crs", "overall", "recommended", "notes", "results": [...]}`, a result a feature."""
-        best = self.recommended
-        return {
-            **self._head(),
-            "data_crs": self.data_crs,
-            "recommended": best._head() if best else None,
-            "notes": list(self.notes),
-            "results": self.rows(range(len(self.features["index"]))),
-        }
-
-    def _head(self) -> dict[str, Any]:
-        crs = self.projection
-        return {"crs": crs.definition, "name": crs.name, "overall": self.overall.to_dict()}
+        return super().to_dict() | {"results": self.rows(range(len(self.features["index"])))}
 
     def _table(self) -> dict[str, AnyArray]:
         return self.features
@@ -415,9 +404,8 @@ def check(
     result = replace(result, notes=(*result.notes, *notes))
     if best is None:
         return result
-    return replace(
-        result, recommended=_measured(best, projections.data_crs_of(best, data.crs, "the data"), drawn, labels)
-    )
+    plane = projections.data_crs_of(best, data.crs, "the data")
+    return replace(result, recommended=_measured(best, plane, drawn, labels))
 
 
 def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
@@ -513,9 +501,8 @@ def _measured(
         "largest_bearing_error": np.where(known, most, np.nan),
         "note": notes,
     }
-    return Check(
-        projection=projection, data_crs=source.name, features=features, overall=_totals(features, outside | torn)
-    )
+    overall = _totals(features, outside | torn)
+    return Check(projection=projection, data_crs=source.name, features=features, overall=overall)
 
 
 def _totals(features: dict[str, AnyArray], undrawn: BoolArray) -> Totals:
@@ -523,9 +510,8 @@ def _totals(features: dict[str, AnyArray], undrawn: BoolArray) -> Totals:
     for what, unit in (("area", "km2"), ("length", "km")):
         names = (f"{what}_{unit}", f"map_{what}_{unit}")
         # The sums of finite values, NaN if there are none.
-        ground, drawn = (
-            float(np.nansum(features[name])) if np.isfinite(features[name]).any() else np.nan for name in names
-        )
+        sums = (float(np.nansum(features[name])) if np.isfinite(features[name]).any() else np.nan for name in names)
+        ground, drawn = sums
         figures |= dict(zip(names, (ground, drawn), strict=True)) | {f"{what}_error": float(_error(drawn, ground))}
         worst, rms = _worst_and_rms(features[f"{what}_error"])
         figures |= {f"worst_{what}_error": worst, f"rms_{what}_error": rms}

@@ -122,13 +122,10 @@ def _scale_parabola(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
     return float(lowest[k] if k == 0 else max(lowest[k], ends[k - 1]))
 
 
-_LOGARITHMIC = (
-    *("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine"),
-    *("kavrayskiy", "klingatsch_angles", "klingatsch_areas", "log_areal_scale"),
-)
 _OF_ANGLES = ("angular_distortion", "max_omega", "mean_omega", "isotropy", "kunimune_shape")
 _BY_NAME: dict[str, Scales] = {
-    **dict.fromkeys(_LOGARITHMIC, _log_middle),
+    **dict.fromkeys(("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine"), _log_middle),
+    **dict.fromkeys(("kavrayskiy", "klingatsch_angles", "klingatsch_areas", "log_areal_scale"), _log_middle),
     **dict.fromkeys(_OF_ANGLES, lambda a, b, w: 1.0),
     "airy": lambda a, b, w: float(np.sum(w * (a + b)) / np.sum(w * (a * a + b * b))),
     "max_scale_error_ppm": lambda a, b, w: float(2.0 / (a.max() + b.min())),

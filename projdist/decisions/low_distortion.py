@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -142,8 +142,8 @@ class LdpAxis:
                 self.low[index], self.high[index] = max(self.low[index], -89.0), min(self.high[index], 89.0)
         # An oblique line may not run due north or east there.
         some = self.parameters(self.low + 0.43 * (self.high - self.low))
-        words = " ".join(f"+{key}={projections.number_text(value)}" for key, value in some.items())
-        self.base = projections.Projection.from_user_input(f"+proj={family} {ellipsoid_text(ellipsoid)} {words}")
+        text = projections.defined_by(f"+proj={family} {ellipsoid_text(ellipsoid)}", some)
+        self.base = projections.Projection.from_user_input(text)
 
     def _sides(self, family: str) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
         """Middle and half width of the range of each parameter of the axis, and the fixed parameters."""
@@ -157,11 +157,8 @@ class LdpAxis:
             return {"lat_1": (extent.lat, across)}, {}
         oblique = get_family("omerc", extent)
         moving, turning, _ = oblique.free
-        fixed = {
-            key: float(np.round(value / self.unit) * self.unit)
-            for key, value in oblique.fixed.items()
-            if key not in oblique.free
-        }
+        held = {key: value for key, value in oblique.fixed.items() if key not in oblique.free}
+        fixed = {key: float(np.round(value / self.unit) * self.unit) for key, value in held.items()}
         middle = (extent.lon, east) if moving == "lonc" else (extent.lat, across)
         return {moving: middle, turning: (extent.azimuth, 90.0)}, fixed
 
@@ -227,13 +224,10 @@ def _scanned(axis: LdpAxis, value: Callable[[FloatArray], Order]) -> list[FloatA
 
 def _descended(axis: LdpAxis, goal: LdpGoal, ground: Ground, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
     """Ends of descents by ever smaller steps from the best of several starts, best first."""
-    known: dict[tuple[float, ...], Order] = {}
+    known = functools.cache(lambda *place: value(np.array(place)))
 
     def once(steps: FloatArray) -> Order:
-        place = tuple(steps.tolist())
-        if place not in known:
-            known[place] = value(steps)
-        return known[place]
+        return known(*steps.tolist())
 
     def descended(steps: FloatArray, coarse: float) -> FloatArray:
         return coarse * numerics.descend_lattice(lambda multiple: once(coarse * multiple), np.round(steps / coarse))[0]
@@ -297,11 +291,11 @@ class LDP(support.Answer):
     statistics: HeightStatistics
     baselines: tuple[tuple[str, HeightStatistics], ...] = ()
     others: tuple[LDP, ...] = ()
-    lon: FloatArray = field(repr=False, compare=False)
-    lat: FloatArray = field(repr=False, compare=False)
-    height: FloatArray = field(repr=False, compare=False)
-    weight: FloatArray = field(repr=False, compare=False)
-    ppm: FloatArray = field(repr=False, compare=False)
+    lon: FloatArray
+    lat: FloatArray
+    height: FloatArray
+    weight: FloatArray
+    ppm: FloatArray
 
     @property
     def criterion(self) -> str:
@@ -435,10 +429,8 @@ def ldp(
     """
     surface = projections.geodetic_ellipsoid(geodetic)
     area = regions.get_region(region, surface.ground)
-    families, rivals = (
-        support.listed_values(families),
-        [projections.Projection.from_user_input(one) for one in projections.listed_projections(against)],
-    )
+    families = support.listed_values(families)
+    rivals = [projections.Projection.from_user_input(one) for one in projections.listed_projections(against)]
     regions.check_on_body(rivals, projections.Body(surface))
     if name is not None:
         support.check_text("name", name)
@@ -457,28 +449,23 @@ def ldp(
     extent = extent_of(area)
     if extent.radius > _WIDEST:
         raise ValueError(f"Invalid region '{area.name}'. It must reach no farther than {_WIDEST:g} degrees.")
-    design = _Design(
-        region=area, extent=extent, ground=ground, few=ground.fewer(area), goal=goal, round_axis=round_axis
-    )
+    design = _Design(area, extent, ground, ground.fewer(area), goal, round_axis)
     found = sorted((design.best(family) for family in families), key=design.order)
     best = min((one for one in found if design.is_as_good(one, found[0])), key=lambda one: families.index(one.family))
     title = name or f"{best.projection.name} for {area.name}, low distortion"
     usual, code = usual_crs(extent)  # near the poles it is not made for distances
     baselines = rivals or ([projections.Projection.from_user_input(code)] if usual.startswith("UTM") else [])
-    wkt, esri = (
-        projections.crs_wkt(best.projection, title, geodetic=geodetic, version=version)[0]
-        for version in ("WKT2_2019", "WKT1_ESRI")
-    )
+    to_wkt = functools.partial(projections.crs_wkt, best.projection, title, geodetic=geodetic)
     return replace(
         best,
-        wkt=wkt,
-        esri=esri,
+        wkt=to_wkt(version="WKT2_2019")[0],
+        esri=to_wkt(version="WKT1_ESRI")[0],
         baselines=tuple((one.label, design.statistics(ground.ppm(one))) for one in baselines),
         others=tuple(one for one in found if one is not best),
     )
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class _Design:
     """What is to be designed; `few` is the ground with fewer points, for the search."""
 

@@ -146,33 +146,21 @@ class MapInfo(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON; NaN and infinity become None."""
-        stated, ellipsoid, bounds = self.crs_metadata, self.projection.ellipsoid, self.projection.area_of_use
+        given, stated, ellipsoid = self.projection, self.crs_metadata, self.projection.ellipsoid
+        inverse = 1.0 / ellipsoid.f if ellipsoid.f else None
+
+        def of(source: Any, *names: str) -> dict[str, Any]:
+            return {name: getattr(source, name) for name in names}
+
         found = {
-            "projection": self.given,
-            "code": stated.code,
-            "name": self.projection.name,
-            "kind": stated.kind,
-            "definition": self.projection.definition,
-            "deprecated": stated.deprecated,
-            "replaced_by": stated.replaced_by,
-            "keeps": self.keeps,
-            "departures": self.departures,
-            "promises": self.promises,
-            "area_of_use": {"name": stated.area_name, "bounds": bounds},
-            "scope": stated.scope,
-            "remarks": stated.remarks,
-            "datum": stated.datum,
-            "geographic_crs": stated.geographic_crs,
-            "prime_meridian": stated.prime_meridian,
-            "ellipsoid": {
-                "name": stated.ellipsoid_name,
-                "a": ellipsoid.a,
-                "inverse_flattening": 1.0 / ellipsoid.f if ellipsoid.f else None,
-            },
+            **{"projection": self.given, "code": stated.code, "name": given.name, "kind": stated.kind},
+            **{"definition": given.definition, **of(stated, "deprecated", "replaced_by")},
+            **of(self, "keeps", "departures", "promises"),
+            "area_of_use": {"name": stated.area_name, "bounds": given.area_of_use},
+            **of(stated, "scope", "remarks", "datum", "geographic_crs", "prime_meridian"),
+            "ellipsoid": {"name": stated.ellipsoid_name, "a": ellipsoid.a, "inverse_flattening": inverse},
             "unit": {"name": stated.unit, "metres": stated.unit_metres},
-            "axes": stated.axes,
-            "method": stated.method,
-            "parameters": stated.parameters,
+            **of(stated, "axes", "method", "parameters"),
             "same_map": [{"code": code, "name": name} for code, name in self.same_map.items()],
             "region": {"name": self.region.name},
             "errors": self._figures() | self.measures,

@@ -232,13 +232,8 @@ def _ranked(task: FullMeasurement, field: Field) -> float:
 
 def _resolving(task: FullMeasurement, projection: Projection, terms: Sequence[Measure] = ()) -> Field:
     """The field of a map that resolves the Airy-Kavrayskiy errors and the means of some terms."""
-    return field_resolving(
-        projection,
-        task.region,
-        terms,
-        tolerance=_RELATIVE * max(task.level, 1e-6),
-        max_evaluations=_EVALUATIONS,
-    )
+    tolerance = _RELATIVE * max(task.level, 1e-6)
+    return field_resolving(projection, task.region, terms, tolerance=tolerance, max_evaluations=_EVALUATIONS)
 
 
 def _figures(task: FullMeasurement, field: Field, figures: Sequence[Figure]) -> dict[str, Estimate]:

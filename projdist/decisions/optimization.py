@@ -151,10 +151,8 @@ class Optimum(support.Answer):
 
     def _table(self) -> list[dict[str, Any]]:
         """A row a family, the best first."""
-        return [
-            {"family": one.family, one.criterion: one.value, **one.parameters, "proj": one.proj}
-            for one in (self, *self.others)
-        ]
+        every = (self, *self.others)
+        return [{"family": one.family, one.criterion: one.value, **one.parameters, "proj": one.proj} for one in every]
 
 
 def optimize(
@@ -227,10 +225,8 @@ def optimize(
         raise ValueError(f"Invalid rounding '{round_to}'. It must be a number of degrees within 1e-9 and 45.")
     if family == "auto" and free is not None:
         raise ValueError("Invalid free parameters for family 'auto'. Each family has its own; name one.")
-    extent, rivals = (
-        families.extent_of(area),
-        [projections.Projection.from_user_input(given) for given in projections.listed_projections(against)],
-    )
+    extent = families.extent_of(area)
+    rivals = [projections.Projection.from_user_input(given) for given in projections.listed_projections(against)]
     regions.check_on_body(rivals, projections.Body(surface or WGS84))
     if surface is None and family != "auto" and families.get_family(family, extent).is_spherical:
         area = regions.get_region(region, WGS84 if any(not rival.ellipsoid.is_sphere for rival in rivals) else SPHERE)

@@ -27,7 +27,7 @@ AREAS = ("preferred", "contains", "intersects")
 _HEAVY = 24  # a custom projection takes at least as long as so many trials
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Custom(support.Record):
     """The best member of a family for a region: its PROJ string, parameters, and the figures of a candidate."""
 
@@ -292,13 +292,12 @@ class _CrsSearch:
         )
         found = support.run_all(executor, find, self.families, on_progress)
         custom = [replace(one, over_limit=self._over_limit(one.value)) for one in found if isinstance(one, Custom)]
-        custom.sort(
-            key=lambda one: (
-                self.ranking.without_rounding(candidate_crs.or_infinity(one.value)),
-                one.distortion.airy_kavrayskiy,
-            )
-        )
-        return tuple(custom), tuple(one for one in found if isinstance(one, Rejected))
+
+        def order(one: Custom) -> tuple[float, float]:
+            figure = self.ranking.without_rounding(candidate_crs.or_infinity(one.value))
+            return figure, one.distortion.airy_kavrayskiy
+
+        return tuple(sorted(custom, key=order)), tuple(one for one in found if isinstance(one, Rejected))
 
     def _over_limit(self, value: float) -> float | None:
         """A figure divided by the lower bound."""
@@ -352,12 +351,4 @@ def best_custom(
     if isinstance(found, Rejected):
         return found
     value, distortion = found
-    return Custom(
-        family=family,
-        name=projection.name,
-        proj=projection.definition,
-        parameters=parameters,
-        value=value,
-        distortion=distortion,
-        keeps=keeps,
-    )
+    return Custom(family, projection.name, projection.definition, parameters, value, distortion, keeps)

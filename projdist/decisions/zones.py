@@ -261,9 +261,6 @@ def _part(region: regions.Region, area: Area) -> regions.Region | None:
 # ---- national systems ----------------------------------------------------------------------------
 
 
-_UTM = "WGS 84 / UTM zone "
-
-
 def official_of(maps: Sequence[Candidate], best: Sequence[Candidate], shortlist: Shortlist) -> Candidate | None:
     """The best national map for nearly all of the region, for general use, on the datum in force."""
     whole = [one for one in in_force(maps) if one.share >= HOLDS_NEARLY]
@@ -288,15 +285,15 @@ def remark_on_own(maps: Sequence[Candidate], best: Sequence[Candidate], shortlis
 def zones_of(maps: Sequence[Candidate], shortlist: Shortlist, purpose: str) -> tuple[ZoneSystem, ...]:
     """Systems of zones, national or else UTM's, where no conformal map serves for engineering."""
     # Those of a state or a part far away come before those of all of the country.
-    least = min(
-        (_PPM(one.trial.jacobian, shortlist.probe.weight) for one in maps if "conformal" in one.keeps and not one.wide),
-        default=np.inf if suits(("conformal",), purpose) else 0.0,
-    )
+    conformal = (one for one in maps if "conformal" in one.keeps and not one.wide)
+    none = np.inf if suits(("conformal",), purpose) else 0.0
+    least = min((_PPM(one.trial.jacobian, shortlist.probe.weight) for one in conformal), default=none)
     if least <= ENGINEERING_PPM:
         return ()
     pool = shortlist.pool
     known = [record for record in pool.meeting if record.code in pool.facts]
-    own = [record for record in known if pool.is_national(record) and not pool.is_elsewhere(record)]
+    own = [record for record in known if pool.is_national(record)]
+    own = [record for record in own if not pool.part.is_elsewhere(pool.facts[record.code].extents)]
     for_part = [record for record in own if pool.is_for_part(record)]
     frames = {pool.facts[record.code].frame for record in own}
     choices = [for_part] if len(for_part) < len(own) else []
@@ -304,5 +301,5 @@ def zones_of(maps: Sequence[Candidate], shortlist: Shortlist, purpose: str) -> t
     for records in choices:
         if found := find_zones(shortlist, records, least, national=True):
             return found
-    utm = [record for record in known if record.name.startswith(_UTM)]
+    utm = [record for record in known if record.name.startswith("WGS 84 / UTM zone ")]
     return find_zones(shortlist, utm, least, national=False)

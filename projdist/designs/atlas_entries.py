@@ -373,10 +373,6 @@ def _town(part: regions.Place) -> str:
 
 _SCALE_ERROR = "max_scale_error_ppm"
 
-_PURPOSES = ("any", "conformal", "equal-area", "compromise")
-_KINDS = ("any", "conformal", "equal-area")  # of maps made to measure
-_DIGITS = 6
-
 
 def measured_entry(region: regions.Region) -> dict[str, Any]:
     """The best CRSs, custom projections and maps made to measure for a region, by purpose, as JSON.
@@ -386,10 +382,11 @@ def measured_entry(region: regions.Region) -> dict[str, Any]:
     keeps neither angles nor areas, so that it is also the compromise.
     """
     best = decisions.recommend(region, limit=1, custom=True)
-    by_purpose = {name: decisions.recommend(region, purpose=name, limit=1) for name in _PURPOSES[1:]}
+    others = ("conformal", "equal-area", "compromise")
+    by_purpose = {name: decisions.recommend(region, purpose=name, limit=1) for name in others}
     by_scale = decisions.recommend(region, criterion=_SCALE_ERROR, limit=1)
     conformal = decisions.recommend(region, purpose="conformal", criterion=_SCALE_ERROR, limit=1, custom=True)
-    made = {kind: _made(region, kind, best.criterion) for kind in _KINDS}
+    made = {kind: _made(region, kind, best.criterion) for kind in designs.KINDS}
     made["compromise"] = made["any"]
     purposes = {
         name: _measured_purpose(found, best.custom, made[name]) for name, found in {"any": best, **by_purpose}.items()
@@ -413,12 +410,8 @@ def _measured_purpose(
     """The best maps for one purpose: the first result, the first custom projection that serves it, and the made map."""
     best = next((one for one in custom if decisions.suits(one.keeps, found.purpose)), None)
     known = best and {"proj": best.proj, "family": best.family, "keeps": list(best.keeps), **_figures(best)}
-    return {
-        "existing": _measured_crs(found.results[0]) if found.results else None,
-        "custom": known,
-        "made": made,
-        "limit": _rounded(found.limit),
-    }
+    existing = _measured_crs(found.results[0]) if found.results else None
+    return {"existing": existing, "custom": known, "made": made, "limit": _rounded(found.limit)}
 
 
 def _measured_crs(one: decisions.Candidate) -> dict[str, Any]:
@@ -450,4 +443,4 @@ def _scale_error(found: designs.Design) -> float:
 def _rounded(value: float | None) -> float | None:
     """A number rounded to six digits; NaN and infinity become None."""
     number = support.plain(value)
-    return None if number is None else float(f"{number:.{_DIGITS}g}")
+    return None if number is None else float(f"{number:.6g}")

@@ -187,16 +187,11 @@ class BaseNodes:
 
 def base_nodes_of(base: projections.Projection, nodes: Nodes, around: Nodes | None) -> BaseNodes:
     """Nodes of a region and of its surroundings on a base; raises ProjectionError for one that tears the region."""
+    both, beside = nodes, np.zeros(nodes.lon.size)
     if around is not None:
-        both = nodes_at(
-            np.append(nodes.lon, around.lon),
-            np.append(nodes.lat, around.lat),
-            np.append(nodes.weight, np.zeros(around.lon.size)),
-            nodes.ellipsoid,
-        )
-        beside = np.append(np.zeros(nodes.lon.size), around.weight)
-    else:
-        both, beside = nodes, np.zeros(nodes.lon.size)
+        lon, lat = np.append(nodes.lon, around.lon), np.append(nodes.lat, around.lat)
+        both = nodes_at(lon, lat, np.append(nodes.weight, np.zeros(around.lon.size)), nodes.ellipsoid)
+        beside = np.append(beside, around.weight)
     J, _ = both.jacobian(base)
     x, y = _places(base, both.lon, both.lat)
     smooth = smooth_at(J) & np.isfinite(x + y)

@@ -150,7 +150,6 @@ def measure_map(
 
 
 _NODES, _AROUND = 3000, 1000
-_LIMIT_DEGREE = 12
 _MARGIN = 0.15  # width of the surroundings, of the region's radius
 _WIDEST = 120.0  # degrees from the middle to which surroundings may reach
 
@@ -280,7 +279,7 @@ def design(
     on_progress("measure")
     made = measure_map(crs.projection, area, objective)
     has_limit = objective.figure.name in decisions.LIMITED
-    limit = decisions.least_error(area, kind, ellipsoid, _LIMIT_DEGREE) if has_limit else None
+    limit = decisions.least_error(area, kind, ellipsoid, degree=12) if has_limit else None
     reach = float(np.radians(_MARGIN * extent.radius) * ellipsoid.ground.mean_radius / 1000.0)
     around = Surroundings(reach, *stage.around)
     rivals = tuple(_rivals(area, objective, start if base is None else None, against, made, on_progress))
