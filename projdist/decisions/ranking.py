@@ -220,7 +220,7 @@ class Shortlist:
     ranking: Figure
     close: float
     uninterrupted: bool
-    executor: Executor | None
+    executor: Executor | None = None
     rejected: list[Rejected] = field(default_factory=list)
 
     def best(self, maps: Sequence[Candidate], limit: int | None, on_progress: OnProgress) -> list[Candidate]:

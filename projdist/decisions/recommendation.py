@@ -185,11 +185,12 @@ def recommend(
     search = _CrsSearch(
         pool=candidate_crs.CandidatePool(place, records, area),
         probe=probe_of(place),
-        purpose=purpose,
         ranking=ranking,
+        close=0.0 if area == "intersects" else CLOSE,  # there areas of use do not count
+        uninterrupted=uninterrupted,
+        purpose=purpose,
         area=area,
         limit=limit,
-        uninterrupted=uninterrupted,
         families=families_for(place, purpose) if custom else (),
         notes=() if place is given else (f"The answer is for the main part, {place.name}.",),
         progress=progress,
@@ -202,24 +203,20 @@ def recommend(
         return search.run(own, datum)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _CrsSearch:
+@dataclass(kw_only=True)
+class _CrsSearch(Shortlist):
     """A search for the best: candidates are tried, grouped by map, and the best maps measured in full."""
 
-    pool: candidate_crs.CandidatePool
-    probe: WeightedPoints
     purpose: str
-    ranking: Figure
     area: str
     limit: int | None
-    uninterrupted: bool
     families: Sequence[str]  # of custom projections
     notes: tuple[str, ...]
     progress: Callable[[int, int], None] | None
 
     def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
         """Try all, measure the best."""
-        records = self.pool.records
+        self.executor, records = executor, self.pool.records
         unfit = projections.reasons_against(records)
         rejected = [*self.pool.rejected, *(Rejected(code, records[code].name, text) for code, text in unfit.items())]
         fit = [record for code, record in records.items() if code not in unfit]
@@ -231,18 +228,10 @@ class _CrsSearch:
         if datum is not None:
             candidates = candidate_crs.of_datum(candidates, datum)
         maps = [one for one in self._maps(candidates) if suits(one.keeps, self.purpose)]
-        custom, not_custom = self._custom(executor, self._report(len(fit), total))
-        shortlist = Shortlist(
-            pool=self.pool,
-            probe=self.probe,
-            ranking=self.ranking,
-            close=0.0 if self.area == "intersects" else CLOSE,  # there areas of use do not count
-            uninterrupted=self.uninterrupted,
-            executor=executor,
-        )
-        best = shortlist.best(maps, self.limit, self._report(len(fit) + len(self.families), total))
-        official, zones = official_of(maps, best, shortlist), zones_of(maps, shortlist, self.purpose)
-        remark = "" if self.area == "intersects" else remark_on_own(maps, best, shortlist)
+        custom, not_custom = self._custom(self._report(len(fit), total))
+        best = self.best(maps, self.limit, self._report(len(fit) + len(self.families), total))
+        official, zones = official_of(maps, best, self), zones_of(maps, self, self.purpose)
+        remark = "" if self.area == "intersects" else remark_on_own(maps, best, self)
         if self.progress is not None:
             self.progress(total, total)
         least = custom[0].value if custom else None
@@ -252,7 +241,7 @@ class _CrsSearch:
             criterion=self.ranking.name,
             area=self.area,
             results=tuple(self._compared(one, least) for one in best),
-            rejected=(*rejected, *shortlist.rejected),
+            rejected=(*rejected, *self.rejected),
             candidates=len(records),
             maps=len(maps),
             custom=custom,
@@ -283,14 +272,12 @@ class _CrsSearch:
             maps.append(one if self.area == "intersects" else replace(one, weight=weight_of(one, candidate_crs.HOLDS)))
         return maps
 
-    def _custom(
-        self, executor: Executor | None, on_progress: OnProgress
-    ) -> tuple[tuple[Custom, ...], tuple[Rejected, ...]]:
+    def _custom(self, on_progress: OnProgress) -> tuple[tuple[Custom, ...], tuple[Rejected, ...]]:
         """The best member of each family, best first, and families without one."""
         find = functools.partial(
             best_custom, region=self.pool.region, probe=self.probe, ranking=self.ranking, purpose=self.purpose
         )
-        found = support.run_all(executor, find, self.families, on_progress)
+        found = support.run_all(self.executor, find, self.families, on_progress)
         custom = [replace(one, over_limit=self._over_limit(one.value)) for one in found if isinstance(one, Custom)]
 
         def order(one: Custom) -> tuple[float, float]:
