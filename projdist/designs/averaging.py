@@ -223,7 +223,7 @@ def mean_map(
             raise ProjectionError(f"Invalid map '{one.label}'. It is cut within {area.name}.")
     # The average of coordinates, each map turned like the first one.
     turns = [plane_maps.common_turn(J @ coarse.inverses[0], coarse.weight).conjugate() for J in coarse.J]
-    function = functools.partial(plane_maps.averaged, maps, (counts / counts.sum() * turns).tolist())
+    function = functools.partial(plane_maps.averaged, maps, counts / counts.sum() * turns)
     average = Projection.from_function(function, name="average of coordinates", ellipsoid=coarse.nodes.ellipsoid)
     base = None if box else _nearest_base(coarse, maps)
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import Any
 
@@ -186,7 +186,7 @@ _BESIDE = 1e-9  # degrees: rounding of points on the edge
 
 
 def averaged(
-    maps: Sequence[Projection], factors: Sequence[complex], lon: FloatArray, lat: FloatArray
+    maps: Sequence[Projection], factors: Iterable[complex], lon: FloatArray, lat: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """x, y in metres: the sum of the coordinates of maps, each times its share and its turn."""
     z = np.zeros(np.shape(lon), dtype=complex)
