@@ -25,10 +25,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist import numerics, projections, regions
+from projdist import earth, numerics, projections, regions
 from projdist._typing import BoolArray, FloatArray
 from projdist.decisions.families import Family, ellipsoid_text
-from projdist.earth import SPHERE, WGS84, Ellipsoid
 from projdist.field import FIGURES, Figure, Nodes, nodes_of
 from projdist.matrices import MEASURES, Measure, mdt, principal_scales
 
@@ -221,7 +220,7 @@ class Members:
         region: regions.Place,
         objective: Objective,
         free: Sequence[str] | None,
-        ellipsoid: Ellipsoid | None,
+        ellipsoid: earth.Ellipsoid | None,
     ) -> None:
         self.family, self.region, self.objective = family, region, objective
         self.lost = _LOST.get(objective.figure.unit, 1e7) ** (0.5 if objective.figure.statistic == "mean" else 1.0)
@@ -235,7 +234,7 @@ class Members:
         self.fixed = {name: round(value, DECIMALS) for name, value in family.fixed.items() if name not in names}
         text = family.text or f"+proj={family.name}"
         if not family.states_ellipsoid:
-            text += f" {ellipsoid_text(ellipsoid or (SPHERE if family.is_spherical else WGS84))}"
+            text += f" {ellipsoid_text(ellipsoid or (earth.SPHERE if family.is_spherical else earth.WGS84))}"
         elif ellipsoid is not None:
             raise ValueError("Invalid ellipsoid. The PROJ string states its own.")
         # Anywhere in the box, except where two parallels coincide or are symmetric about the equator.

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist import earth, matrices, projections, support
+from projdist import answers, earth, matrices, projections, support
 from projdist._typing import FloatArray
-from projdist.answers import elevation_factor
 from projdist.field import Nodes, nodes_at, nodes_of
 from projdist.regions import Place, PointSet
 
@@ -67,7 +66,7 @@ def distortion_ppm(
     lon = np.broadcast_to(lon, lat.shape)
     nodes = nodes_at(lon.ravel(), lat.ravel(), np.ones(lon.size), projection.ellipsoid)
     scale = np.sqrt(matrices.areal_scale(nodes.jacobian(projection)[0])).reshape(lon.shape)
-    return 1e6 * (scale * elevation_factor(lat, height, projection.ellipsoid) - 1.0)
+    return 1e6 * (scale * answers.elevation_factor(lat, height, projection.ellipsoid) - 1.0)
 
 
 # ---- points of the ground -------------------------------------------------------------------

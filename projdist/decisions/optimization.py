@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from projdist import numerics, projections, regions, support
-from projdist.answers import Failure
+from projdist import answers, numerics, projections, regions, support
 from projdist.decisions import families
 from projdist.decisions.family_search import DECIMALS, Flat, Members, Objective, Rounded
 from projdist.earth import SPHERE, WGS84, Ellipsoid
@@ -121,7 +120,7 @@ class Optimum(support.Answer):
     roundings: tuple[Rounded, ...]
     baselines: tuple[Baseline, ...]
     others: tuple[Optimum, ...]
-    failures: tuple[Failure, ...]
+    failures: tuple[answers.Failure, ...]
     evaluations: int
     note: str | None = None
     flats: tuple[Flat, ...] = field(default=(), metadata=support.schema("flat"))
@@ -233,7 +232,7 @@ def optimize(
     own = tuple(_baseline(rival, area, objective) for rival in rivals)
     names = families.sensible_families(extent, surface) if family == "auto" else [family]
     found: list[Optimum] = []
-    failures: list[Failure] = []
+    failures: list[answers.Failure] = []
     for number, name in enumerate(names):
         if progress is not None:
             progress(number, len(names))
@@ -243,7 +242,7 @@ def optimize(
         except projections.ProjectionError as error:
             if family != "auto":
                 raise
-            failures.append(Failure(name, str(error)))
+            failures.append(answers.Failure(name, str(error)))
     if not found:
         raise projections.ProjectionError(
             f"Invalid region '{area.name}'. No family of projections serves it: {failures[0].error}"

@@ -9,7 +9,7 @@ from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from projdist import projections, regions, support
+from projdist import earth, projections, regions, support
 from projdist.decisions import candidate_crs
 from projdist.decisions.candidate_crs import Candidate
 from projdist.decisions.families import extent_of, sensible_families
@@ -18,7 +18,6 @@ from projdist.decisions.measurement import Distortion, FullMeasurement, Rejected
 from projdist.decisions.optimization import best_member, lower_bound_of
 from projdist.decisions.ranking import CLOSE, OnProgress, Shortlist, by_usage, get_purpose, grouped, suits, weight_of
 from projdist.decisions.zones import ZoneSystem, official_of, remark_on_own, zones_of
-from projdist.earth import WGS84
 from projdist.field import AnyFigure, Figure, get_figure, jacobian
 
 AREAS = ("preferred", "contains", "intersects")
@@ -172,7 +171,7 @@ def recommend(
     >>> recommend("box:7.5,46.5,8.5,47.5", authorities=["EPSG"], limit=1).results[0].code
     'EPSG:2056'
     """
-    given = regions.get_region(region, WGS84)
+    given = regions.get_region(region, earth.WGS84)
     if isinstance(given, regions.PointSet):
         raise ValueError(f"Invalid region '{given.name}'. It must be an area: a box, a cap, a country, polygons.")
     place = regions.main_part(given) if given.far else given
@@ -313,7 +312,7 @@ _FAMILIES = {
 
 def families_for(region: regions.Region, purpose: str) -> list[str]:
     """Families that may serve the purpose: those that suit the region's size and place, else all."""
-    names = sensible_families(extent_of(region), WGS84)
+    names = sensible_families(extent_of(region), earth.WGS84)
     if purpose == "any":
         return names
     serving = _FAMILIES[purpose]
@@ -326,7 +325,7 @@ def best_custom(
     """The best member of a family, measured in full as existing CRSs are; rejected if it does not serve the purpose."""
     # It is on WGS 84 even if its formulas are for a sphere, as are the existing CRSs of these methods.
     try:
-        projection, parameters = best_member(family, region, ranking, WGS84)
+        projection, parameters = best_member(family, region, ranking, earth.WGS84)
         J = jacobian(projection, probe.lon, probe.lat)
     except projections.ProjectionError as error:
         return Rejected("", family, str(error))
