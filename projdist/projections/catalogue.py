@@ -7,8 +7,9 @@ import difflib
 import functools
 import re
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pyproj.database
 import pyproj.list
@@ -120,22 +121,24 @@ def crs_names() -> dict[str, tuple[str, str]]:
     return found
 
 
-@contextlib.contextmanager
-def database() -> Iterator[sqlite3.Connection]:
-    """Read-only connection to PROJ's database; raises sqlite3.Error if the file is missing."""
+def database_rows(query: str, values: Sequence[str] = ()) -> list[tuple[Any, ...]]:
+    """What a query finds in PROJ's database; raises sqlite3.Error if the file is missing or has other tables."""
     path = Path(get_data_dir(), "proj.db").resolve().as_uri()
     with contextlib.closing(sqlite3.connect(f"{path}?mode=ro", uri=True)) as connection:
-        yield connection
+        return connection.execute(query, values).fetchall()
+
+
+def readable_rows(query: str, values: Sequence[str] = ()) -> list[tuple[Any, ...]]:
+    """As `database_rows`; none if the database cannot be read."""
+    with contextlib.suppress(sqlite3.Error):
+        return database_rows(query, values)
+    return []
 
 
 @functools.cache
 def registered_names() -> frozenset[str]:
     """Names of all CRSs in PROJ's database, 1 MB; empty if it cannot be read."""
-    try:
-        with database() as db:
-            return frozenset(name for (name,) in db.execute("SELECT name FROM crs_view"))
-    except sqlite3.Error:
-        return frozenset()
+    return frozenset(name for (name,) in readable_rows("SELECT name FROM crs_view"))
 
 
 @functools.cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 import math
 import re
 import sqlite3
@@ -24,7 +25,6 @@ from projdist.projections.errors import ProjectionError
 from projdist.projections.operations import GeographicAxes
 from projdist.projections.projection import Projection
 
-_AT_ONCE = 500  # codes in a query: SQLite takes 999 values
 FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
 """EPSG's codes of false eastings and northings, which only translate a map."""
 
@@ -68,7 +68,7 @@ _FACTS = f"""
 SELECT p.auth_name || ':' || p.code, g.auth_name || ':' || g.code, {_DATE},
        s.scope, e.name, e.description, c.method_code, d.prime_meridian_code, {_COLUMNS}
 FROM {_TABLES}
-WHERE p.auth_name || ':' || p.code IN (%s)
+WHERE p.auth_name || ':' || p.code IN (SELECT value FROM json_each(?))
 """
 
 
@@ -80,28 +80,25 @@ def proj_version() -> str:
 def facts_of(codes: Collection[str]) -> dict[str, Facts]:
     """Facts of projected CRSs by code; empty if the database cannot be read."""
     found: dict[str, list[Any]] = {}  # a row for each usage
-    wanted = list(codes)
-    try:
-        with catalogue.database() as db:
-            for start in range(0, len(wanted), _AT_ONCE):
-                some = wanted[start : start + _AT_ONCE]
-                for code, *row in db.execute(_FACTS % ", ".join("?" * len(some)), some):
-                    found.setdefault(code, []).append(row)
-    except sqlite3.Error:
-        return {}
+    for code, *row in catalogue.readable_rows(_FACTS, [json.dumps([*codes])]):
+        found.setdefault(code, []).append(row)
     facts = {}
     for code, rows in found.items():
         frame, date, _, _, _, method, meridian, *parameters = rows[0]
-        values = zip(parameters[::3], parameters[1::3], parameters[2::3], strict=True)
-        kept = frozenset(value for value in values if value[0] and value[0] not in FALSE_ORIGINS)
         facts[code] = Facts(
             frame=frame or "",
             since=year_of(date),
-            draws=(method, meridian, kept) if method is not None else None,
+            draws=(method, meridian, frozenset(_drawing(parameters))) if method is not None else None,
             extents=tuple(text for row in rows for text in row[3:5] if text),
             special=all(row[2] is None or _SPECIAL.search(row[2]) is not None for row in rows),
         )
     return facts
+
+
+def _drawing(columns: Sequence[Any]) -> list[tuple[int, float, int]]:
+    """Codes, values and units' codes of the parameters in some columns, without those of the false origin."""
+    parameters = zip(columns[::3], columns[1::3], columns[2::3], strict=True)
+    return [(key, value, unit) for key, value, unit in parameters if key and key not in FALSE_ORIGINS]
 
 
 def year_of(date: str | None) -> int:
@@ -163,14 +160,12 @@ def check_authorities(authorities: Iterable[str] | str, known: Sequence[str] = A
     """Names of authorities in capitals, each once; raises ValueError for unknown ones, and for none."""
     given = (support.check_text("authority", name) for name in support.listed_values(authorities))
     names = tuple(dict.fromkeys(name.strip().upper() for name in given))
-    for name in names:
+    for name in names or ("",):
         if name not in known:
             hint = support.did_you_mean(support.close_words(name, known))
             raise ValueError(
                 f"Invalid authority '{support.shown(name)}'. {hint}It must be {support.listed(known, 'or')}."
             )
-    if not names:
-        raise ValueError(f"Invalid authority ''. It must be {support.listed(known, 'or')}.")
     return names
 
 
@@ -235,13 +230,8 @@ def _reason_against(code: str, name: str, a: float, rf: float) -> str:
 def _spheroids() -> dict[str, tuple[str, float, float]]:
     """Name, semi-major axis and inverse flattening of CRSs by code, where the database's text is unambiguous."""
     query = "SELECT auth_name || ':' || code, name, text_definition FROM projected_crs WHERE text_definition NOT NULL"
-    try:
-        with catalogue.database() as db:
-            rows = db.execute(query).fetchall()
-    except sqlite3.Error:  # no such file or other tables: left to PROJ
-        return {}
     found = {}
-    for code, name, text in rows:
+    for code, name, text in catalogue.readable_rows(query):  # what cannot be read is left to PROJ
         if spheroid := _SPHEROID.search(text):
             a, rf = float(spheroid[1]), float(spheroid[2])
             if rf or a < _STANDS_FOR_AN_ELLIPSOID:
@@ -281,29 +271,22 @@ def codes_of_same_map(code: str) -> dict[str, str]:
     They differ in datum, false origin, axes or unit only. Empty if the database has no parameters of the CRS in its
     columns, as for some of ESRI's, or cannot be read.
     """
-    try:
-        with catalogue.database() as db:
-            given = db.execute(_GIVEN, code.split(":", 1)).fetchone()
-            if given is None or given[5] is None:
-                return {}
-            factors = dict(db.execute("SELECT code, conv_factor FROM unit_of_measure WHERE auth_name = 'EPSG'"))
-            rows = db.execute(_OTHERS, (given[5],)).fetchall()
-    except sqlite3.Error:
+    given = next(iter(catalogue.readable_rows(_GIVEN, code.split(":", 1))), None)
+    if given is None or given[5] is None:
         return {}
+    units = "SELECT code, conv_factor FROM unit_of_measure WHERE auth_name = 'EPSG'"
+    factors: dict[int, float | None] = dict(catalogue.readable_rows(units))
     drawn, a, b = _drawn(given, factors), given[3], given[4]
     return {
         row[0]: row[1]
-        for row in rows
+        for row in catalogue.readable_rows(_OTHERS, [given[5]])
         if row[0] != code and max(abs(row[3] - a), abs(row[4] - b)) <= _FIGURE * a and _drawn(row, factors) == drawn
     }
 
 
 def _drawn(row: Any, factors: Mapping[int, float | None]) -> Any:
     """Prime meridian and parameters in SI units, which determine a map up to translation."""
-    values = zip(row[6::3], row[7::3], row[8::3], strict=True)
-    return row[2], frozenset(
-        (key, _value(value, unit, factors)) for key, value, unit in values if key and key not in FALSE_ORIGINS
-    )
+    return row[2], frozenset((key, _value(value, unit, factors)) for key, value, unit in _drawing(row[6:]))
 
 
 def _value(value: float, unit: int, factors: Mapping[int, float | None]) -> float:
@@ -459,8 +442,7 @@ class _Entry(NamedTuple):
 def _entries() -> tuple[_Entry, ...]:
     """All entries, the maps with bare names first; reading takes 0.2 s."""
     try:
-        with catalogue.database() as db:
-            rows = db.execute(_SEARCHED).fetchall()
+        rows = catalogue.database_rows(_SEARCHED)
     except sqlite3.Error as error:
         raise ProjectionError(f"Invalid database of PROJ. It cannot be read: {error}.") from error
     left_out = {*catalogue.NOT_MAPS, *catalogue.NOT_IN_METRES, *catalogue.ID_TITLES}
@@ -527,14 +509,13 @@ def _phrase(words: Iterable[str]) -> str:
 
 def _worth(word: str, names: Sequence[str], others: Sequence[str]) -> int:
     """Score of a word in an entry; 0 if it is not found."""
-    if word in names:
-        return _IN_NAME
     begins = len(word) >= _BEGINNING and not word[0].isdigit()
-    if begins and any(known.startswith(word) for known in names):
-        return _BEGINS
-    if word in others:
-        return _ELSEWHERE
-    return _BEGINS_ELSEWHERE if begins and any(known.startswith(word) for known in others) else 0
+    for known, whole, beginning in ((names, _IN_NAME, _BEGINS), (others, _ELSEWHERE, _BEGINS_ELSEWHERE)):
+        if word in known:
+            return whole
+        if begins and any(one.startswith(word) for one in known):
+            return beginning
+    return 0
 
 
 # ---- advice ---------------------------------------------------------------------------------
@@ -543,10 +524,9 @@ def _worth(word: str, names: Sequence[str], others: Sequence[str]) -> int:
 def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated: bool) -> str:
     """Advice if nothing is found: another kind of CRS, close spellings, or fewer words."""
     wanted = _folded(" ".join(text.split()))
-    with catalogue.database() as db:
-        for code, name, kind in db.execute(_OTHER_KINDS):
-            if wanted in (code.lower(), code.lower().partition(":")[2], _folded(name)):
-                return f"{code} is {_A[kind]} ({name}), and no map."
+    for code, name, kind in catalogue.database_rows(_OTHER_KINDS):
+        if wanted in (code.lower(), code.lower().partition(":")[2], _folded(name)):
+            return f"{code} is {_A[kind]} ({name}), and no map."
     known = {word for one in among for word in _WORD.findall(f"{one.names} {one.area} {one.others}")}
     spelt = [_nearest(word, known) for word in words]
     if list(words) != spelt and all(spelt):
