@@ -16,6 +16,7 @@ import shapely
 from numpy.typing import NDArray
 
 from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.earth.ellipsoid import unit_vectors
 
 _HALF_TURN, _TURN = 180.0, 360.0
 _HALVINGS = 20  # of an interval: a curve that is not smooth is left alone
@@ -114,9 +115,7 @@ def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
     has the area under the curve by Simpson's rule.
     """
     lon, lat = curve(t)
-    lam, phi = np.radians(lon), np.radians(lat)
-    space = np.column_stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)])
-    size = float(np.degrees(np.ptp(space, axis=0).max()))  # degrees of arc
+    size = float(np.degrees(np.ptp(unit_vectors(lon, lat), axis=1).max()))  # degrees of arc
     nearest = min(tolerance, _NEAR * size)
     middles = np.full((t.size - 1, 2), np.nan)
     new = np.arange(t.size - 1)
@@ -425,12 +424,12 @@ def cities() -> Cities:
     """
     file = importlib.resources.files("projdist") / "data" / "cities.csv"
     _, *rows = csv.reader(file.read_text(encoding="utf-8").splitlines())
-    name, lon, lat, population, country, capital = zip(*rows, strict=True)
+    name, lon, lat, population, country, capital = map(np.array, zip(*rows, strict=True))
     return Cities(
-        name=np.array(name),
-        lon=np.array(lon, dtype=float),
-        lat=np.array(lat, dtype=float),
-        population=np.array(population, dtype=int),
-        country=np.array(country),
-        is_capital=np.array(capital) == "1",
+        name=name,
+        lon=lon.astype(float),
+        lat=lat.astype(float),
+        population=population.astype(int),
+        country=country,
+        is_capital=capital == "1",
     )

@@ -127,9 +127,7 @@ def _starts(points: FloatArray, values: FloatArray) -> list[FloatArray]:
     for index in np.argsort(values):
         if all(np.abs(points[index] - other).max() > _APART for other in chosen):
             chosen.append(points[index])
-        if len(chosen) == _STARTS:
-            break
-    return chosen
+    return chosen[:_STARTS]
 
 
 class _Effort(NamedTuple):

@@ -35,9 +35,6 @@ def interpolate(values: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray:
 # ---- graded polynomials --------------------------------------------------------------------------
 
 
-_TWICE = 2  # passes of Gram-Schmidt, for orthogonality to rounding
-
-
 @dataclass(frozen=True)
 class PlanePolynomials:
     """Graded polynomials of x, y in about [-1, 1], orthonormal over weighted points (n,).
@@ -59,13 +56,11 @@ class PlanePolynomials:
         values, gradients = np.empty((count, x.size)), np.zeros((count, 2, x.size))
         values[0] = 1.0
         recurrence: list[tuple[int, int, FloatArray, float]] = []
-        for variable, parent in _steps(degree):
-            k = len(recurrence) + 1
+        for k, (variable, parent) in enumerate(_steps(degree), start=1):
             gradient = variables[variable] * gradients[parent]
             gradient[variable] += values[parent]
             values[k], overlaps, norm = _orthonormal(variables[variable] * values[parent], values[:k], root, degree)
-            gradient -= np.tensordot(overlaps, gradients[:k], axes=1)
-            gradients[k] = gradient / norm
+            gradients[k] = (gradient - np.tensordot(overlaps, gradients[:k], axes=1)) / norm
             recurrence.append((variable, parent, overlaps, norm))
         return cls(degree, values.T, np.moveaxis(gradients, -1, 0), tuple(recurrence))
 
@@ -99,7 +94,7 @@ def _orthonormal(value: Any, before: Any, root: FloatArray, degree: int) -> tupl
     """
     size = float(np.linalg.norm(value * root))
     overlaps = np.zeros(len(before), dtype=value.dtype)
-    for _ in range(_TWICE):
+    for _ in range(2):  # passes of Gram-Schmidt, for orthogonality to rounding
         part = (before.conj() * root) @ (value * root)
         value = value - part @ before
         overlaps += part

@@ -135,11 +135,8 @@ class _Reading:
 
     @property
     def missing(self) -> list[_Parameter]:
-        return [
-            wanted
-            for wanted in self.method.parameters
-            if wanted not in self.taken and not wanted.optional and wanted.kind.kind not in ("easting", "northing")
-        ]
+        needed = (wanted for wanted in self.method.parameters if wanted not in self.taken and not wanted.optional)
+        return [wanted for wanted in needed if wanted.kind.kind not in ("easting", "northing")]
 
     @property
     def parallel(self) -> float:
@@ -175,9 +172,8 @@ class _Reading:
 def methods_named(name: str, code: str = "") -> list[_Method]:
     """Methods with the EPSG code or else the name, then those with the name as an alias."""
     wanted = folded(name)
-    own = [method for method in _methods() if code and method.code == code] or [
-        method for method in _methods() if folded(method.name) == wanted
-    ]
+    own = [method for method in _methods() if code and method.code == code]
+    own = own or [method for method in _methods() if folded(method.name) == wanted]
     return own + [method for method in _methods() if method not in own and wanted in method.other_names]
 
 
@@ -191,9 +187,8 @@ def reconciled(crs: dict[str, Any], stated: Sequence[StatedParameter] | None) ->
     conversion = crs["conversion"]
     read = conversion.get("parameters", [])
     if stated is None:
-        stated = [
-            StatedParameter(item["name"], item["value"]) for item in read if isinstance(item["value"], int | float)
-        ]
+        numbers = (item for item in read if isinstance(item["value"], int | float))
+        stated = [StatedParameter(item["name"], item["value"]) for item in numbers]
     method = conversion["method"]
     identity = method.get("id", {})
     code = str(identity["code"]) if identity.get("authority") == "EPSG" else ""  # PROJ has ids of its own, too

@@ -68,13 +68,11 @@ def projected_crs_of(projection: Projection) -> ProjectedCrs | None:
 
     A CRS made of a PROJ string is compared with the map first.
     """
-    crs = base_crs(projection)
+    crs, function = base_crs(projection), projection.function
     if crs is None:
         return None
-    if isinstance(projection.function, CrsOperation):
-        return ProjectedCrs(crs.to_wkt(), projection.function)
-    candidate = same_map(projection, crs.to_wkt())
-    return ProjectedCrs(crs.to_wkt(), candidate) if candidate else None
+    operation = function if isinstance(function, CrsOperation) else same_map(projection, crs.to_wkt())
+    return ProjectedCrs(crs.to_wkt(), operation) if operation else None
 
 
 def same_map(projection: Projection, wkt: str) -> CrsOperation | None:
@@ -105,15 +103,12 @@ def graticule_of(projection: Projection) -> Graticule:
         geodetic = operations.geographic_base(CRS.from_wkt(operation.crs))
         if geodetic is not None:
             return Graticule(geodetic.to_2d().to_wkt(), operation.angles)
-    ellipsoid = projection.ellipsoid
-    if ellipsoid.is_sphere:
-        wgs84 = abs(ellipsoid.a / MEAN_EARTH_RADIUS - 1.0) < _EARTHLY
+    a, f = projection.ellipsoid.a, projection.ellipsoid.f
+    if projection.ellipsoid.is_sphere:
+        is_wgs84 = abs(a / MEAN_EARTH_RADIUS - 1.0) < _EARTHLY
     else:
-        figures = np.array([ellipsoid.a / WGS84.a, ellipsoid.f / WGS84.f])
-        wgs84 = bool((np.abs(figures - 1.0) < _SAME_ELLIPSOID).all())
-    if wgs84:
-        return Graticule(CRS.from_epsg(4326).to_wkt(), GeographicAxes())
-    own = f"+proj=longlat +a={ellipsoid.a!r} +b={ellipsoid.a * (1.0 - ellipsoid.f)!r} +type=crs"
+        is_wgs84 = max(abs(a / WGS84.a - 1.0), abs(f / WGS84.f - 1.0)) < _SAME_ELLIPSOID
+    own = "EPSG:4326" if is_wgs84 else f"+proj=longlat +a={a!r} +b={a * (1.0 - f)!r} +type=crs"
     return Graticule(CRS.from_user_input(own).to_wkt(), GeographicAxes())
 
 
@@ -414,10 +409,8 @@ def places(projection: Projection, frame: Any) -> tuple[FloatArray, FloatArray]:
     geometry = frame.geometry
     missing = (geometry.isna() | geometry.is_empty).to_numpy()
     kinds = geometry.geom_type.to_numpy()
-    _check_all(
-        missing | (kinds == "Point"),
-        lambda row: f"The geometry is a {kinds[row]}; it must be a point. 'check' measures lines and polygons.",
-    )
+    rule = "The geometry is a {}; it must be a point. 'check' measures lines and polygons."
+    _check_all(missing | (kinds == "Point"), rule, kinds)
     if frame.crs is None:
         raise ValueError("Invalid points. They have no CRS; they must state the one that they are in.")
     x, y, lon, lat = np.full((4, len(missing)), np.nan)
@@ -470,19 +463,13 @@ def check_degrees(lon: Iterable[Any], lat: Iterable[Any]) -> tuple[FloatArray, F
 
     Raises ValueError for the first invalid row, counted from 1.
     """
-    degrees = {"lon": _numbers("lon", list(lon)), "lat": _numbers("lat", list(lat))}
-    for name, limit in (("lon", _FARTHEST), ("lat", 90.0)):
-        values = degrees[name]
+    longitudes, latitudes = _numbers("lon", list(lon)), _numbers("lat", list(lat))
+    for name, limit, values in (("lon", _FARTHEST, longitudes), ("lat", 90.0, latitudes)):
         with np.errstate(invalid="ignore"):
             within = ~(np.abs(values) > limit)  # NaN stays NaN
-        _check_all(
-            within,
-            lambda row, name=name, limit=limit, values=values: (
-                f"Its {name} is '{values[row]:g}'; it must lie within {-limit:g} and {limit:g} degrees."
-            ),
-        )
-    tell_of_missing(degrees["lon"], degrees["lat"])
-    return degrees["lon"], degrees["lat"]
+        _check_all(within, f"Its {name} is '{{:g}}'; it must lie within {-limit:g} and {limit:g} degrees.", values)
+    tell_of_missing(longitudes, latitudes)
+    return longitudes, latitudes
 
 
 def tell_of_degrees(crs: Any, bounds: ArrayLike, thing: str, one: str = "feature") -> None:
@@ -536,11 +523,11 @@ def _numbers(name: str, values: list[Any]) -> FloatArray:
     return numbers
 
 
-def _check_all(good: BoolArray, reason: Any) -> None:
-    """Raise ValueError for the first row that is not good; `reason` is a text or a function of the row."""
+def _check_all(good: BoolArray, reason: str, values: Any = None) -> None:
+    """Raise ValueError for the first row that is not good; with `values` the reason has a place for that row's."""
     bad = np.flatnonzero(~np.asarray(good, dtype=bool))
     if bad.size:
-        text = reason(bad[0]) if callable(reason) else reason
+        text = reason if values is None else reason.format(values[bad[0]])
         raise ValueError(f"Invalid point in row {bad[0] + 1}. {text}")
 
 

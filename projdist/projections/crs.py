@@ -158,16 +158,11 @@ def cf_attributes(wkt: str) -> CfAttributes:
     mapping = crs.to_cf() | {"spatial_ref": wkt}
     if crs.is_geographic:
         own = crs.axis_info[0].unit_name  # pyproj writes degrees for grads
-        x, y = (
-            {"axis": axis, "standard_name": name, "units": unit if own == "degree" else own}
-            for axis, name, unit in (("X", "longitude", "degrees_east"), ("Y", "latitude", "degrees_north"))
-        )
+        names, units = ("longitude", "latitude"), ("degrees_east", "degrees_north") if own == "degree" else (own, own)
     else:
-        units = str(crs.cs_to_cf()[0]["units"])
-        x, y = (
-            {"axis": axis.upper(), "standard_name": f"projection_{axis}_coordinate", "units": units} for axis in "xy"
-        )
-    return CfAttributes(mapping, x, y)
+        names, units = ("projection_x_coordinate", "projection_y_coordinate"), (str(crs.cs_to_cf()[0]["units"]),) * 2
+    coordinates = zip("XY", names, units, strict=True)
+    return CfAttributes(mapping, *({"axis": axis, "standard_name": name, "units": u} for axis, name, u in coordinates))
 
 
 def grid_mapping_in(value: Any) -> dict[str, Any] | None:
@@ -284,11 +279,8 @@ def parse_crs(value: Any) -> Parts:
         )
     if len(crs.axis_info) > 2:
         crs = crs.to_2d()
-    base, ellipsoid, conversion = (
-        operations.geographic_base(crs),
-        operations.ellipsoid_of_crs(crs),
-        crs.coordinate_operation,
-    )
+    base, ellipsoid = operations.geographic_base(crs), operations.ellipsoid_of_crs(crs)
+    conversion = crs.coordinate_operation
     if base is None or ellipsoid is None:
         raise ProjectionError(f"{complaint} The CRS states no ellipsoid.")
     method = conversion.method_name if conversion else ""
@@ -397,10 +389,10 @@ def _check_spread(function: CrsOperation, crs: CRS, method: str, complaint: str)
 def _unknown(given: str) -> str:
     """Reason for a text that names no CRS, with what is allowed or may have been meant."""
     authority, colon, code = given.partition(":")
-    if not colon or authority.upper() not in (*pyproj.database.get_authorities(), "URN"):
+    authority = authority.upper()
+    if not colon or authority not in (*pyproj.database.get_authorities(), "URN"):
         return f"{did_you_mean(catalogue.close_codes(given))}{ALLOWED}"
-    missing = f"{authority.upper()} has no such CRS in PROJ's database"
-    others = [
-        f"{other} ({CRS.from_user_input(other).name})" for other in catalogue.codes_elsewhere(authority.upper(), code)
-    ]
+    missing = f"{authority} has no such CRS in PROJ's database"
+    elsewhere = catalogue.codes_elsewhere(authority, code)
+    others = [f"{other} ({CRS.from_user_input(other).name})" for other in elsewhere]
     return f"{missing}: it is {listed(others, 'or')}." if others else f"{missing}. {ALLOWED}"

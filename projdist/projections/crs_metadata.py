@@ -16,7 +16,6 @@ from projdist.projections.operations import CrsOperation, Pipeline
 from projdist.projections.projection import Projection, Turned
 from projdist.projections.worldmaps import WORLD_MAPS
 
-_RATIOS = ("unity", "Unity", "unitless")
 # Tokens of a PROJ string that other fields show, or that have no meaning for the map.
 _SAID = {"proj", "units", "to_meter", "type", "no_defs", "wktext", "datum", *proj_strings.ELLIPSOID_KEYS}
 
@@ -98,7 +97,7 @@ def _metadata_of_crs(projection: Projection, plane: CRS) -> CrsMetadata:
         axes=tuple(CrsAxis(axis.name, axis.direction) for axis in axes),
         method=operation.method_name if operation else "",
         parameters=tuple(
-            Setting(one.name, one.value, "" if one.unit_name in _RATIOS else one.unit_name)
+            Setting(one.name, one.value, "" if one.unit_name in ("unity", "Unity", "unitless") else one.unit_name)
             for one in (operation.params if operation else ())
         ),
     )
@@ -151,7 +150,7 @@ def declared_property_of(projection: Projection) -> DeclaredProperty | None:
     if isinstance(function, CrsOperation):
         key = "method", _method_of(function.crs)
     elif isinstance(function, Pipeline):  # its first operation, which is `pipeline` if there are several
-        key = "operation", next((token[6:] for token in function.definition.split() if token.startswith("+proj=")), "")
+        key = "operation", proj_strings.stated_in(function.definition.split()).get("proj", "")
     else:
         return None
     keeps, figure = _DECLARED.get(key, ("", ""))

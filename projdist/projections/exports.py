@@ -21,7 +21,7 @@ from projdist.earth import WGS84, Ellipsoid, wrapped
 from projdist.projections import catalogue, operations, proj_strings
 from projdist.projections.crs import read_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
-from projdist.projections.operations import CrsOperation, Pipeline
+from projdist.projections.operations import CrsOperation, GeographicAxes, Pipeline
 from projdist.projections.proj_strings import Stated
 from projdist.projections.projection import Projection
 from projdist.support import did_you_mean, shown
@@ -29,10 +29,8 @@ from projdist.support import did_you_mean, shown
 _SAME = 1e-12  # of the semi-major axis: rounding of coordinates and of parameters
 _SAME_MERIDIAN = 1e-13  # degrees, 0.01 micrometres
 _SHARES = np.meshgrid((np.arange(18) + 0.5) / 18.0, (np.arange(17) + 0.5) / 17.0)
-# Defaults of a PROJ operation that its CRS does not keep: arccos(2 / pi), for which the CRS has 0.
-_LOST = {"wintri": ("lat_1", str(catalogue.WINKEL_PARALLEL))}
 # Without any of these keys PROJ's operation is on GRS 80, but the CRS made of the string on WGS 84: 0.1 mm away.
-_ELLIPSOIDS, _DEFAULT_ELLIPSOID = frozenset("ellps datum a R init".split()), "GRS80"
+_ELLIPSOIDS = frozenset("ellps datum a R init".split())
 _BESIDE = frozenset("pipeline unitconvert axisswap longlat".split())  # steps around the projecting one
 _REPLACED = frozenset("k k_0 lat_ts units to_meter".split())
 _OPEN = "1"  # placeholder of a scale to be fitted
@@ -155,11 +153,10 @@ def base_crs(projection: Projection) -> CRS | None:
     if not isinstance(projection.function, Pipeline) or "+proj=pipeline" in projection.function.definition:
         return None
     text = projection.function.definition
-    for name, (key, value) in _LOST.items():
-        if f"+proj={name}" in text.split() and f"+{key}=" not in text:
-            text += f" +{key}={value}"
-    if not _ELLIPSOIDS & {token.lstrip("+").partition("=")[0] for token in text.split()}:
-        text += f" +ellps={_DEFAULT_ELLIPSOID}"
+    if "+proj=wintri" in text.split() and "+lat_1=" not in text:
+        text += f" +lat_1={catalogue.WINKEL_PARALLEL}"  # the default, arccos(2 / pi), for which the CRS has 0
+    if not _ELLIPSOIDS & proj_strings.stated_in(text.split()).keys():
+        text += " +ellps=GRS80"
     try:
         return CRS.from_user_input(f"{text} +type=crs")
     except pyproj.exceptions.CRSError:
@@ -206,9 +203,8 @@ def _changed_parameters(tokens: dict[str, str], x: float, y: float) -> Iterator[
     if x == y == 1.0:
         yield dict(tokens)
     try:
-        shifts: dict[str, str] = {
-            key: f"{float(tokens[key] or 0) * by!r}" for key, by in (("x_0", x), ("y_0", y)) if key in tokens
-        }
+        factors = {"x_0": x, "y_0": y}
+        shifts = {key: f"{float(tokens[key] or 0) * by!r}" for key, by in factors.items() if key in tokens}
         if x == y:
             if tokens["proj"] == "utm":  # the transverse Mercator map of a zone
                 rest = {key: value for key, value in tokens.items() if key not in ("proj", "zone", "south")}
@@ -249,7 +245,7 @@ def geodetic_of(projection: Projection) -> str | None:
     geodetic = CRS.from_wkt(projection.function.crs).geodetic_crs
     if geodetic is None or not operations.has_plain_axes(geodetic):
         return None
-    in_degrees = operations.GeographicAxes.of(geodetic) == operations.GeographicAxes()
+    in_degrees = GeographicAxes.of(geodetic) == GeographicAxes()
     return str(geodetic.to_wkt()) if in_degrees else None
 
 
@@ -271,9 +267,8 @@ def crs_wkt(
     parts["conversion"]["name"] = name
     geodetic = geodetic or ("EPSG:4326" if projection.ellipsoid.is_close(WGS84) else None)
     if geodetic:
-        parts["base_crs"] = {
-            key: value for key, value in _geodetic(geodetic).to_json_dict().items() if key != "$schema"
-        }
+        stated = _geodetic(geodetic).to_json_dict()
+        parts["base_crs"] = {key: value for key, value in stated.items() if key != "$schema"}
     try:
         text = str(CRS.from_json_dict(parts).to_wkt(version, pretty=True))
         found = Projection.from_user_input(text)
@@ -294,7 +289,7 @@ def _geodetic(text: str) -> CRS:
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. {hint}{ALLOWED}") from error
     if not crs.is_geographic or crs.ellipsoid is None:
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. It must have longitudes and latitudes.")
-    if operations.GeographicAxes.of(crs).greenwich:
+    if GeographicAxes.of(crs).greenwich:
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. Its longitudes must be from Greenwich.")
     return crs.to_2d() if len(crs.axis_info) > 2 else crs
 
@@ -312,7 +307,7 @@ def unprojected(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, Flo
     given = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     lon, lat = operations.transform(transformer, *given)
     operations.check_grids(transformer, given, lon)
-    return operations.GeographicAxes.of(base).to_degrees(lon, lat)
+    return GeographicAxes.of(base).to_degrees(lon, lat)
 
 
 # ---- followed by a linear map --------------------------------------------------------------------
@@ -421,9 +416,8 @@ def derived_crs(
     except pyproj.exceptions.CRSError as error:
         raise ProjectionError(f"Invalid correction of '{name}'. PROJ cannot derive it from its base.") from error
     west, south, east, north = area.bounds
-    if east - west >= 360.0:
-        west, east = -180.0, 180.0
-    sides = (south, float(wrapped(west)), north, float(wrapped(east)))
+    west, east = (-180.0, 180.0) if east - west >= 360.0 else map(float, wrapped([west, east]))
+    sides = south, west, north, east
     keys = ("south_latitude", "west_longitude", "north_latitude", "east_longitude")
     bounds = {key: round(side, _DECIMALS) for key, side in zip(keys, sides, strict=True)}
     usage = {"scope": _SCOPE, "area": area.name, "bbox": bounds}

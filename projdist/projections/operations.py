@@ -72,10 +72,9 @@ class GeographicAxes:
         """Those of a geodetic CRS."""
         meridian, axes = geodetic.prime_meridian, geodetic.axis_info
         factor = float(next((axis for axis in axes if axis.direction == "east"), axes[0]).unit_conversion_factor)
-        return cls(
-            float(np.degrees(float(meridian.longitude) * float(meridian.unit_conversion_factor))) if meridian else 0.0,
-            1.0 if math.isclose(factor, math.radians(1.0), rel_tol=_ROUNDED) else math.radians(1.0) / factor,
-        )
+        greenwich = np.degrees(float(meridian.longitude) * float(meridian.unit_conversion_factor)) if meridian else 0.0
+        in_degrees = math.isclose(factor, math.radians(1.0), rel_tol=_ROUNDED)
+        return cls(float(greenwich), 1.0 if in_degrees else math.radians(1.0) / factor)
 
     def from_degrees(self, lon: Any, lat: Any) -> tuple[Any, Any]:
         """Coordinates of the CRS, longitude first, of Greenwich degrees."""
@@ -99,8 +98,7 @@ _CLARKE_SPHERE = Ellipsoid(6370997.0)  # same area as Clarke 1866
 
 _ALWAYS = {"krovak": _BESSEL, "mod_krovak": _BESSEL, "nzmg": _INTERNATIONAL}
 _OF_TWO = ("alsk", "gs50")  # one figure for spheres, another for ellipsoids
-_OF_ONE_SIZE = "gs48"
-OWN_ELLIPSOIDS = frozenset([*_ALWAYS, *_OF_TWO, _OF_ONE_SIZE])
+OWN_ELLIPSOIDS = frozenset([*_ALWAYS, *_OF_TWO, "gs48"])
 """Operations for which PROJ ignores the stated ellipsoid or its size."""
 SPHERICAL = ("gs48", "lee_os", "mil_os")
 """Maps of a sphere. On ellipsoids PROJ uses conformal latitudes except for the centre: another conformal map."""
@@ -114,7 +112,7 @@ def operation_ellipsoid(operation: str, stated: Ellipsoid, *, warn: bool = False
     used = _ALWAYS.get(operation, stated)
     if operation in _OF_TWO:
         used = _CLARKE_SPHERE if stated.is_sphere else _CLARKE_1866
-    elif operation == _OF_ONE_SIZE:
+    elif operation == "gs48":  # of one size
         used = Ellipsoid(_CLARKE_SPHERE.a, stated.f)
     if warn and (abs(used.a / stated.a - 1.0) > _SAME or abs(used.f - stated.f) > _SAME):
         tell(f"PROJ draws {operation} on a figure of its own, {ellipsoid_parameters(used)}; it is measured on that.")
@@ -251,8 +249,7 @@ class CrsOperation:
         if self.axes == ((1.0, 0.0), (0.0, 1.0)):
             return u, v
         (xu, xv), (yu, yv) = self.axes
-        x, y = (xu * u if xv == 0.0 else xv * v), (yv * v if yu == 0.0 else yu * u)
-        return x, y
+        return (xu * u if xv == 0.0 else xv * v), (yv * v if yu == 0.0 else yu * u)
 
     def native(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The CRS's own coordinates in its own unit, in GIS order (x, y); inf where undefined."""

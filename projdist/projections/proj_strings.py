@@ -72,11 +72,9 @@ def check_values(tokens: Iterable[str], text: str) -> None:
     )
     for token in tokens:
         key, _, value = token.partition("=")
+        figures = (float(figure.replace("_", "")) for figure in re.findall(_FIGURE, value))
         for keys, form, kind in kinds:
-            if key not in keys:
-                continue
-            figures = (float(figure.replace("_", "")) for figure in re.findall(_FIGURE, value))
-            if not (form.fullmatch(value) and all(map(math.isfinite, figures))):
+            if key in keys and not (form.fullmatch(value) and all(map(math.isfinite, figures))):
                 raise ProjectionError(f"Invalid parameter '+{shown(token)}' in '{shown(text)}'. It must be {kind}.")
 
 
@@ -300,8 +298,7 @@ def parse_proj_string(text: str) -> Parts:
         unknown = next((name for name in [*ids, *inner] if name not in known), "")
         reason = f"PROJ says: {proj_reason(error)}. {did_you_mean(catalogue.close_ids(unknown))}"
         raise ProjectionError(f"Invalid PROJ string '{shown(text)}'. {reason}".rstrip()) from error
-    is_map = _maps_degrees(text, transformer) if is_pipeline or "inv" in keys else "omit_fwd" not in keys
-    if not is_map:
+    if not (_maps_degrees(text, transformer) if is_pipeline or "inv" in keys else "omit_fwd" not in keys):
         raise ProjectionError(f"{complaint} It must take longitude and latitude and return a plane, as a map does.")
     tell_of_idle(tokens)
     ellipsoid = _used_ellipsoid(operation, tokens)
@@ -322,10 +319,9 @@ def operation_name(ids: Iterable[str], rotated: Iterable[str]) -> str:
     maps = [name for name in ids if name not in catalogue.NOT_MAPS]
     if not maps:
         return "pipeline"
-    inner = list(rotated)
-    if maps[-1] == "ob_tran" and inner:
-        return f"Oblique {known.get(inner[-1], inner[-1])}"
-    return str(known.get(maps[-1], maps[-1]))
+    inner = list(rotated) if maps[-1] == "ob_tran" else []
+    drawn = (inner or maps)[-1]
+    return ("Oblique " if inner else "") + known.get(drawn, drawn)
 
 
 def ellipsoid_of(tokens: list[str]) -> Ellipsoid:

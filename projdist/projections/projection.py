@@ -87,11 +87,8 @@ class NamedMap:
         tokens = [f"proj={operation}", *(token for token in fixed if token.partition("=")[0] not in self.stated)]
         tokens += self.parameters
         if not proj_strings.ELLIPSOID_KEYS & self.stated.keys():
-            tokens += (
-                operations.ellipsoid_parameters(operations.operation_ellipsoid(operation, SPHERE))
-                .replace("+", "")
-                .split()
-            )
+            figure = operations.operation_ellipsoid(operation, SPHERE)
+            tokens += operations.ellipsoid_parameters(figure).replace("+", "").split()
         if self.centre is None:
             return tokens
         return turned_tokens([token for token in tokens if token != _POLE], *self.centre)
@@ -204,7 +201,7 @@ def projection_names() -> dict[str, str]:
 
 def needed_parameters(name: str) -> list[str]:
     """PROJ parameters that a name requires; empty for most names."""
-    return [token.lstrip("+").partition("=")[0] for token in catalogue.NEEDED_PARAMETERS.get(name, "").split()]
+    return [*proj_strings.stated_in(catalogue.NEEDED_PARAMETERS.get(name, "").split())]
 
 
 def parse_name(text: str) -> Parts:
@@ -213,7 +210,7 @@ def parse_name(text: str) -> Parts:
     Raises ProjectionError.
     """
     words = named_map(text)
-    name, titles = known_name(words.name), pyproj.list.get_proj_operations_map()
+    name, complaint = known_name(words.name), f"Invalid projection '{shown(text)}'."
     if not name:
         close = catalogue.close_codes(text) or catalogue.close_names(words.name)
         utm = re.fullmatch(r"utm[\s_-]*(?:zone[\s_-]*)?(0?[1-9]|[1-5]\d|60)[\s_-]*([ns]?)", text, re.IGNORECASE)
@@ -230,13 +227,11 @@ def parse_name(text: str) -> Parts:
             names = catalogue.crs_names()
             spelt = close_words(catalogue.folded(text), names)
             close = close or [names[name][1] for name in spelt][: catalogue.MOST_HINTS]
-        raise ProjectionError(f"Invalid projection '{shown(text)}'. {did_you_mean(close)}{ALLOWED}")
+        raise ProjectionError(f"{complaint} {did_you_mean(close)}{ALLOWED}")
     if name in catalogue.NOT_MAPS:
-        reason = f"PROJ's {titles[name]} is not a map projection."
-        raise ProjectionError(f"Invalid projection '{shown(text)}'. {reason}")
+        raise ProjectionError(f"{complaint} PROJ's {catalogue.operation_titles()[name]} is not a map projection.")
     if name in catalogue.NOT_IN_METRES:
-        reason = f"PROJ's {name} gives {catalogue.NOT_IN_METRES[name]}, not metres."
-        raise ProjectionError(f"Invalid projection '{shown(text)}'. {reason}")
+        raise ProjectionError(f"{complaint} PROJ's {name} gives {catalogue.NOT_IN_METRES[name]}, not metres.")
     words = replace(words, name=name)
     parts = _world_map(words) if name in WORLD_MAPS else parse_proj_string(_named_string(words, text))
     if words.centre is not None:
@@ -390,11 +385,9 @@ def parse(value: Any) -> Parts:
     if isinstance(value, Proj):
         value = value.crs
     if isinstance(value, CRS) and form_of(value.srs) == "proj":
-        stated = (
-            proj_strings.stated_in(value.srs.split()).keys() & proj_strings.ELLIPSOID_KEYS or value.ellipsoid is None
-        )
+        stated = proj_strings.stated_in(value.srs.split()).keys() & proj_strings.ELLIPSOID_KEYS
         # The default ellipsoid of a CRS is that of WGS 84, and of a string GRS 80.
-        return parse_proj_string(value.srs if stated else f"{value.srs} +ellps=WGS84")
+        return parse_proj_string(value.srs if stated or value.ellipsoid is None else f"{value.srs} +ellps=WGS84")
     return parse_crs(value)
 
 
@@ -484,9 +477,8 @@ class Projection:
     @property
     def body(self) -> Body:
         """The mapped body, named as in the CRS."""
-        operation = self.function
-        is_named = self.ellipsoid.is_of_another_body and isinstance(operation, CrsOperation)
-        return Body(self.ellipsoid, body_in(cast(CrsOperation, operation).crs) if is_named else "")
+        stated = self.function.crs if self.is_of_another_body and isinstance(self.function, CrsOperation) else ""
+        return Body(self.ellipsoid, body_in(stated) if stated else "")
 
     @property
     def answers_everywhere(self) -> bool:

@@ -195,8 +195,7 @@ class _Plan:
             inner = [stated["o_proj"]] if "o_proj" in stated else []
             return replace(made, name=proj_strings.operation_name([stated["proj"]], inner))
         words = _with_values(self.words, values)
-        if centre is not None:
-            words = _centred(words, centre)
+        words = words if centre is None else _centred(words, centre)
         if words.name in WORLD_MAPS:
             return Projection.from_user_input(str(words))
         return replace(run_as(self.projection, str(words), string_of(stated_in(words.tokens))), name=words.title)
@@ -223,11 +222,10 @@ def _plan_of_text(text: str) -> _Plan:
         if words.name in _STRINGS:
             return _plan_of_text(projection.definition)
         if words.name:  # and not of a CRS
-            # Maps that PROJ lacks have lon_0 only, as Robinson's.
-            plain = (
-                ["proj=robin", *words.parameters] if words.name in WORLD_MAPS else replace(words, centre=None).tokens
-            )
-            stated = stated_in(plain)
+            if words.name in WORLD_MAPS:  # with lon_0 only, as Robinson's
+                stated = stated_in(["proj=robin", *words.parameters])
+            else:
+                stated = stated_in(replace(words, centre=None).tokens)
             latitude = _latitude(stated, sphere=projection.ellipsoid.is_sphere)
             if words.centre is not None:
                 latitude = words.centre[0]
@@ -264,30 +262,27 @@ def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
     if stated["proj"] == "ob_tran":
         inner = _ranges(stated["o_proj"], stated, sphere=sphere)
         parameters = (*parameters, *(each for each in inner if each.name not in _LONGITUDES))
-    plan = replace(plan, tunable=replace(plan.tunable, parameters=parameters))
+    found = replace(plan.tunable, parameters=parameters)
     key = _longitude_key(parameters)
     if not key:
-        return plan
+        return replace(plan, tunable=found)
     lon = next(parameter.value for parameter in parameters if parameter.name == key)
-    lon = _wrapped(lon + proj_strings.prime_meridian(plan.stated))
-    if latitude is not None:
-        both = replace(plan, tunable=replace(plan.tunable, drags="both", centre=(lon, latitude)))
-        if _is_centred(both):
-            return both
-    return replace(plan, tunable=replace(plan.tunable, drags="longitude", centre=(lon, 0.0)))
+    lon = _wrapped(lon + proj_strings.prime_meridian(stated))
+    both = replace(plan, tunable=replace(found, drags="both", centre=(lon, latitude or 0.0)))
+    if latitude is not None and _is_centred(both):
+        return both
+    return replace(plan, tunable=replace(found, drags="longitude", centre=(lon, 0.0)))
 
 
 def _is_centred(plan: _Plan) -> bool:
     """True if other centres come to the origin with north up, and the current one changes nothing."""
     origin = degrees_of(plan.stated.get("x_0", "0")), degrees_of(plan.stated.get("y_0", "0"))
     try:
-        moved = [plan.made({}, centre) for centre in _TRIED]
+        moved = [(plan.made({}, (lon, lat)).function, lat, lon) for lon, lat in _TRIED]
         here = plan.made({}, plan.tunable.centre)
     except ProjectionError:
         return False
-    both = zip(moved, _TRIED, strict=True)
-    centred = all(names.has_centre(made.function, lat, lon, origin) for made, (lon, lat) in both)
-    return centred and same_coordinates(plan.projection, here)
+    return all(names.has_centre(*each, origin) for each in moved) and same_coordinates(plan.projection, here)
 
 
 def _latitude(stated: Stated, *, sphere: bool) -> float | None:
