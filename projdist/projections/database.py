@@ -177,9 +177,8 @@ def crs_records(authorities: Sequence[str], *, deprecated: bool = False) -> list
 @functools.cache
 def _records_of(authority: str, deprecated: bool) -> tuple[CrsRecord, ...]:
     """Projected CRSs of an authority, each with its first area of use; only deprecated ones have several."""
-    found = query_crs_info(auth_name=authority, pj_types=[PJType.PROJECTED_CRS], allow_deprecated=deprecated)
     first: dict[str, CrsRecord] = {}
-    for info in found:
+    for info in query_crs_info(authority, PJType.PROJECTED_CRS, allow_deprecated=deprecated):
         area, code = info.area_of_use, f"{info.auth_name}:{info.code}"
         if area is not None and area.south >= -90.0:  # PROJ has -1000 for what is unknown
             bounds = area.west, area.south, area.east, area.north

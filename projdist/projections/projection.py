@@ -477,8 +477,8 @@ class Projection:
     @property
     def body(self) -> Body:
         """The mapped body, named as in the CRS."""
-        stated = self.function.crs if self.is_of_another_body and isinstance(self.function, CrsOperation) else ""
-        return Body(self.ellipsoid, body_in(stated) if stated else "")
+        is_named = self.ellipsoid.is_of_another_body and isinstance(self.function, CrsOperation)
+        return Body(self.ellipsoid, body_in(cast(CrsOperation, self.function).crs) if is_named else "")
 
     @property
     def answers_everywhere(self) -> bool:

@@ -241,8 +241,8 @@ def _plan_of_text(text: str) -> _Plan:
         meridian = f"{6 * int(stated['zone']) - 183}" if "zone" in stated else stated.get("lon_0", "0")
         own = {"lon_0": meridian, "k_0": "0.9996", "x_0": "500000", "y_0": "10000000" if "south" in stated else "0"}
         return _plan_of_text(string_of({"proj": "tmerc", **rest, **own}))
-    found = Tunable(definition=projection.definition)
-    return _with_drags(_Plan(projection, found, stated), _latitude(stated, sphere=projection.ellipsoid.is_sphere))
+    plan = _Plan(projection, Tunable(definition=projection.definition), stated)
+    return _with_drags(plan, _latitude(stated, sphere=projection.ellipsoid.is_sphere))
 
 
 @functools.lru_cache(maxsize=_KEPT)
