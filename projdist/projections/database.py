@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 import pyproj.list
 from pyproj import CRS as CRS  # for other rooms
-from pyproj import proj_version_str
 from pyproj.database import get_database_metadata, query_crs_info
 from pyproj.enums import PJType
 
@@ -74,7 +73,7 @@ WHERE p.auth_name || ':' || p.code IN (SELECT value FROM json_each(?))
 
 def proj_version() -> str:
     """PROJ and the registry in its database, as `PROJ 9.5.1, EPSG v11.022`."""
-    return f"PROJ {proj_version_str}, EPSG {get_database_metadata('EPSG.VERSION')}"
+    return f"PROJ {pyproj.proj_version_str}, EPSG {get_database_metadata('EPSG.VERSION')}"
 
 
 def facts_of(codes: Collection[str]) -> dict[str, Facts]:

@@ -22,7 +22,6 @@ from projdist.projections import catalogue, operations, proj_strings
 from projdist.projections.crs import read_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.operations import CrsOperation, GeographicAxes, Pipeline
-from projdist.projections.proj_strings import Stated
 from projdist.projections.projection import Projection
 from projdist.support import did_you_mean, shown
 
@@ -106,7 +105,7 @@ def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
     points = tried(projection)
     truth = matrix @ np.array(projection(*points))
 
-    def coordinates(parameters: Stated) -> FloatArray:
+    def coordinates(parameters: proj_strings.Stated) -> FloatArray:
         return np.array(Projection.from_user_input(proj_strings.string_of(parameters))(*points))
 
     for changed in _changed_parameters(tokens, float(matrix[0, 0]), float(matrix[1, 1])):

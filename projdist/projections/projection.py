@@ -26,7 +26,6 @@ from projdist.projections import catalogue, operations, proj_strings
 from projdist.projections.crs import form_of, grid_mapping_in, parse_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.operations import CrsOperation, Function, Parts, Pipeline
-from projdist.projections.proj_strings import number_text, parse_proj_string
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import close_words, did_you_mean, listed, shown
 
@@ -57,7 +56,7 @@ class NamedMap:
 
     def __str__(self) -> str:
         """The text that stands for it."""
-        point = "" if self.centre is None else "@" + ",".join(map(number_text, self.centre))
+        point = "" if self.centre is None else "@" + ",".join(map(proj_strings.number_text, self.centre))
         return "".join([self.name, *(f"+{token}" for token in self.parameters), point])
 
     @property
@@ -162,13 +161,13 @@ def _centre(point: str, text: str) -> tuple[float, float]:
 def turned_tokens(tokens: Sequence[str], lat: float, lon: float) -> list[str]:
     """Tokens of a PROJ string, operation first, moved so that a point is at the centre with north up."""
     operation, rest = tokens[0].removeprefix("proj="), list(tokens[1:])
-    longitude = f"lon_0={number_text(lon)}"
+    longitude = f"lon_0={proj_strings.number_text(lon)}"
     if operation in WITH_LATITUDE:
-        return [f"proj={operation}", f"lat_0={number_text(lat)}", longitude, *rest]
+        return [f"proj={operation}", f"lat_0={proj_strings.number_text(lat)}", longitude, *rest]
     if lat == 0.0:
         return [f"proj={operation}", longitude, *rest]
     # The pole is on the rotated central meridian, as far from the rotated equator as the point is from the pole.
-    pole = f"o_lat_p={number_text(90.0 - lat)}"
+    pole = f"o_lat_p={proj_strings.number_text(90.0 - lat)}"
     return ["proj=ob_tran", f"o_proj={operation}", pole, "o_lon_p=0", longitude, *rest]
 
 
@@ -233,7 +232,7 @@ def parse_name(text: str) -> Parts:
     if name in catalogue.NOT_IN_METRES:
         raise ProjectionError(f"{complaint} PROJ's {name} gives {catalogue.NOT_IN_METRES[name]}, not metres.")
     words = replace(words, name=name)
-    parts = _world_map(words) if name in WORLD_MAPS else parse_proj_string(_named_string(words, text))
+    parts = _world_map(words) if name in WORLD_MAPS else proj_strings.parse_proj_string(_named_string(words, text))
     if words.centre is not None:
         origin = words.number("x_0"), words.number("y_0")
         if not has_centre(parts.function, *words.centre, origin):
@@ -263,7 +262,7 @@ def _world_map(words: NamedMap) -> Parts:
     lat, lon = words.centre or (0.0, words.number("lon_0"))
     function: Function = WORLD_MAPS[words.name]
     if words.parameters:
-        words = replace(words, parameters=(f"lon_0={number_text(lon)}",))
+        words = replace(words, parameters=(f"lon_0={proj_strings.number_text(lon)}",))
     if words.parameters or words.centre is not None:
         function = Turned(function, lat, lon)
     return Parts(words.title, str(words), SPHERE, function)
@@ -381,13 +380,14 @@ def parse(value: Any) -> Parts:
     if isinstance(value, os.PathLike):
         return _parse_file(Path(value))
     if isinstance(value, Mapping) and "proj" in value:
-        return parse_proj_string(proj_strings.string_of_parameters(value))
+        return proj_strings.parse_proj_string(proj_strings.string_of_parameters(value))
     if isinstance(value, Proj):
         value = value.crs
     if isinstance(value, CRS) and form_of(value.srs) == "proj":
         stated = proj_strings.stated_in(value.srs.split()).keys() & proj_strings.ELLIPSOID_KEYS
         # The default ellipsoid of a CRS is that of WGS 84, and of a string GRS 80.
-        return parse_proj_string(value.srs if stated or value.ellipsoid is None else f"{value.srs} +ellps=WGS84")
+        default = "" if stated or value.ellipsoid is None else " +ellps=WGS84"
+        return proj_strings.parse_proj_string(value.srs + default)
     return parse_crs(value)
 
 
@@ -415,7 +415,7 @@ def _parse_text(text: str) -> Parts:
     if form == "wkt":
         return parse_crs(text)
     if form == "proj":
-        return parse_proj_string(" ".join(text.split()))
+        return proj_strings.parse_proj_string(" ".join(text.split()))
     if ":" not in text:
         return parse_name(text)
     if re.fullmatch(r"\w+:\w+\s*(?:\+\s*[A-Za-z]\w*\s*(?:[=+@].*)?|@.*,.*)", text):
