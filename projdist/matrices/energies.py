@@ -2,9 +2,8 @@
 
 With the principal scales a >= b of a Jacobian, s = ln(ab) and d = ln(a / b), an energy is S(s) + D(d). The square of
 the Fisher distortion, ln^2 a + ln^2 b, is s^2 / 2 + d^2 / 2, so that its mean is the square of the Airy-Kavrayskiy
-error.
-With m = U^T dJ V for J = U diag(a, b) V^T, the Hessian splits into four directions: two in the plane of the stretches
-(m11, m22), the twist (m12 - m21), and the flip (m12 + m21).
+error. With m = U^T dJ V for J = U diag(a, b) V^T, the Hessian splits into four directions: two in the plane of the
+stretches (m11, m22), the twist (m12 - m21), and the flip (m12 + m21).
 """
 
 from __future__ import annotations

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,15 +27,8 @@ def _dot(v: FloatArray, w: FloatArray) -> FloatArray:
     return np.asarray(v[..., 0] * w[..., 0] + v[..., 1] * w[..., 1])
 
 
-class _Form(NamedTuple):
-    """A cubic form p cos^3 + q cos^2 sin + r cos sin^2 + s sin^3, and the half-axes a >= b of |v|."""
-
-    p: FloatArray
-    q: FloatArray
-    r: FloatArray
-    s: FloatArray
-    a: FloatArray
-    b: FloatArray
+# A cubic form p cos^3 + q cos^2 sin + r cos sin^2 + s sin^3, and the half-axes a >= b of |v|.
+_Form = tuple[FloatArray, ...]
 
 
 def _mean_over_directions(
@@ -70,7 +62,7 @@ def _in_principal_axes(J: FloatArray, H: FloatArray, product: Callable[[FloatArr
         np.hypot(first[..., 0], first[..., 1]),
         np.hypot(second[..., 0], second[..., 1]),
     )
-    return _Form(*(part[..., None] for part in parts))
+    return tuple(part[..., None] for part in parts)
 
 
 def _antiderivative(form: _Form, angle: FloatArray) -> FloatArray:

@@ -251,18 +251,9 @@ _CENTRE_STEPS = 10
 _SQRT2 = np.sqrt(2.0)  # by which lengths in the plane count more in the metric of SPD(2)
 
 
-class PlanePoints(NamedTuple):
-    """Coordinates of matrices on the line and in the half-plane, each of shape (B, N): B sets of N matrices."""
-
-    v: FloatArray
-    x: FloatArray
-    y: FloatArray
-
-
 class _Plane(NamedTuple):
-    """Points with the inverse of y and weights of sum 1, each of shape (B, N); passes over them are in pieces."""
+    """Points, the inverse of y and weights of sum 1, each of shape (B, N); passes over them are in pieces."""
 
-    v: FloatArray
     x: FloatArray
     y: FloatArray
     inverse: FloatArray
@@ -291,14 +282,12 @@ class _Moments(NamedTuple):
         return damping(length, self.hessian[0] + self.hessian[1] - 1.0)
 
 
-def plane_points(A: FloatArray) -> tuple[PlanePoints, BoolArray]:
-    """Points of matrices (B, N, 2, 2), and a mask of singular or non-finite ones."""
-    found = PlanePoints(*(np.empty(A.shape[:2]) for _ in range(3)))
-    wrong = np.zeros(A.shape[:2], dtype=bool)
+def plane_points(A: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Coordinates v, x and y (3, B, N) of sets of matrices (B, N, 2, 2), and a mask of singular or non-finite ones."""
+    found, wrong = np.empty((3, *A.shape[:2])), np.zeros(A.shape[:2], dtype=bool)
     for part in _slices(A):
-        piece = PlanePoints(*(values[:, part] for values in found))
+        v, x, y = piece = found[:, :, part]
         _locate(A[:, part], piece)
-        v, x, y = piece
         # NaN compares as false. If a square may be out of range, each matrix is divided by a power of 2.
         if not (v.min() > -600 and y.min() > 1e-30 and y.max() < 1e30 and math.isfinite(x.sum())):
             exponents = np.frexp(np.abs(A[:, part]).max(axis=(2, 3)))[1]
@@ -308,7 +297,7 @@ def plane_points(A: FloatArray) -> tuple[PlanePoints, BoolArray]:
     return found, wrong
 
 
-def _locate(A: FloatArray, found: PlanePoints) -> None:
+def _locate(A: FloatArray, found: FloatArray) -> None:
     a, b, c, d = A[..., 0, 0], A[..., 0, 1], A[..., 1, 0], A[..., 1, 1]
     v, x, y = found
     with np.errstate(all="ignore"):
@@ -324,9 +313,10 @@ def _locate(A: FloatArray, found: PlanePoints) -> None:
         x /= row
 
 
-def newton_in_plane(points: PlanePoints, w: FloatArray, start: FloatArray | None = None) -> Mean:
+def newton_in_plane(points: FloatArray, w: FloatArray, start: FloatArray | None = None) -> Mean:
     """The Frechet mean by Newton's method, weights w of shape (B, N) and sum 1; `start`: x and y, shape (2, B)."""
-    plane, squares = _Plane(*points, 1.0 / points.y, w), np.empty(w.shape)
+    v, x, y = points
+    plane, squares = _Plane(x, y, 1.0 / y, w), np.empty(w.shape)
     centre = _start(plane) if start is None else start
     active, iterations = np.ones(len(w), dtype=bool), np.zeros(len(w), dtype=int)
     best, previous, expected = np.full((3, len(w)), np.inf)
@@ -361,9 +351,9 @@ def newton_in_plane(points: PlanePoints, w: FloatArray, start: FloatArray | None
         expected = constant * length * length
         iterations += active
         centre = _move(base, step)
-    v0 = plane.mean(points.v)
+    v0 = plane.mean(v)
     for part in _slices(plane.w):
-        square, dv = squares[:, part], points.v[:, part] - v0[:, None]
+        square, dv = squares[:, part], v[:, part] - v0[:, None]
         dv *= dv
         square += dv
         square *= 0.5
@@ -384,7 +374,7 @@ def _start(plane: _Plane) -> FloatArray:
         many = bool((total > 0).all())
     if many:
         x, y = (values[:, ::_STRIDE].copy() for values in (plane.x, plane.y))
-        plane = _Plane(plane.v, x, y, 1.0 / y, some / total)
+        plane = _Plane(x, y, 1.0 / y, some / total)
     centre = np.array([plane.mean(plane.x), np.exp(plane.mean(np.log(plane.y)))])
     for _ in range(_CENTRE_STEPS):
         sums = np.zeros((3, len(plane.w)))  # the weighted means of s and of cosh r
@@ -417,18 +407,9 @@ def _slices(sets: FloatArray) -> Iterator[slice]:
     return (slice(start, start + step) for start in range(0, count, step))
 
 
-class _FromCentre(NamedTuple):
-    """Points relative to a centre: s = sinh(r) times the direction, cosh(r), cosh(r) - 1 and sinh(r)^2."""
-
-    s1: FloatArray
-    s2: FloatArray
-    cosh: FloatArray
-    excess: FloatArray
-    square: FloatArray
-
-
-def _seen(plane: _Plane, part: slice, centre: FloatArray) -> _FromCentre:
-    """Points after an isometry that moves the centre to (0, 1)."""
+def _seen(plane: _Plane, part: slice, centre: FloatArray) -> tuple[FloatArray, ...]:
+    """Points from a centre: s1, s2 = sinh(r) times the direction, cosh(r), cosh(r) - 1 and sinh(r)^2."""
+    # They are those after an isometry that moves the centre to (0, 1).
     (x0, y0), reciprocal = centre, plane.inverse[:, part]
     dx, dy = plane.x[:, part] - x0[:, None], plane.y[:, part] - y0[:, None]
     # cosh(r) - 1 = (dx^2 + dy^2) / (2 y y0), without cancellation; s2 = cosh(r) - y0 / y is good to eps cosh(r).
@@ -443,7 +424,7 @@ def _seen(plane: _Plane, part: slice, centre: FloatArray) -> _FromCentre:
     s2 += cosh
     square = excess + 2.0
     square *= excess
-    return _FromCentre(dx, s2, cosh, excess, square)
+    return dx, s2, cosh, excess, square
 
 
 def _moments(plane: _Plane, centre: FloatArray) -> _Moments:

@@ -1,10 +1,9 @@
 """The mean distorting transformation (MDT), and geometric medians.
 
-Among all linear maps T, the MDT is the one that minimises the weighted mean of
-Dist_F(T^-1 A_i)^2, Dist_F the Fisher distortion (D. Ozeri, "Riemannian Geometry Approach for
-Minimizing Distortion and its Applications"). It is the Cholesky factor of the Frechet mean of
-A_i A_i^T, unique up to an orthogonal factor from the right. T acts on the left: where the A_i are
-the Jacobians of a map f, T^-1 o f is its least distorting linear correction.
+Among all linear maps T, the MDT is the one that minimises the weighted mean of Dist_F(T^-1 A_i)^2, Dist_F the Fisher
+distortion (D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications"). It is the Cholesky
+factor of the Frechet mean of A_i A_i^T, unique up to an orthogonal factor from the right. T acts on the left: where the
+A_i are the Jacobians of a map f, T^-1 o f is its least distorting linear correction.
 """
 
 from __future__ import annotations
@@ -29,15 +28,14 @@ _TOO_FAR = "Invalid matrices. They lie so far apart that their squares leave the
 class MDT(Answer):
     """A mean distorting transformation and its accuracy.
 
-    `T`: shape (..., n, n), lower triangular with a positive diagonal. `distances`: Dist_F(T^-1 A_i)^2,
-    shape (..., N). The others are numbers, or of shape (...) for the leading axes. `cost`: the
-    weighted mean of `distances`. `gradient_norm`: that of the weighted mean of
-    ln(T^-1 A_i A_i^T T^-T), which vanishes at the MDT and bounds the Fisher distance from it.
-    `iterations`: the steps taken. `floor`: what rounding may leave of the gradient, some n eps times
-    the mean of cosh ln cond(T^-1 A_i). The rounding of A and T themselves comes on top: eps times the
-    condition of T, in which the scales of its rows do not count. Of the method "median" `cost` is the weighted mean of
-    Dist_F, `gradient_norm` that of the weighted mean of the unit directions to the matrices, less the weight of what
-    lies at T, and `unique` is False where others are as good: then T is in their middle.
+    `T`: shape (..., n, n), lower triangular with a positive diagonal. `distances`: Dist_F(T^-1 A_i)^2, shape (..., N).
+    The others are numbers, or of shape (...) for the leading axes. `cost`: the weighted mean of `distances`.
+    `gradient_norm`: that of the weighted mean of ln(T^-1 A_i A_i^T T^-T), which vanishes at the MDT and bounds the
+    Fisher distance from it. `iterations`: the steps taken. `floor`: what rounding may leave of the gradient, some n eps
+    times the mean of cosh ln cond(T^-1 A_i). The rounding of A and T themselves comes on top: eps times the condition
+    of T, in which the scales of its rows do not count. Of the method "median" `cost` is the weighted mean of Dist_F,
+    `gradient_norm` that of the weighted mean of the unit directions to the matrices, less the weight of what lies at T,
+    and `unique` is False where others are as good: then T is in their middle.
     """
 
     T: FloatArray

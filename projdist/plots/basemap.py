@@ -327,10 +327,10 @@ class _Texts:
 
     def take(self, x: float, y: float, width: float, height: float) -> bool:
         """Occupy a box with its lower left corner at x, y, if it is free and within the frame."""
-        if self.is_free(x, y, width, height):
+        is_free = self.is_free(x, y, width, height)
+        if is_free:
             self.boxes.append((x, y, x + width, y + height))
-            return True
-        return False
+        return is_free
 
     def is_free(self, x: float, y: float, width: float, height: float) -> bool:
         """True if a box is free and within the frame."""

@@ -298,9 +298,8 @@ def _maps(
         titles = [look.title]
     above = zip(chosen, _each(titles, len(listed)), _each(airy_kavrayskiy, len(listed)), strict=True)
     shown = surfaces.shown_part(place)
-    words = (
-        regions.region_title(place) if len(listed) == 1 and place != regions.GLOBE else ""
-    )  # else at the foot, once for all
+    # Of several maps it is at the foot, once for all.
+    words = regions.region_title(place) if len(listed) == 1 and place != regions.GLOBE else ""
     return [
         _Map(surfaces.surface_of(projection, shown), place, title, figure, place=words)
         for projection, title, figure in above

@@ -524,9 +524,8 @@ def local_field(
 ) -> ColourScale:
     """Draw the local corrections over caps of `radius_km` on `ax`; returns the colour scale.
 
-    They stand `step` degrees apart. A disc's colour is the correction's scale, or its stretch where all
-    scales are the same; a line lies in the direction that is stretched most, its length the logarithm
-    of the stretch.
+    They stand `step` degrees apart. A disc's colour is the correction's scale, or its stretch where all scales are the
+    same; a line lies in the direction that is stretched most, its length the logarithm of the stretch.
     """
     check_axes(ax)
     field = LocalField.of(surfaces.surface_of(projection, region), radius_km, step)

@@ -67,8 +67,7 @@ class Blend:
     def values(self, share: float, measure: matrices.Measure) -> FloatArray:
         """Measure (n,) of the interpolated Jacobians."""
         first, second = self.jacobians
-        J = _rotation(-share * self.turn) @ ((1.0 - share) * first + share * _rotation(self.turn) @ second)
-        return measure(J)
+        return measure(_rotation(-share * self.turn) @ ((1.0 - share) * first + share * _rotation(self.turn) @ second))
 
 
 def blend_of(first: Projection, second: Projection, region: regions.Place) -> Blend:
@@ -381,14 +380,8 @@ class _Stage:
         mapped = tri.Triangulation(x, y, blend.triangles)
         missing = ~np.isfinite(values)
         mapped.set_mask(missing[blend.triangles].any(axis=1))
-        self.field = ax.tripcolor(
-            mapped,
-            np.where(missing, self.scale.limits[0], values),
-            shading="gouraud",
-            norm=self.scale.norm,
-            cmap=self.scale.colours,
-            zorder=0.5,
-        )
+        shades: dict[str, Any] = {"norm": self.scale.norm, "cmap": self.scale.colours, "shading": "gouraud"}
+        self.field = ax.tripcolor(mapped, np.where(missing, self.scale.limits[0], values), zorder=0.5, **shades)
         grid, shore, outline = self.lines
         grid.set_segments([blend.at(share, track) for track in blend.graticule])
         shore.set_segments([blend.at(share, track) for track in blend.coast])
@@ -431,15 +424,8 @@ def _write_gif(path: Path, pictures: Iterator[AnyArray], palette: Image.Image, s
     step = max(20.0, 1e3 * seconds / (2 * (len(there) - 1)))
     durations = [step] * (2 * len(there) - 2)
     durations[0] = durations[len(there) - 1] = 1e3 * _HOLD
-    there[0].save(
-        path,
-        format="GIF",
-        save_all=True,
-        append_images=[*there[1:], *there[-2:0:-1]],
-        duration=[round(one) for one in durations],
-        loop=0,
-        optimize=False,
-    )
+    others: dict[str, Any] = {"append_images": [*there[1:], *there[-2:0:-1]], "duration": [*map(round, durations)]}
+    there[0].save(path, format="GIF", save_all=True, loop=0, optimize=False, **others)
 
 
 def _write_mp4(path: Path, stage: _Stage, count: int, seconds: float, progress: Progress | None) -> None:

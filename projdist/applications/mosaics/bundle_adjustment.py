@@ -239,10 +239,8 @@ def _false_alarms(S: FloatArray, xi: FloatArray, xj: FloatArray, tolerance: floa
 
 def _log_choices(n: IntArray | int, k: IntArray | int) -> FloatArray:
     """Logarithms of binomial coefficients."""
-    n, k = np.broadcast_arrays(n, k)
-    return np.array(
-        [math.lgamma(a + 1) - math.lgamma(b + 1) - math.lgamma(a - b + 1) for a, b in zip(n, k, strict=True)]
-    )
+    factorial = np.vectorize(lambda number: math.lgamma(number + 1), otypes=[float])
+    return np.asarray(factorial(n) - factorial(k) - factorial(n - k))
 
 
 def _is_map(S: FloatArray) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -211,7 +211,7 @@ _ALL_PAIRS = 11  # images
 # Of more images, each is matched with those that most of its clearest features resemble (M. Brown & D. G. Lowe 2007,
 # "Automatic panoramic image stitching using invariant features", section 3.1), and with the previous and the next one.
 _CLEAREST, _NEAREST, _RESEMBLING = 200, 4, 8
-_Result = TypeVar("_Result")
+_Item = TypeVar("_Item")
 
 
 class _Features(NamedTuple):
@@ -235,11 +235,10 @@ def match(pictures: Sequence[Picture], *, progress: Callable[[int, int], object]
     """
     if len(pictures) < 2:
         raise ValueError(f"Invalid images. There must be two or more, not {len(pictures)}.")
-    steps = _Steps(progress, len(pictures))
-    features = [steps.done(_features(picture, _COARSE, _COARSE_FEATURES)) for picture in pictures]
-    pairs = _candidates(features)
-    steps.more(len(pairs))
-    found = [common for i, j in pairs if (common := steps.done(_common(i, j, features[i], features[j]))) is not None]
+    steps = _Steps(progress)
+    features = [_features(picture, _COARSE, _COARSE_FEATURES) for picture in steps.of(pictures)]
+    pairs = steps.of(_candidates(features))
+    found = [common for i, j in pairs if (common := _common(i, j, features[i], features[j])) is not None]
     if not found:
         raise ValueError("Invalid images. No two of them have anything in common.")
     found = _refined(pictures, found, steps)
@@ -258,19 +257,17 @@ def match(pictures: Sequence[Picture], *, progress: Callable[[int, int], object]
 class _Steps:
     """A counter of steps that reports to a callback."""
 
-    def __init__(self, progress: Callable[[int, int], object] | None, total: int) -> None:
-        self._progress, self._total, self._done = progress, total, 0
+    def __init__(self, progress: Callable[[int, int], object] | None) -> None:
+        self._progress, self._total, self._done = progress, 0, 0
 
-    def more(self, count: int) -> None:
-        """Add steps to the total."""
-        self._total += count
-
-    def done(self, result: _Result) -> _Result:
-        """Count a step, and return its result."""
-        self._done += 1
-        if self._progress is not None:
-            self._progress(self._done, self._total)
-        return result
+    def of(self, items: Sequence[_Item]) -> Iterator[_Item]:
+        """The items, which are more steps, each counted when it is done."""
+        self._total += len(items)
+        for item in items:
+            yield item
+            self._done += 1
+            if self._progress is not None:
+                self._progress(self._done, self._total)
 
 
 def _features(picture: Picture, most_pixels: float, most_features: int) -> _Features:
@@ -351,8 +348,7 @@ def _refined(pictures: Sequence[Picture], found: Sequence[Link], steps: _Steps) 
     """The common points, those of matching pairs found anew on larger images."""
     maps = [_map_of(one, pictures) if one.reduction > 1.0 else None for one in found]
     larger = {image for one, S in zip(found, maps, strict=True) if S is not None for image in (one.i, one.j)}
-    steps.more(len(larger))
-    fine = {image: steps.done(_features(pictures[image], _FINE, _FINE_FEATURES)) for image in sorted(larger)}
+    fine = {image: _features(pictures[image], _FINE, _FINE_FEATURES) for image in steps.of(sorted(larger))}
     return [
         one if S is None else _guided(one, S, fine[one.i], fine[one.j]) or one
         for one, S in zip(found, maps, strict=True)

@@ -7,7 +7,7 @@ import os
 import warnings
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -192,14 +192,12 @@ class Picture:
         except ValueError:
             if self.path is None or self.path.suffix.lower() not in _TIFFS or not self.path.is_file():
                 raise
-            try:
+            with suppress(ValueError, ImportError):
                 deep = read_deep(self.path, None, 1)
-            except (ValueError, ImportError):
-                deep = None
-            if deep is None:
-                raise
-            self.is_deep, self.is_whole, self.is_grey = True, False, deep.values.shape[2] == 1
-            self.size = deep.seen.shape[::-1]
+                self.is_deep, self.is_whole, self.is_grey = True, False, deep.values.shape[2] == 1
+                self.size = deep.seen.shape[::-1]
+                return
+            raise
 
     @property
     def _invalid(self) -> str:

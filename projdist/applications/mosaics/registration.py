@@ -499,9 +499,8 @@ def mosaic(
     `model`: affine maps, homographies, or "auto" for the model that suits the points. `frame`: "mdt", in which the
     images are distorted least, or the plane of an image: "first", "last", "central", "best" of all, or a number.
     `weights`: of the images, by default equal. `rotation`: as `method` of `mean_rotation`. `tolerance`: pixels, as in
-    `register`. `most_pixels`: limit of the canvas. `registration`: of a group of images, in
-    place of that of the largest group. Raises ValueError for frames in which an image reaches infinity, and as
-    `register`.
+    `register`. `most_pixels`: limit of the canvas. `registration`: of a group of images, in place of that of the
+    largest group. Raises ValueError for frames in which an image reaches infinity, and as `register`.
     """
     frame = check_frame(frame, len(points.sizes))
     check_choice("rotation", rotation, ROTATIONS)

@@ -427,7 +427,6 @@ def _fitting(points: ControlPoints, kept: BoolArray) -> BoolArray:
 
 def _log_probability(residuals: list[_Residuals], rounding: float) -> FloatArray:
     """Logarithm of the probability of residuals this large, by the splines' smallest residual and largest variance."""
-    square = np.min([one.square for one in residuals], axis=0)
-    variance = np.maximum(np.max([one.variance for one in residuals], axis=0), rounding**2)
-    freedom = min(one.freedom for one in residuals)
-    return np.asarray(-freedom * np.log1p(square / variance / freedom))
+    squares, variances, freedoms = zip(*residuals, strict=True)
+    variance, freedom = np.maximum(np.max(variances, axis=0), rounding**2), min(freedoms)
+    return np.asarray(-freedom * np.log1p(np.min(squares, axis=0) / variance / freedom))

@@ -154,11 +154,8 @@ def _pairs(
     """The points of both clouds that are partners, and the weights of the pairs."""
     there = partners >= 0
     pairs = partners[there]
-    return (
-        cloud.points[pairs],
-        template.points[there],
-        affine.pair_weights(cloud.weights[pairs], template.weights[there]),
-    )
+    weights = affine.pair_weights(cloud.weights[pairs], template.weights[there])
+    return cloud.points[pairs], template.points[there], weights
 
 
 def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apart: float) -> tuple[IntArray, float]:

@@ -90,20 +90,12 @@ class Records:
 # ---- PLY ------------------------------------------------------------------------------------
 
 
-class _Property(NamedTuple):
-    """A property of an element: its name, its type, and the type of its length if it is a list, else ""."""
-
-    name: str
-    kind: str
-    length: str = ""
-
-
 class _Element(NamedTuple):
-    """An element of a header: its name, its number and its properties."""
+    """An element of a header: name, number, and of each property name, type, and the type of a list's length or ""."""
 
     name: str
     rows: int
-    properties: list[_Property]
+    properties: list[tuple[str, str, str]]
 
 
 def read_ply(data: bytes) -> Records:
@@ -117,10 +109,10 @@ def read_ply(data: bytes) -> Records:
     if order not in _ORDERS or place is None:
         raise CloudError("Its header must name a format and an element vertex.")
     vertex = elements[place]
-    kinds = {one.name: one.kind for one in vertex.properties}
+    kinds = {name: kind for name, kind, _ in vertex.properties}
     if len(kinds) < len(vertex.properties):
         raise CloudError("Its vertices have two properties of one name.")
-    if any(one.length for one in vertex.properties):
+    if any(length for *_, length in vertex.properties):
         raise CloudError("Its vertices must have no lists.")
     dtype = np.dtype([(name, _ORDERS[order] + kind) for name, kind in kinds.items()])
 
@@ -143,9 +135,9 @@ def _elements(lines: list[str]) -> tuple[str, list[_Element]]:
             elif words[:1] == ["property"] and "vertex" in [element.name for element in elements[:-1]]:
                 continue  # of an element after the vertices
             elif words[:2] == ["property", "list"]:
-                elements[-1].properties.append(_Property(words[4], _TYPES[words[3]], _TYPES[words[2]]))
+                elements[-1].properties.append((words[4], _TYPES[words[3]], _TYPES[words[2]]))
             elif words[:1] == ["property"]:
-                elements[-1].properties.append(_Property(words[2], _TYPES[words[1]]))
+                elements[-1].properties.append((words[2], _TYPES[words[1]], ""))
         except (IndexError, KeyError, ValueError) as error:
             raise CloudError(f"The line '{line.strip()[:_SHOWN]}' of its header is not understood.") from error
     return order, elements
@@ -160,9 +152,9 @@ def _behind(data: bytes, start: int, element: _Element, order: str) -> int:
             if start == 0:
                 raise early
         return start
-    sizes = [np.dtype(one.kind).itemsize for one in element.properties]
-    lengths = [np.dtype(_ORDERS[order] + (one.length or "V0")) for one in element.properties]
-    if not any(one.length for one in element.properties):
+    sizes = [np.dtype(kind).itemsize for _, kind, _ in element.properties]
+    lengths = [np.dtype(_ORDERS[order] + (length or "V0")) for *_, length in element.properties]
+    if not any(length.itemsize for length in lengths):
         return start + max(0, element.rows) * sum(sizes)
     for _ in range(element.rows):
         for size, length in zip(sizes, lengths, strict=True):
