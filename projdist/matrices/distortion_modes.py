@@ -22,7 +22,6 @@ from projdist.support import Answer, check_numbers
 _PURE = 0.1  # distance from 1, 0 or -1 within which a ratio of two scales is named so
 _ALONG = 7.5  # degrees within which a direction is named
 _LEAST = 0.1  # smallest entry of a mode that is named in more than two dimensions
-_LEAST_SHARE = 0.005
 _NOTHING = 1e-12  # RMS of logarithms that counts as rounding
 _AXES = "xyz"
 
@@ -69,7 +68,7 @@ class Modes(Answer):
     @property
     def summary(self) -> str:
         """The modes in a line, without those below half a per cent."""
-        named = [(share, word) for share, word in zip(self.shares, self.words, strict=True) if share >= _LEAST_SHARE]
+        named = [(share, word) for share, word in zip(self.shares, self.words, strict=True) if share >= 0.005]
         return "; ".join(f"{100.0 * share:.0f} % {word}" for share, word in named) or "nothing is distorted"
 
     def _line(self) -> str:

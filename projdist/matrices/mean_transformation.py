@@ -52,12 +52,10 @@ class MDT(Answer):
 
     def _table(self) -> dict[str, FloatArray]:
         """One row per set of matrices: the figures, and T as T_00, T_01, ..."""
-        columns = {name: np.ravel(getattr(self, name)) for name in _FIGURES}
+        figures = ("cost", "gradient_norm", "iterations", "floor", "unique")
+        columns = {name: np.ravel(getattr(self, name)) for name in figures}
         n = self.T.shape[-1]
         return columns | {f"T_{i}{j}": np.ravel(self.T[..., i, j]) for i in range(n) for j in range(n)}
-
-
-_FIGURES = ("cost", "gradient_norm", "iterations", "floor", "unique")
 
 
 def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto") -> MDT:

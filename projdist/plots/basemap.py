@@ -287,8 +287,6 @@ _ROUND = tuple(m * 10.0**k for k in range(0, 7) for m in (1, 2, 5))
 _PLACED_AT_ONCE = 8.0  # degrees: a smaller region has a globe that tells where it is
 _LEAST_FOR_LOCATOR = 170.0  # points; in a smaller picture it would be in the way
 _LOCATOR = 0.17  # of the smaller side
-_LOCATOR_STEP = 4.0  # degrees
-_MARK = "#d7301f"
 
 _CITIES_PER_INCH = 1.1  # of the sum of a picture's sides
 _ABOUT = [(0.0, 0.0), *((0.1 * east, 0.1 * north) for east in (-1, 1) for north in (-1, 1))]  # coarse coasts miss some
@@ -398,12 +396,12 @@ def _draw_locator(ax: Axes, surface: Surface, texts: _Texts) -> None:
     lon, lat = float(surfaces.normalised(np.array(0.5 * (west + east)))), 0.5 * (south + north)
     centre = f"+lon_0={lon:.6f} +lat_0={0.8 * lat:.6f}"
     tilted = projections.Projection.from_user_input(f"+proj=ortho {centre} +R=6371008.7714")
-    seen = surfaces.surface_of(tilted, regions.GLOBE, _LOCATOR_STEP)
+    seen = surfaces.surface_of(tilted, regions.GLOBE, 4.0)
     _draw_land(globe, seen, seen, style_of(globe).colours.locator, 0.5)
     set_view(globe, *seen.view)
     add_lines(globe, seen.outline, colors="#555555", linewidths=0.6, zorder=1.0)
     spot = [float(one) for one in tilted(lon, lat)]
-    globe.plot(*spot, "o", color=_MARK, markersize=4.0, markeredgecolor="white", markeredgewidth=0.8)
+    globe.plot(*spot, "o", color="#d7301f", markersize=4.0, markeredgecolor="white", markeredgewidth=0.8)
     globe.set_label("locator")
 
 

@@ -17,12 +17,7 @@ from projdist.surfaces import Surface
 
 Levels = int | Sequence[float] | None
 
-_TITLES = {
-    "fisher": "Fisher distortion",
-    "airy": "Airy distortion",
-    "kavrayskiy": "Kavrayskiy distortion",
-    "jordan": "Jordan distortion",
-}
+_TITLES = {name: f"{name.capitalize()} distortion" for name in ("fisher", "airy", "kavrayskiy", "jordan")}
 
 _TAIL = 0.02  # of the weights at either end may be off the colours
 _FEW = 0.001  # of the weights, for which no half of a diverging map is shown
@@ -31,13 +26,10 @@ _NOISE = {"deg": 1e-4, "ppm": 1e-1}  # below it, differences are rounding; 1e-7 
 _NEAR = 0.5  # of the farther limit: values that come as near to the neutral one show it too
 _SLACK = 1e-3  # of the limits' distance: what is less beyond them is not seen
 _SEEN = 1e-4  # of the limits' distance: across values as close as that, isolines run at random
-_LEAST_RATIO = 1e-12
 _ALMOST_NEUTRAL = 2e-6  # of a ratio: PROJ's own noise in the areal scale, a few km from the pole of EPSG:3035
 _FLAT = {"magnitude": (0.0, 1.0), "signed": (-1.0, 1.0), "ratio": (-0.1, 0.1)}  # where nothing is distorted
-_INTERVALS = 9
 _MOST_LEVELS = 100
 _COLOURS = 256
-_FEW_LEVELS = 5  # that a notice names
 
 
 @dataclass(frozen=True)
@@ -86,7 +78,7 @@ class ColourScale:
         chosen = _round_levels(measure, low, high, wanted) if isinstance(wanted, int) else wanted
         missed = chosen[(chosen < data.min()) | (chosen > data.max())]
         if missed.size and not isinstance(wanted, int):
-            few = [f"{level:g}" for level in missed[:_FEW_LEVELS]]
+            few = [f"{level:g}" for level in missed[:5]]
             few += [f"{missed.size - len(few)} more"] if missed.size > len(few) else []
             has = "level {} has no isoline: it is" if missed.size == 1 else "levels {} have no isolines: they are"
             beyond = has.format(support.listed(few, "and"))
@@ -144,13 +136,13 @@ class ColourScale:
 
 def _from_neutral(measure: matrices.Measure, values: FloatArray) -> FloatArray:
     """Distance from the neutral value: 0, or of a ratio 1, in the logarithm."""
-    return np.log(np.maximum(values, _LEAST_RATIO)) if measure.kind == "ratio" else values
+    return np.log(np.maximum(values, 1e-12)) if measure.kind == "ratio" else values
 
 
 def _check_levels(levels: Levels) -> int | FloatArray:
     """Approximate number of levels, or the levels in ascending order."""
     if levels is None:
-        return _INTERVALS
+        return 9
     if isinstance(levels, int | np.integer) and not isinstance(levels, bool):
         if 1 <= levels <= _MOST_LEVELS:
             return int(levels)
@@ -158,10 +150,8 @@ def _check_levels(levels: Levels) -> int | FloatArray:
         chosen = np.unique(support.check_numbers("levels", levels))
         if chosen.size <= _MOST_LEVELS and np.isfinite(chosen).all():
             return chosen
-    raise ValueError(
-        f"Invalid levels {support.quoted(levels)}. They must be a number of isolines, 1 to {_MOST_LEVELS}, or as "
-        "many finite values."
-    )
+    must = f"They must be a number of isolines, 1 to {_MOST_LEVELS}, or as many finite values."
+    raise ValueError(f"Invalid levels {support.quoted(levels)}. {must}")
 
 
 def _noise(measure: matrices.Measure) -> float:

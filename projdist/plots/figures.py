@@ -23,9 +23,6 @@ from projdist.plots.colours import ColourScale, Levels
 from projdist.plots.style import Look, StyledFigure, look_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 
-_TURN = 360.0
-_ANGLES = ("meridian_convergence",)  # in degrees, -180 to 180
-
 
 def field_against(surface: surfaces.Surface, measure: matrices.Measure, other: Projection | None) -> FloatArray:
     """Measure at the vertices of a surface, minus that of another map there, or for a ratio divided by it."""
@@ -51,7 +48,7 @@ def _against(values: FloatArray, others: FloatArray, measure: matrices.Measure) 
             found = values / others
         return np.where(np.isfinite(found), found, np.nan)
     found = values - others
-    return np.mod(found + _TURN / 2, _TURN) - _TURN / 2 if measure.name in _ANGLES else found
+    return map_drawing.turned(found) if measure.name == "meridian_convergence" else found
 
 
 # ---- figures -------------------------------------------------------------------------------------
@@ -319,9 +316,8 @@ def _each(values: Sequence[Any] | None, count: int) -> Sequence[Any]:
     if values is None:
         return [None] * count
     if not isinstance(values, list | tuple | np.ndarray) or len(values) != count:
-        raise ValueError(
-            f"Invalid titles or figures {support.quoted(values)}. There must be one for each of {count} maps."
-        )
+        must = f"There must be one for each of {count} maps."
+        raise ValueError(f"Invalid titles or figures {support.quoted(values)}. {must}")
     return values
 
 

@@ -38,24 +38,14 @@ def _dress(ax: Axes, points: float, *, grid: bool = True) -> None:
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")
 
 _SIZES = {"histogram": (7.5, 4.4), "cumulative": (7.5, 4.4), "pareto": (7.0, 6.4)}
-_STYLES: tuple[Any, ...] = (
-    "-",
-    (0, (5, 2)),
-    (0, (1.5, 1.5)),
-    (0, (6, 2, 1.5, 2)),
-    (0, (9, 2)),
-    (0, (3, 1.5, 3, 4)),
-    (0, (6, 2, 1.5, 2, 1.5, 2)),
-    (0, (1.5, 4)),
-)
+_DASHES = ((5, 2), (1.5, 1.5), (6, 2, 1.5, 2), (9, 2), (3, 1.5, 3, 4), (6, 2, 1.5, 2, 1.5, 2), (1.5, 4))
+_STYLES: tuple[Any, ...] = ("-", *((0, dashes) for dashes in _DASHES))
 _MOST = 24
 _TAIL = 0.01  # of the area at an end may be off the axis, where values run off
 _ROOM = 0.015  # of an axis, at its ends
 _BINS = 60
-_HEADING = 11.0  # points
 _STEPS = 1500  # of a cumulative curve
 _TOLERANCE = 1e-5  # pictures show no more
-_LONGEST = 60
 _SAME = 0.005  # of the largest error: less is neither seen nor sure
 _LEAST = 0.35  # of the longer axis, that of areas or of angles
 
@@ -127,13 +117,13 @@ def distribution_figure(
     measures: list[Any] = [] if kind == "pareto" else [chosen]
     fields = [sample(one, place, measures=measures, tolerance=_TOLERANCE) for one in maps]
     look, room = look_for(look), layouts.check_size(size)
-    name = "" if place == regions.GLOBE else place.name[:_LONGEST]
+    name = "" if place == regions.GLOBE else place.name[:60]
     with look.applied():
         style = FigureStyle(look, scale_for(look, room))
         figure = StyledFigure(style, room or _SIZES[kind], layouts.check_dpi(dpi), layout="constrained")
         ax = figure.add_subplot()
         if look.title:
-            figure.suptitle(look.title, **style.letters(_HEADING))
+            figure.suptitle(look.title, **style.letters(11.0))
         if kind == "pareto":
             _draw_pareto(figure, ax, fields, names, f", over {name}" if name else "", is_free=size is None)
         else:
@@ -253,7 +243,6 @@ def pareto_front(points: FloatArray, same: float) -> list[int]:
 
 _NEAR, _FAR, _TURNS = 7.0, 90.0, 24  # points from the point that is labelled, and directions tried
 _TIED = 9.0  # points: labels farther away have a line to their point
-_PAD = 1.5
 _ASTRAY = 0.02  # of a label's area: as bad as hiding so much is a label that is nearer to another point
 
 
@@ -279,7 +268,7 @@ def _place_labels(ax: Axes, xy: FloatArray, texts: Sequence[str], line: FloatArr
         label = ax.annotate(texts[k], xy[k], zorder=4.0, annotation_clip=False, **place, **style)
         box = np.array(label.get_window_extent().size)
         offsets = (ways * distances * dots + 0.5 * box * np.clip(1.4 * ways, -1.0, 1.0)).reshape(-1, 2)
-        boxes = _boxes(places[k] + offsets, box, _PAD * dots)
+        boxes = _boxes(places[k] + offsets, box, 1.5 * dots)
         hidden = overlaps(boxes, taken).sum(axis=1) + areas(boxes) - overlaps(boxes, frame)[:, 0]
         own = _gaps(places[k][None], boxes) + 3.0 * dots
         nearer = (_gaps(places, boxes) < own).sum(axis=1) - 1
@@ -321,7 +310,6 @@ _LEFT, _RIGHT, _TOP, _FOOT = 0.95, 0.75, 0.62, 0.5
 _LEGEND = 0.32  # above the panels where there is no title
 _NEARLY_ONE = 0.02  # of 1: scales as near to it have an axis of ppm, too
 _ROUNDING = 1e-7  # of the values: differences below it are rounding
-_MOST_VERTICES = 40
 
 
 @dataclass(frozen=True)
@@ -464,7 +452,7 @@ def _draw_curves(ax: Axes, panel: _Panel, distance: FloatArray, vertices: FloatA
         _set_ticks(other, 1e6 * (low - 1.0), 1e6 * (high - 1.0))
         other.set_ylabel("ppm", **style.letters(8.0, quiet=True))
         _dress(other, 7.5, grid=False)
-    if 2 < len(vertices) <= _MOST_VERTICES:
+    if 2 < len(vertices) <= 40:
         ends = ax.get_xaxis_transform()
         ax.vlines(vertices[1:-1], 0.0, 1.0, transform=ends, color=colours.graticule, linewidth=0.7, zorder=1.0)
     ax.set_ylabel(panel.label, **style.letters(8.0))

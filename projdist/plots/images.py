@@ -72,7 +72,6 @@ _POINT, _OUTLIER, _FOLD = "#1f3b57", "#b3002d", "#d81b60"
 _GAP, _TITLE, _FOOT, _BAR = 0.2, 0.55, 0.15, 0.75  # inches
 _HEADING = 0.36  # inches above all
 _NARROWEST, _TEXT = 0.5, 3.6  # inches: of a map, and of a column, for the lines below the titles
-_MOST_NAMES = 12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -330,7 +329,7 @@ def _grid(panel: _OldMapPanel, measure: str) -> None:
     for chosen, colour in ((~far, point), (far, _OUTLIER)):
         x, y = found.points.old[chosen].T
         ax.scatter(x, y, s=size, c=colour, linewidths=0, zorder=2.2)
-    for name in found.outliers[:_MOST_NAMES]:
+    for name in found.outliers[:12]:
         number = found.points.names.index(name)
         goes_right = meant[number, 0] > found.points.old[number, 0]
         offset, side = ((-3, 3), "right") if goes_right else ((3, 3), "left")  # beside the line

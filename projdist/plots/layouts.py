@@ -58,7 +58,6 @@ def _shrink(texts: Sequence[Text], points: float, room: float) -> float:
 FOOT, BAR = 0.3, 0.75  # inches below the maps, for a line of text, and for a colour bar
 _GAP, _TITLE, _EMPTY = 0.15, 0.5, 0.06
 _HEADING = 0.36  # for a heading above several maps
-_COLUMNS = 5
 _LEAST_TEXT = 0.7  # of the usual size: rather fewer columns than smaller titles
 _WIDEST, _HIGHEST = 11.0, 9.0
 
@@ -148,7 +147,7 @@ def arranged(
     # In a figure of a stated size titles and subtitles share a line if they fit.
     merged = [(" · ".join(filter(None, line)), "") for line in words]
     options: list[_Grid] = []
-    for columns in range(1, min(count, _COLUMNS) + 1):
+    for columns in range(1, min(count, 5) + 1):
         if -(-count // -(-count // columns)) == columns:  # the fewest for the rows: four maps are two and two
             options.append(make(columns, words))
             if size is not None and merged != words:
@@ -185,9 +184,8 @@ def check_size(size: Any) -> tuple[float, float] | None:
         return None
     pair = support.check_pair("size", size)
     if not (np.isfinite(pair).all() and min(pair) > 0):
-        raise ValueError(
-            f"Invalid size {support.quoted(size)}. It must be a width and a height in inches, both positive."
-        )
+        must = "It must be a width and a height in inches, both positive."
+        raise ValueError(f"Invalid size {support.quoted(size)}. {must}")
     return pair
 
 

@@ -61,8 +61,6 @@ def label_isolines(ax: Axes, lines: contour.ContourSet, labels: Mapping[float, s
 
 _VERTICES, _FEW_VERTICES, _MANY = 72, 24, 2000
 _TICK, _AIR = 8.0, 0.6  # points, and of them between labels
-_AXIS = 0.5  # points
-_LEAST_FACTOR, _LARGEST_FACTOR = 0.1, 1e6
 _EDGE, _EDGE_SHARE = 0.6, 0.06  # points, and of the width of the ellipses
 
 AnyMeasure = str | matrices.Measure | Callable[[FloatArray], FloatArray]
@@ -89,7 +87,7 @@ def check_exaggeration(factor: float | str) -> float | str:
     """Check an exaggeration: a factor, or "auto"; raises ValueError."""
     if factor == "auto":
         return factor
-    if not _LEAST_FACTOR <= support.check_number("exaggeration", factor) <= _LARGEST_FACTOR:
+    if not 0.1 <= support.check_number("exaggeration", factor) <= 1e6:
         raise ValueError(f"Invalid exaggeration '{factor}'. It must be a factor of 0.1 to 1e6, or auto.")
     return factor
 
@@ -139,7 +137,7 @@ def draw_tissot(
     if axes:
         crosses = surfaces.principal_axes(panel, radius)
         edge = style_of(ax).colours.edge
-        add_lines(ax, crosses, colors=edge, linewidths=_AXIS, zorder=2.1, label="principal directions")
+        add_lines(ax, crosses, colors=edge, linewidths=0.5, zorder=2.1, label="principal directions")
     basemap.draw_places(ax, surface, context)
     layouts.draw_title(ax, *words)
 
@@ -332,7 +330,6 @@ _LARGEST, _SMALLEST = 60.0, 2.0  # points squared
 _RASTER = 200  # points; of fewer each is shown
 _EVEN = 1.8  # between the spacings of even points: cells of a raster are not square on the ground
 _MOST_TRIANGULATED = 200_000
-_TARGET = "#1a7f37"
 
 
 @dataclass(frozen=True)
@@ -383,7 +380,7 @@ class GroundMap:
         words = words_of(found.projection, title, below=self.below(" (thick lines)" if levels else ""))
         draw_heatmap(ax, surface, self.ppm, scale, words, basemap.CONTEXTS[-1])
         if levels:
-            style = {"colors": _TARGET, "linewidths": 1.6, "linestyles": "solid", "zorder": 2.1}
+            style = {"colors": "#1a7f37", "linewidths": 1.6, "linestyles": "solid", "zorder": 2.1}
             lines = ax.tricontour(mapped, values, levels=levels, **style)
             clip = basemap.region_clip(ax, surface)
             if clip is not None:
@@ -417,12 +414,12 @@ def _heights(surface: Surface, found: decisions.LDP) -> FloatArray | None:
     middle = float(np.mean(found.lat))
     across = np.cos(np.radians(middle))
     origin = found.lon[0]
-    points = np.column_stack([_turned(found.lon - origin) * across, found.lat])
+    points = np.column_stack([turned(found.lon - origin) * across, found.lat])
     tree = cKDTree(points)
     spacing = np.asarray(tree.query(points, 2)[0])[:, 1]
     if np.quantile(spacing, 0.9) > _EVEN * np.quantile(spacing, 0.1):
         return None
-    nodes = np.column_stack([_turned(lon - origin) * across, lat])
+    nodes = np.column_stack([turned(lon - origin) * across, lat])
     nearest = found.height[tree.query(nodes)[1]]
     if found.height.size > _MOST_TRIANGULATED:
         return nearest
@@ -430,7 +427,7 @@ def _heights(surface: Surface, found: decisions.LDP) -> FloatArray | None:
     return np.where(np.isfinite(between), between, nearest)
 
 
-def _turned(lon: FloatArray) -> FloatArray:
+def turned(lon: FloatArray) -> FloatArray:
     """Differences of longitude, -180 to 180."""
     return np.mod(lon + 180.0, 360.0) - 180.0
 

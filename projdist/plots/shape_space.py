@@ -26,11 +26,8 @@ from projdist.projections import Projection, ProjectionLike, listed_projections
 
 _POINTS = 4000  # of equal area each
 _RAYS = 60  # points to which geodesics are drawn
-_STEPS = np.linspace(0.0, 1.0, 41)
-_TOLERANCE = 1e-6
 _MOST = 12  # maps
 _ROOM = 1.06  # of the farthest point
-_LEAST_REACH = 1e-6
 _NEARLY_ALL = 0.999  # of the points are within the circle that is drawn
 _WHOLE = 0.7  # a reach from which on the whole disc is drawn
 _RINGS = (3, 5)  # at least and at most
@@ -118,20 +115,18 @@ def space_figure(
     names = titles_for(titles, [title_of(one) for one in maps])
     look = look_for(look)
     names = [look.title] if look.title and len(maps) == 1 else names
-    clouds = [_cloud(sample(one, place, tolerance=_TOLERANCE)) for one in maps]
+    clouds = [_cloud(sample(one, place, tolerance=1e-6)) for one in maps]
     sizes = [cloud.sizes for cloud in clouds]
     weights = [np.full(size.size, 1.0 / size.size) for size in sizes]
     scale = ColourScale.of(matrices.get_measure("areal_scale"), sizes, weights, colours=look.colours)
     # The disc is drawn whole, or as much of it as holds nearly all points.
     far = np.concatenate([np.abs([*cloud.points, cloud.mean, cloud.median]) for cloud in clouds])
-    reach = _ROOM * max(float(np.quantile(far, _NEARLY_ALL)), _LEAST_REACH)
+    reach = _ROOM * max(float(np.quantile(far, _NEARLY_ALL)), 1e-6)
     reach = 1.0 if reach > _WHOLE else reach
     over = "" if place == regions.GLOBE else f", over {regions.region_title(place)}"
     with look.applied():
-        words = [(name, "") for name in names]
-        figure, panes, room = layouts.arranged(
-            np.ones((len(maps), 2)), size, dpi, foot=layouts.BAR, words=words, look=look
-        )
+        words, shapes = [(name, "") for name in names], np.ones((len(maps), 2))
+        figure, panes, room = layouts.arranged(shapes, size, dpi, foot=layouts.BAR, words=words, look=look)
         for ax, cloud, name in zip(panes, clouds, names, strict=True):
             _draw(ax, cloud, scale, reach)
             layouts.draw_title(ax, name, "")
@@ -185,7 +180,7 @@ def _draw(ax: Axes, cloud: _Cloud, scale: ColourScale, reach: float) -> None:
 
 def geodesic(start: complex, end: complex) -> FloatArray:
     """Points (m, 2) of the geodesic between two points of the disc."""
-    seen = (end - start) / (1.0 - np.conj(start) * end) * _STEPS
+    seen = (end - start) / (1.0 - np.conj(start) * end) * np.linspace(0.0, 1.0, 41)
     line = (start + seen) / (1.0 + np.conj(start) * seen)
     return np.stack([line.real, line.imag], axis=-1)
 

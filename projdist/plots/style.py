@@ -111,7 +111,6 @@ def with_minus(text: str) -> str:
 # ---- style ---------------------------------------------------------------------------------------
 
 _FONT = 9.0  # points: the usual size of a colour bar's label, to which all others are in proportion
-_SIZES = (1.0, 72.0)
 _HEADING, _FOOT = 12.0, 7.5
 _MARGINS = 8.0  # points, of a line across a figure
 _LEAST, _FEWEST = 0.75, 12  # of its size, and letters
@@ -168,7 +167,7 @@ class Look:
             raise ValueError(f"Invalid theme {support.quoted(self.theme)}. It must be {known}.")
         if self.font_size is not None:
             points = support.check_number("font size", self.font_size)
-            if not _SIZES[0] <= points <= _SIZES[1]:
+            if not 1.0 <= points <= 72.0:
                 raise ValueError(f"Invalid font size {support.quoted(self.font_size)}. It must be 1 to 72 points.")
         if self.title is not None:
             support.check_text("title", self.title)
@@ -192,9 +191,8 @@ class Look:
             except (OSError, ValueError) as error:
                 raise ValueError(f"{text} Matplotlib cannot read it: {' '.join(str(error).split())}.") from error
             if not stated:
-                raise ValueError(
-                    f"{text} It states nothing that matplotlib knows: it must have lines as 'font.size: 9'."
-                )
+                must = "it must have lines as 'font.size: 9'"
+                raise ValueError(f"{text} It states nothing that matplotlib knows: {must}.")
         return {key: value for key, value in stated.items() if key not in _NOT_OF_PICTURES}
 
     @functools.cached_property

@@ -101,18 +101,16 @@ def read_correspondences(
     columns, stated, images = _read(Path(path), model)
     given = stated if sizes is None else [(float(w), float(h)) for w, h in sizes]
     if given is None:
-        raise ValueError(
-            f"Invalid correspondences '{path}'. The sizes of the images must be given, or stand in a comment line, as "
-            "'# image sizes h x w: [(600, 800), (600, 800)]'."
-        )
+        like = "'# image sizes h x w: [(600, 800), (600, 800)]'"
+        must = f"The sizes of the images must be given, or stand in a comment line, as {like}."
+        raise ValueError(f"Invalid correspondences '{path}'. {must}")
     if len(given) == 1 and sizes is not None:
         count = len(images) if names is None else len(names)
         # Each image must occur, as one wrong number could mean millions of images.
         if names is None and images != set(range(count)):
-            raise ValueError(
-                f"Invalid correspondences '{path}'. Its {count} images are numbered {min(images)} to {max(images)}; "
-                f"they must be 0 to {count - 1}, or the size of every image must be given."
-            )
+            has = f"Its {count} images are numbered {min(images)} to {max(images)}"
+            must = f"they must be 0 to {count - 1}, or the size of every image must be given"
+            raise ValueError(f"Invalid correspondences '{path}'. {has}; {must}.")
         given = given * count
     return Correspondences(**columns, sizes=np.array(given), names=None if names is None else tuple(names))
 
@@ -153,10 +151,8 @@ def _read(path: Path, model: str) -> tuple[dict[str, Any], list[tuple[float, flo
             continue
         row = _row(cells)
         if row is None:
-            raise ValueError(
-                f"{text} Line {number} must be {','.join(_COLUMNS)}: the model 0 or 1, the numbers of two images, and "
-                f"pixels.{comma_hint(cells)}"
-            )
+            must = f"{','.join(_COLUMNS)}: the model 0 or 1, the numbers of two images, and pixels"
+            raise ValueError(f"{text} Line {number} must be {must}.{comma_hint(cells)}")
         models.add(row[0])
         images |= {int(row[1]), int(row[2])}
         if model in (row[0], "auto"):

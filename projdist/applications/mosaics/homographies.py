@@ -125,15 +125,9 @@ def _feasible_line(H: FloatArray, sizes: FloatArray) -> FloatArray | None:
     rows = seen.reshape(-1, 3)
     scale = np.abs(rows).max(axis=0)
     rows = rows / scale
-    found = linprog(
-        [0.0, 0.0, 0.0, -1.0],
-        A_ub=np.hstack([-rows, np.ones((len(rows), 1))]),
-        b_ub=np.zeros(len(rows)),
-        A_eq=np.append(rows.mean(axis=0), 0.0)[None],
-        b_eq=[1.0],
-        bounds=(None, None),
-        method="highs",
-    )
+    least, mean = np.hstack([-rows, np.ones((len(rows), 1))]), np.append(rows.mean(axis=0), 0.0)[None]
+    none = np.zeros(len(rows))
+    found = linprog([0.0, 0.0, 0.0, -1.0], least, none, mean, [1.0], bounds=(None, None), method="highs")
     if found.status != 0 or found.x is None or found.x[3] <= 0:
         return None
     return np.asarray(found.x[:3]) / scale

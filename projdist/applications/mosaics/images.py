@@ -39,7 +39,6 @@ def as_array(one: Any) -> AnyArray:
 DEEPEST = 65535
 _PNG_DEPTH = 24  # the byte of a PNG with the bits per colour (PNG specification, 11.2.2)
 _TIFF_DEPTH, _TIFF_NODATA = 258, 42113  # tags: BitsPerSample, and GDAL's for the value of no data
-_KINDS = "uif"
 
 
 class Deep(NamedTuple):
@@ -71,7 +70,7 @@ def is_deep(image: Image.Image, path: Path | None) -> bool:
 
 def array_of(source: AnyArray) -> Deep:
     """The values of an array (height, width) or (height, width, 1, 3 or 4), the fourth alpha; ValueError for others."""
-    if source.dtype.kind not in _KINDS or source.ndim not in (2, 3) or source.shape[2:] not in ((), (1,), (3,), (4,)):
+    if source.dtype.kind not in "uif" or source.ndim not in (2, 3) or source.shape[2:] not in ((), (1,), (3,), (4,)):
         raise ValueError(f"its shape is {source.shape}, of {source.dtype}")
     values = np.asarray(source, dtype=float).reshape(*source.shape[:2], -1)
     seen = np.asarray(np.isfinite(values).all(axis=2))

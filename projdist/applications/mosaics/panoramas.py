@@ -22,7 +22,6 @@ from projdist.matrices import turns
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 from projdist.support import check_choice
 
-_MOST_PIXELS = 1e8  # of a canvas
 _ARC = 40  # edges of an outline for each side of an image
 # The horizontals of cameras that turned by some degrees about more than one axis determine the vertical.
 _TURNED, _LEVEL = 1e-3, 0.25
@@ -77,7 +76,7 @@ class Panorama(registration.ImageAnswer):
         outlines = [np.column_stack(angles_of(view.directions(rim * view.size))) for view in self.views]
         return {"type": "MultiPolygon", "coordinates": [[outline.tolist()] for outline in outlines]}
 
-    def mapped(self, projection: ProjectionLike, *, most_pixels: float = _MOST_PIXELS) -> MappedPanorama:
+    def mapped(self, projection: ProjectionLike, *, most_pixels: float = 1e8) -> MappedPanorama:
         """The panorama on a map of the sphere, for `render`, of at most `most_pixels`.
 
         Raises ValueError for maps of an ellipsoid, and for maps without an inverse in PROJ.
@@ -205,7 +204,6 @@ _CAP = 10.0  # tolerances; larger errors count as this while the focal length is
 _FAR = 0.7  # of half the longest side: links that chains miss by more are used only later
 # Of the median error, 2.5 standard deviations of normal noise; lenses may bend lines beyond the tolerance.
 _WITHIN = 3.7
-_ROUNDS = 10
 
 
 @dataclass(frozen=True)
@@ -324,14 +322,12 @@ def _adjusted(
         some & (np.median(gap[some]) < _FAR) & (gap < np.inf)
         for gap, (_, some) in zip(gaps, group.agreeing, strict=True)
     ]
-    for _ in range(_ROUNDS):
+    for _ in range(10):
         kept = [link.chosen(some) for link, some in zip(links, chosen, strict=True) if some.sum() > 1]
         # All images must be in one group.
         if [len(group) for group in registration.components_of((link.i, link.j) for link in kept)] != [len(M)]:
-            raise ValueError(
-                "Invalid images for a camera that only turns. Rotations do not bring their points together: it also "
-                "moved, or they are no photographs."
-            )
+            why = "Rotations do not bring their points together: it also moved, or they are no photographs."
+            raise ValueError(f"Invalid images for a camera that only turns. {why}")
         M, rms, normal = adjust(chart, M, kept)
         gaps = _gaps(M, links)
         usual = float(np.median(np.concatenate([gap[some] for gap, some in zip(gaps, chosen, strict=True)])))

@@ -261,9 +261,8 @@ def components_of(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:
     for i, j in pairs:
         merged = group.get(i, {i}) | group.get(j, {j})
         group.update(dict.fromkeys(merged, merged))
-    return sorted(
-        {tuple(sorted(images)): sorted(images) for images in group.values()}.values(), key=lambda g: (-len(g), g)
-    )
+    distinct = {tuple(sorted(images)) for images in group.values()}
+    return sorted(map(list, distinct), key=lambda images: (-len(images), images))
 
 
 def chained(links: Sequence[Link], pairs: Sequence[Pair]) -> FloatArray:
@@ -288,9 +287,8 @@ def refuse_mirrors(points: Correspondences, group: MatchedImages) -> None:
         few = mirrors if mirrors.mean() <= 0.5 else ~mirrors
         names = points.names_of(np.array(group.images)[few].tolist())
         more = [f"{len(names) - _SHOWN} more"] if len(names) > _SHOWN else []
-        raise ValueError(
-            f"Invalid orientation of {listed(names[:_SHOWN] + more, 'and')}. They mirror the others; all must agree."
-        )
+        shown = listed(names[:_SHOWN] + more, "and")
+        raise ValueError(f"Invalid orientation of {shown}. They mirror the others; all must agree.")
 
 
 # ---- frames --------------------------------------------------------------------------------------
@@ -477,9 +475,8 @@ def check_frame(frame: str | int, count: int) -> str | int:
     if isinstance(frame, str) and frame.isdecimal():
         frame = int(frame)
     if not (frame in FRAMES or (isinstance(frame, int) and 0 <= frame < count)):
-        raise ValueError(
-            f"Invalid frame '{frame}'. It must be {', '.join(FRAMES)}, or the number of an image, 0 to {count - 1}."
-        )
+        allowed = f"{', '.join(FRAMES)}, or the number of an image, 0 to {count - 1}"
+        raise ValueError(f"Invalid frame '{frame}'. It must be {allowed}.")
     return frame
 
 

@@ -51,9 +51,8 @@ class ControlPoints:
     def __post_init__(self) -> None:
         old, new = np.asarray(self.old, dtype=float), np.asarray(self.new, dtype=float)
         if old.ndim != 2 or old.shape != new.shape or old.shape[1] != 2 or len(old) < _LEAST:
-            raise ValueError(
-                f"Invalid control points of shapes {old.shape} and {new.shape}. Both must be (n, 2), n at least 3."
-            )
+            shapes = f"{old.shape} and {new.shape}"
+            raise ValueError(f"Invalid control points of shapes {shapes}. Both must be (n, 2), n at least 3.")
         names = self.names or tuple(str(number) for number in range(1, len(old) + 1))
         if len(names) != len(old):
             raise ValueError(f"Invalid names of control points. There are {len(names)} for {len(old)} points.")
@@ -237,10 +236,8 @@ def _table(content: str, text: str) -> _PointTable:
         return _PointTable(columns, str(usual["x_new"]).startswith("lon"), rows[1:], crs)
     allowed = {4: _NUMBERS, 5: ("id", *_NUMBERS), len(_LINK_TABLE): _LINK_TABLE}
     if len(first) not in allowed:
-        raise ValueError(
-            f"{text} Without a header it must have 4 columns, {', '.join(_NUMBERS)}, or 5, an id first, or 8, residuals"
-            f" behind them; it has {len(first)}."
-        )
+        must = f"it must have 4 columns, {', '.join(_NUMBERS)}, or 5, an id first, or 8, residuals behind them"
+        raise ValueError(f"{text} Without a header {must}; it has {len(first)}.")
     if len(first) == len(_LINK_TABLE) and all(cell.strip().lstrip("+-").isdigit() for _, row in rows for cell in row):
         message = f"{text} It has 8 columns of whole numbers. With decimal commas, semicolons must part columns."
         raise ValueError(message)

@@ -268,10 +268,8 @@ def _spline(points: ControlPoints, smoothing: float | None) -> Fit:
         distance = ((u[:, None] - u) ** 2).sum(axis=-1)
         np.fill_diagonal(distance, np.inf)
         one, other = divmod(int(np.argmin(distance)), len(u))
-        raise ValueError(
-            f"Invalid smoothing '0'. Points '{points.names[one]}' and '{points.names[other]}' are too close on the old "
-            "map to be interpolated."
-        )
+        both = f"'{points.names[one]}' and '{points.names[other]}'"
+        raise ValueError(f"Invalid smoothing '0'. Points {both} are too close on the old map to be interpolated.")
     if smoothing is None:
         smoothing = spline.cross_validated(points.new)
     inverse = 1.0 / (spline.bending + smoothing)

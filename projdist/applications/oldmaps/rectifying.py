@@ -56,10 +56,8 @@ def scan_extent(found: OldMap, width: int, height: int, invalid: str) -> tuple[f
     outside = np.asarray((np.abs(share - 0.5) > 0.5 + _BEYOND).any(axis=1))
     if outside.any():
         name = found.points.names[int(np.argmax(outside))]
-        raise ValueError(
-            f"{invalid} It has {width} by {height} pixels, and {int(outside.sum())} of {len(outside)} control points "
-            f"lie outside, as '{name}'."
-        )
+        some = f"{int(outside.sum())} of {len(outside)} control points lie outside, as '{name}'"
+        raise ValueError(f"{invalid} It has {width} by {height} pixels, and {some}.")
     return extent
 
 
@@ -75,7 +73,6 @@ _AROUND = 0.1  # of the affine fit's sides: a fitted map is not drawn farther ou
 _RIM = 33  # places along a side of the scan that determine the extent
 _WHOLE = 1e-6  # of a pixel: a side that ends this near to a pixel's edge ends there
 _ROWS = 256  # drawn at a time
-_DEEP = 257  # 65535 / 255
 _GREY = ("1", "L", "LA", "La")
 
 
@@ -171,7 +168,7 @@ def _read(path: AnyPath, found: OldMap, coarser: int) -> tuple[AnyArray, Affine]
         check_pixels(image)
         size = image.size
         if image.mode.startswith("I"):
-            image = Image.fromarray(np.clip(np.asarray(image).astype(np.int64) // _DEEP, 0, 255).astype(np.uint8))
+            image = Image.fromarray(np.clip(np.asarray(image).astype(np.int64) // 257, 0, 255).astype(np.uint8))
         plain = image.convert("L" if image.mode in _GREY else "RGB")
         pixels = np.asarray(plain.reduce(coarser))
     left, right, bottom, top = scan_extent(found, *size, text)

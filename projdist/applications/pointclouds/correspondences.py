@@ -250,10 +250,9 @@ def corresponding_points(
     else:
         for name, cloud in zip(names, clouds, strict=True):
             if len(cloud) != len(clouds[0]):
-                raise ValueError(
-                    f"Invalid cloud '{name}'. It has {len(cloud)} points, '{names[0]}' {len(clouds[0])}; rows that "
-                    "correspond must be as many. Where they do not, there is the correspondence id or icp."
-                )
+                has = f"It has {len(cloud)} points, '{names[0]}' {len(clouds[0])}; rows that correspond must be as many"
+                other = "Where they do not, there is the correspondence id or icp."
+                raise ValueError(f"Invalid cloud '{name}'. {has}. {other}")
         found = np.stack(together)
     return found[..., :-1], np.where(np.isnan(found).any(axis=2), 0.0, found[..., -1])
 
@@ -276,8 +275,6 @@ def _by_ids(clouds: list[FloatArray], names: Sequence[str], ids: Sequence[Sequen
 
 
 # ---- weights -------------------------------------------------------------------------------------
-
-_NAMED_CLOUDS = 3  # clouds in a notice
 
 
 class WeightsFile(NamedTuple):
@@ -333,7 +330,7 @@ def column_weights(clouds: Sequence[CloudFile], column: str, correspond: str) ->
             missing = np.asarray(np.isnan(cloud.points).all(axis=1))
             affine.checked_weights(cloud.weights, missing, f"Invalid weights of cloud '{cloud.path}'.")
     lacking = [f"'{cloud.path}'" for cloud in clouds if cloud.weights is None]
-    shown = listed(lacking, "and") if len(lacking) <= _NAMED_CLOUDS else f"{len(lacking)} of {len(clouds)} clouds"
+    shown = listed(lacking, "and") if len(lacking) <= 3 else f"{len(lacking)} of {len(clouds)} clouds"
     like = "the others do on average" if correspond == "icp" else "their partners do"
     tell(f"No column '{column}' in {shown}: the points there weigh as {like}.")
     # Keys that partners share: ids, or rows, or None for all points if partners are unknown.

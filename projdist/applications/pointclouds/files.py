@@ -393,11 +393,9 @@ class _CellTable:
             return None
         k = self.names.index(name.lower())
         cells = [row[k].strip() if k < len(row) else "" for row in self.plain]
-        wrong = next(
-            (number for number, cell in enumerate(cells, start=1) if cell and not support.is_number(cell)), None
-        )
-        if wrong is not None:
-            raise CloudError(f"Row {wrong} must have a number for '{name}'.")
+        wrong = [number for number, cell in enumerate(cells, start=1) if cell and not support.is_number(cell)]
+        if wrong:
+            raise CloudError(f"Row {wrong[0]} must have a number for '{name}'.")
         return np.array([support.number_of(cell or "nan") for cell in cells])
 
     def _numbers(self, columns: Sequence[int]) -> FloatArray:

@@ -21,7 +21,6 @@ _SINGULAR = 1e3  # condition of a matrix: a thousandth of the extent of the othe
 _FEW = 0.5  # of the points of a cloud
 _SHOWN = 10  # names in one message
 _ROUNDS = 30  # of searching wrong points; each finds at most one cloud wrong at each point
-_WORST = 5  # points of a cloud in a report
 
 
 class LeftOut(NamedTuple):
@@ -92,7 +91,7 @@ class Registration(Answer):
         return [
             [
                 WrongPoint(name, self.point_names[k], float(distances[k]))
-                for k in np.argsort(-np.nan_to_num(distances, nan=-1.0), kind="stable")[:_WORST]
+                for k in np.argsort(-np.nan_to_num(distances, nan=-1.0), kind="stable")[:5]
                 if np.isfinite(distances[k])
             ]
             for name, distances in zip(self.names, self.left_out_distances, strict=True)
@@ -161,7 +160,7 @@ class Registration(Answer):
             "weighted": self.weights is not None,
             "robust": self.robust,
             "wrong": [one._asdict() for one in self.wrong],
-            "left_out": [{"name": one.name, "reason": one.reason} for one in self.left_out],
+            "left_out": [one._asdict() for one in self.left_out],
             "warnings": self.warnings,
         }
 
@@ -336,10 +335,8 @@ def _checked(clouds: Sequence[ArrayLike], names: Sequence[str] | None) -> tuple[
             message = f"Invalid cloud '{name}' of shape {cloud.shape}. It must be (M, n), M points in n dimensions."
             raise ValueError(message)
         if cloud.shape[1] != arrays[0].shape[1]:
-            raise ValueError(
-                f"Invalid cloud '{name}'. It has {cloud.shape[1]} coordinates a point, "
-                f"'{labels[0]}' {arrays[0].shape[1]}."
-            )
+            has = f"It has {cloud.shape[1]} coordinates a point, '{labels[0]}' {arrays[0].shape[1]}."
+            raise ValueError(f"Invalid cloud '{name}'. {has}")
     return arrays, labels
 
 
@@ -353,10 +350,8 @@ def _weights(
     if all(np.ndim(one) == 0 for one in several):
         several = [several] * len(clouds)
     if len(several) != len(clouds):
-        raise ValueError(
-            f"Invalid weights. There must be one for each row, or {len(clouds)} arrays, one a cloud; there are "
-            f"{len(several)} arrays."
-        )
+        must = f"There must be one for each row, or {len(clouds)} arrays, one a cloud"
+        raise ValueError(f"Invalid weights. {must}; there are {len(several)} arrays.")
     found = [
         affine.checked_weights(one, np.asarray(np.isnan(cloud).all(axis=1)), f"Invalid weights of cloud '{name}'.")
         for name, cloud, one in zip(names, clouds, several, strict=True)
