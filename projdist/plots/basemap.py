@@ -476,9 +476,8 @@ def main_cities(ax: Axes, surface: Surface) -> FloatArray:
     ax.apply_aspect()
     letter = _LETTER * _TEXT * style_of(ax).scale * ax.figure.dpi / 72.0 / ax.get_window_extent().width
     ends = [[letter * len(earth.cities().name[k]), 0.0] for k in order[:_MAIN]]
-    places = np.concatenate(
-        [xy[k] + np.linspace(0.0, 1.0, _ALONG)[:, None] * end for k, end in zip(order[:_MAIN], ends, strict=True)]
-    )
+    along = np.linspace(0.0, 1.0, _ALONG)[:, None]
+    places = np.concatenate([xy[k] + along * end for k, end in zip(order[:_MAIN], ends, strict=True)])
     return np.asarray([west, south] + places * [east - west, north - south])
 
 

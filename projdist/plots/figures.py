@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import io
-import os
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from projdist import answers, decisions, field, matrices, regions, support, surfaces
-from projdist._typing import FloatArray
+from projdist._typing import AnyPath, FloatArray
 from projdist.plots import basemap, layouts, map_drawing
 from projdist.plots.colours import ColourScale, Levels
 from projdist.plots.style import Look, StyledFigure, look_for
@@ -231,7 +230,7 @@ def ldp_figure(
     return _figure([one], lambda ax, _: ground.draw(ax, one.title), size, dpi, look, ground.scale.label, ground.scale)
 
 
-def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = None, overwrite: bool = True) -> Path:
+def save(figure: Figure, path: AnyPath, *, dpi: float | None = None, overwrite: bool = True) -> Path:
     """Write a figure as .png, .svg or .pdf; an existing file is replaced only when the new one is complete.
 
     Raises FileExistsError where there is one and it is not to be overwritten.

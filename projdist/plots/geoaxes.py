@@ -236,9 +236,8 @@ def _of_axes(ax: Any) -> tuple[Projection, FloatArray]:
 def _plane_of(projection: Projection) -> projections.ProjectedCrs:
     plane = projections.projected_crs_of(projection)
     if plane is None:
-        raise projections.ProjectionError(
-            f"Invalid projection '{projection.name}' for cartopy. It must be one that PROJ has a CRS for."
-        )
+        text = f"Invalid projection '{projection.name}' for cartopy. It must be one that PROJ has a CRS for."
+        raise projections.ProjectionError(text)
     return plane
 
 

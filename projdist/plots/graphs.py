@@ -210,10 +210,9 @@ def _draw_pareto(figure: Figure, ax: Axes, fields: list[Field], names: list[str]
     ticks = np.asarray(ticker.MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(0.0, 1.2 * reach))
     for axis, most in ((ax.xaxis, ax.get_xlim()[1]), (ax.yaxis, ax.get_ylim()[1])):
         axis.set_major_locator(ticker.FixedLocator(ticks[(ticks >= 0) & (ticks <= most)].tolist()))
+    arc: dict[str, Any] = {"fill": False, "edgecolor": colours.graticule, "linewidth": 0.6, "zorder": 1.0}
     for radius in ticks[ticks > 0]:
-        ax.add_patch(
-            patches.Circle((0.0, 0.0), radius, fill=False, edgecolor=colours.graticule, linewidth=0.6, zorder=1.0)
-        )
+        ax.add_patch(patches.Circle((0.0, 0.0), radius, **arc))
     ax.plot(*shown[first].T, color=colours.curves[1], linewidth=1.0, zorder=2.0)
     ax.scatter(shown[:, 0], shown[:, 1], s=20, color=colours.curves[0], zorder=3.0)
     ax.scatter(shown[first, 0], shown[first, 1], s=26, color=colours.curves[1], zorder=3.1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,7 +14,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import ConvexHull
 
 from projdist import support, surfaces
-from projdist._typing import AnyArray, BoolArray, FloatArray
+from projdist._typing import AnyArray, AnyPath, BoolArray, FloatArray
 from projdist.applications import mosaics
 from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap, scan_extent
 from projdist.plots import basemap, layouts, map_drawing
@@ -43,7 +42,7 @@ class Scan:
         return np.minimum(grey / max(float(np.quantile(grey, _PAPER)), 1.0), 1.0)
 
 
-def read_scan(path: str | os.PathLike[str], found: OldMap) -> Scan:
+def read_scan(path: AnyPath, found: OldMap) -> Scan:
     """Scan whose pixel coordinates the control points have; raises ValueError if it is none, or they lie outside."""
     path = support.check_path("image", path)
     text = f"Invalid image '{path}'."
@@ -100,7 +99,7 @@ def old_map_figure(
     *,
     draw: Sequence[str] = ("tissot", "heatmap", "rotation", "scale"),
     measure: str = "fisher",
-    image: str | os.PathLike[str] | None = None,
+    image: AnyPath | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
     look: Look | str | None = None,

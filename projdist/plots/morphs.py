@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,7 +15,7 @@ from matplotlib.axes import Axes
 from PIL import Image
 
 from projdist import field, matrices, projections, regions, support, surfaces
-from projdist._typing import AnyArray, BoolArray, FloatArray, IntArray
+from projdist._typing import AnyArray, AnyPath, BoolArray, FloatArray, IntArray
 from projdist.plots import layouts, map_drawing
 from projdist.plots.colours import ColourScale
 from projdist.plots.style import Look, add_lines, look_for, new_figure, scale_for
@@ -206,7 +205,7 @@ Progress = Callable[[int, int], Any]
 def morph(
     first: projections.ProjectionLike,
     second: projections.ProjectionLike,
-    path: str | os.PathLike[str],
+    path: AnyPath,
     *,
     measure: map_drawing.AnyMeasure = "fisher",
     region: regions.RegionLike | None = None,
@@ -434,9 +433,8 @@ def _write_mp4(path: Path, stage: _Stage, count: int, seconds: float, progress: 
     rest = max(1, round(_HOLD * rate))
     shares = eased(count)
     both = [*([0.0] * rest), *shares, *([1.0] * rest), *shares[-2::-1]]
-    writer = FFMpegWriter(
-        fps=rate, codec="h264", extra_args=["-pix_fmt", "yuv420p", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"]
-    )
+    even = ["-pix_fmt", "yuv420p", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"]
+    writer = FFMpegWriter(fps=rate, codec="h264", extra_args=even)
     with writer.saving(stage.figure, str(path), stage.figure.dpi):
         for number, share in enumerate(both, start=1):
             stage.draw(float(share))

@@ -69,9 +69,7 @@ class Theme:
     diverging: str | colors.Colormap = field(metadata=_in_themes("RdBu_r", "RdBu_r", _GREYS))
 
 
-THEMES = {
-    theme: Theme(**{one.name: one.metadata[theme] for one in fields(Theme)}) for theme in ("light", "dark", "print")
-}
+THEMES = {name: Theme(**{one.name: one.metadata[name] for one in fields(Theme)}) for name in ("light", "dark", "print")}
 """Themes by name."""
 
 

@@ -64,9 +64,8 @@ class Canvas(NamedTuple):
         # OpenCV counts from the middle of the first pixel.
         to_box = shift(-box[0] - 0.5, -box[1] - 0.5) @ H @ shift(0.5, 0.5)
         shape = box[2] - box[0], box[3] - box[1]
-        colours = cv2.warpPerspective(
-            pixels.colours, to_box, shape, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT_101
-        )
+        smooth = {"flags": cv2.INTER_CUBIC, "borderMode": cv2.BORDER_REFLECT_101}
+        colours = cv2.warpPerspective(pixels.colours, to_box, shape, **smooth)
         mask = cv2.warpPerspective(pixels.mask, to_box, shape, flags=cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
         return Piece(box[:2], Pixels(colours, mask))
 

@@ -11,9 +11,8 @@ MODELS = ("affine", "homography")
 CHOICES = (*MODELS, "auto")
 LEAST = {"affine": 3, "homography": 4}  # points that determine a map
 # The free entries of a map near the identity: two rows, or all but the last.
-ENTRIES = {
-    model: [(a, b) for a in range(rows) for b in range(3)][:8] for model, rows in zip(MODELS, (2, 3), strict=True)
-}
+_ENTRIES = [(a, b) for a in range(3) for b in range(3)]
+ENTRIES = {"affine": _ENTRIES[:6], "homography": _ENTRIES[:8]}
 
 
 def homogeneous(x: FloatArray) -> FloatArray:

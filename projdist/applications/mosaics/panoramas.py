@@ -62,9 +62,8 @@ class Panorama(registration.ImageAnswer):
     def views(self) -> tuple[Camera, ...]:
         """The cameras of `images` on the sphere."""
         sizes = self.points.sizes[self.images].tolist()
-        return tuple(
-            Camera(R, float(f), (w, h)) for R, f, (w, h) in zip(self.rotations, self.cameras.focals, sizes, strict=True)
-        )
+        given = zip(self.rotations, self.cameras.focals, sizes, strict=True)
+        return tuple(Camera(R, float(f), (w, h)) for R, f, (w, h) in given)
 
     @property
     def __geo_interface__(self) -> dict[str, Any]:
