@@ -15,22 +15,22 @@ SOURCES = {path: path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rgl
 # Lines and modules, `__init__` included. A feature makes something that is there more general; the budget grows only
 # with a reason in the commit, and shrinks with each simplification.
 BUDGET = {
-    "answers": (3_540, 11),
-    "applications": (6_000, 20),
-    "cli": (5_130, 17),
-    "decisions": (4_930, 14),
-    "designs": (3_450, 10),
+    "answers": (3_500, 11),
+    "applications": (5_950, 20),
+    "cli": (5_030, 17),
+    "decisions": (4_750, 14),
+    "designs": (3_390, 10),
     "earth": (650, 3),
-    "field": (4_800, 13),
-    "gis": (1_740, 7),
-    "matrices": (2_620, 9),
-    "numerics": (650, 4),
-    "plots": (4_140, 12),
-    "projections": (4_780, 15),
-    "regions": (2_930, 10),
-    "support": (1_050, 7),
-    "surfaces": (1_810, 7),
-    "web": (3_000, 11),
+    "field": (4_790, 13),
+    "gis": (1_680, 7),
+    "matrices": (2_590, 9),
+    "numerics": (640, 4),
+    "plots": (4_070, 12),
+    "projections": (4_710, 15),
+    "regions": (2_870, 10),
+    "support": (1_040, 7),
+    "surfaces": (1_800, 7),
+    "web": (2_970, 11),
 }
 LONGEST = 600  # lines of a module
 IMPORTS = 0.04  # of the lines

@@ -108,9 +108,6 @@ def _area(value: Any) -> Area:
     return Area(region.name, json.dumps(regions.geojson_of(region)))
 
 
-# ---- maps as text --------------------------------------------------------------------------------
-
-
 _FILES = (".prj", ".wkt", ".json")  # suffixes of files of maps, which workers may not have
 
 

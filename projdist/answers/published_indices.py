@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from projdist import earth, projections, regions, support
+from projdist import earth, matrices, projections, regions, support
 from projdist._typing import FloatArray
 from projdist.answers import index_terms as terms
 from projdist.answers.index_terms import ScaleField, Scales, Value
 from projdist.answers.summaries import GROUPS
 from projdist.field import FIGURES, Figure, field_resolving
-from projdist.matrices import get_measure, principal_scales
 from projdist.numerics import Estimate
 
 
@@ -56,9 +55,6 @@ class Index:
     def scale_dependence(self) -> str:
         """Text that says whether the index changes with the nominal scale."""
         return "none" if self.best_scale is None else "at the nominal scale, and at the best"
-
-
-# ---- the score ------------------------------------------------------------------------------
 
 
 NORMALISERS = {"I": 0.51, "A": 0.41, "F": 0.64, "S": 0.60, "D": 0.449, "B": 0.25}
@@ -354,7 +350,7 @@ def _field(
 
     def integrand(term: Scales, J: FloatArray) -> FloatArray:
         """The term of Jacobians, NaN where they are singular."""
-        scales = scale * principal_scales(J)
+        scales = scale * matrices.principal_scales(J)
         scales[~(scales[..., 1] > 0)] = np.nan
         return term(scales[..., 0], scales[..., 1])
 
@@ -364,7 +360,7 @@ def _field(
         projection,
         region,
         [functools.partial(integrand, term) for term in means],
-        [get_measure(name) for name in bent],
+        [matrices.get_measure(name) for name in bent],
         tolerance=tolerance,
         max_evaluations=_MAX_EVALUATIONS,
     )

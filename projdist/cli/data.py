@@ -187,9 +187,6 @@ def _notes(result: decisions.Check) -> Iterator[str]:
     yield from result.notes
 
 
-# ---- convert -------------------------------------------------------------------------------------
-
-
 _RESAMPLINGS = ("nearest", "bilinear", "cubic", "average", "mode")
 _CONVERTED_SUFFIXES = (".gpkg", ".geojson", ".fgb", ".shp", ".parquet", ".tif", ".tiff")
 

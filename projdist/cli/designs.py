@@ -167,9 +167,6 @@ def _design_notes(found: designs.Design) -> Iterator[str]:
     yield _ELSEWHERE
 
 
-# ---- mean map ------------------------------------------------------------------------------------
-
-
 def mean_map_command(
     projections: opt.Projections,
     region: opt.Region = None,

@@ -175,9 +175,6 @@ def _draw(
     tell_problems([failure.error for failure in found.failures])
 
 
-# ---- morph ---------------------------------------------------------------------------------------
-
-
 def morph_command(
     first: str = opt.argument("PROJECTION", "Where the film begins, as for compare."),
     second: str = opt.argument("PROJECTION", "What it flows into, and back from."),
@@ -219,9 +216,6 @@ def morph_command(
             look=look,
         )
     tell_written(path)
-
-
-# ---- explore -------------------------------------------------------------------------------------
 
 
 _FIRST = "winkel-tripel"

@@ -157,9 +157,6 @@ def _notes(found: decisions.MapInfo) -> Iterator[str]:
         yield "-: the measure has no bound, or its mean diverges."
 
 
-# ---- find ---------------------------------------------------------------------------------------
-
-
 _LONGEST_AREA = 48  # characters of the name of an area
 _MOST = 100_000
 

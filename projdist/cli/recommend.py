@@ -222,9 +222,6 @@ def _notes(result: decisions.Recommendation) -> Iterator[str]:
     yield f"{tried} Rejected (listed in JSON): {counts}." if counts else tried
 
 
-# ---- many regions --------------------------------------------------------------------------------
-
-
 def _recommend_regions(
     regions: Sequence[str], region: str | None, options: Mapping[str, Any], work: RegionalWork
 ) -> None:

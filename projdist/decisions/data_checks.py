@@ -127,9 +127,6 @@ def _turned(code: str, lon: FloatArray, lat: FloatArray) -> float:
     return float(np.sqrt(np.nanmean(turns**2))) if np.isfinite(turns).any() else np.nan
 
 
-# ---- countries ------------------------------------------------------------------------------
-
-
 def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
     """True if an area of use names one or two countries, and hardly any of the points on land are in them."""
     # If it names more, it is that of a shared zone, and its list may be incomplete.
@@ -144,9 +141,6 @@ def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
     if within.mean() >= _LEAST:
         return False
     return bool(earth.natural_earth.near(earth.natural_earth.land("50m"), lon, lat, _NEAR).mean() > _LAND)
-
-
-# ---- frames --------------------------------------------------------------------------------------
 
 
 _MOST = 50_000  # vertices of polygons, which take twice the time of a box; with more, a box finds the same CRS

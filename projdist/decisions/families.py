@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from projdist import projections, regions, support
+from projdist import field, projections, regions, support
 from projdist.earth import WGS84, Ellipsoid, unit_vectors, wrapped
-from projdist.field import nodes_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +28,7 @@ class Extent:
 
 def extent_of(region: regions.Place) -> Extent:
     """The extent of a region."""
-    nodes = nodes_of(region, WGS84, 400, edges=True)
+    nodes = field.nodes_of(region, WGS84, 400, edges=True)
     points = unit_vectors(nodes.lon, nodes.lat)
     middle = points @ nodes.weight
     west, south, east, north = region.bounds

@@ -12,10 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist import answers, earth, matrices, projections, support
+from projdist import answers, earth, matrices, projections, regions, support
 from projdist._typing import FloatArray
 from projdist.field import Nodes, nodes_at, nodes_of
-from projdist.regions import Place, PointSet
 
 _NODES, _SEARCHED = 4000, 400  # points of a region of one height, and points in a search, about
 
@@ -83,7 +82,7 @@ class Ground(NamedTuple):
         """The distortion at the points."""
         return distortion_ppm(projection, self.nodes.lon, self.nodes.lat, self.height)
 
-    def fewer(self, region: Place) -> Ground:
+    def fewer(self, region: regions.Place) -> Ground:
         """About 400 of the points, or all if there are few."""
         nodes = self.nodes
         if self.is_level:
@@ -96,9 +95,11 @@ class Ground(NamedTuple):
         return Ground(nodes_at(lon, lat, weight, nodes.ellipsoid), self.height[::step], False)
 
 
-def ground_of(region: Place, ellipsoid: earth.Ellipsoid, heights: ArrayLike | None, height: float | None) -> Ground:
+def ground_of(
+    region: regions.Place, ellipsoid: earth.Ellipsoid, heights: ArrayLike | None, height: float | None
+) -> Ground:
     """Points (n, 3) of `heights` in a region, nodes at one height, or a set of points with its own; ValueError else."""
-    if isinstance(region, PointSet) and region.height is not None and heights is None and height is None:
+    if isinstance(region, regions.PointSet) and region.height is not None and heights is None and height is None:
         return Ground(nodes_at(region.lon, region.lat, region.weight, ellipsoid), region.height, False)
     if (heights is None) == (height is None):
         raise ValueError("Invalid heights. There must be either points with heights, or one height.")

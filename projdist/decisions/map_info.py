@@ -15,11 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from projdist import earth, projections
+from projdist import earth, matrices, numerics, projections
 from projdist._typing import FloatArray
 from projdist.field import AiryKavrayskiy, Extreme, nodes_of, sample
-from projdist.matrices import fisher, log_anisotropy, log_areal_scale, principal_scales
-from projdist.numerics import Estimate, quantile
 from projdist.regions import Place, RegionLike, region_for
 from projdist.support import Answer, FieldSchema, Record, plain, schema
 
@@ -47,11 +45,11 @@ class Properties:
 
 def properties_of(J: FloatArray, points: WeightedPoints) -> Properties:
     """Properties of a map with Jacobians (n, 2, 2) at points; none, with departures NaN, if all are undefined."""
-    counts = (points.weight > 0.0) & np.isfinite(fisher(J))
+    counts = (points.weight > 0.0) & np.isfinite(matrices.fisher(J))
     if not counts.any():
         return Properties(keeps=(), departures=dict.fromkeys(PROPERTIES, float("nan")))
     J, weight = J[counts], points.weight[counts]
-    departures = {name: quantile(off(J, weight), weight, _SHARE) for name, off in PROPERTIES.items()}
+    departures = {name: numerics.quantile(off(J, weight), weight, _SHARE) for name, off in PROPERTIES.items()}
     limit = np.clip(_CURVED * _square_across(points.lon[counts], points.lat[counts], weight), _LEAST, _LARGEST)
     return Properties(keeps=tuple(name for name, off in departures.items() if off <= limit), departures=departures)
 
@@ -64,15 +62,15 @@ def _square_across(lon: FloatArray, lat: FloatArray, weight: FloatArray) -> floa
 
 def _off_areas(J: FloatArray, weight: FloatArray) -> FloatArray:
     """Departure of the areal scale from its median, which need not be 1."""
-    scale = log_areal_scale(J)
-    return np.abs(scale - quantile(scale, weight, 0.5))
+    scale = matrices.log_areal_scale(J)
+    return np.abs(scale - numerics.quantile(scale, weight, 0.5))
 
 
 PROPERTIES: dict[str, Callable[[FloatArray, FloatArray], FloatArray]] = {
     "equal-area": _off_areas,
-    "conformal": lambda J, weight: log_anisotropy(J),
+    "conformal": lambda J, weight: matrices.log_anisotropy(J),
     # The departure of the principal scale that is nearest to 1: along meridians, from a point, or from a line.
-    "equidistant": lambda J, weight: np.min(np.abs(np.log(principal_scales(J))), axis=-1),
+    "equidistant": lambda J, weight: np.min(np.abs(np.log(matrices.principal_scales(J))), axis=-1),
 }
 
 
@@ -96,7 +94,7 @@ def _at(name: str) -> dict[str, FieldSchema]:
 class MeasureRange(Record):
     """Mean, minimum and maximum of a measure over a region, each with its error; infinite if it diverges."""
 
-    mean: Estimate = field(metadata=schema(of={"mean": "value", "mean_error": "error"}, spread=True))
+    mean: numerics.Estimate = field(metadata=schema(of={"mean": "value", "mean_error": "error"}, spread=True))
     minimum: Extreme = field(metadata=_at("min"))
     maximum: Extreme = field(metadata=_at("max"))
 

@@ -325,9 +325,6 @@ def _keeps(kind: Kind, J: FloatArray, weight: FloatArray) -> bool:
     return lost is None or float(weight[np.abs(lost(J)) > _KEPT].sum()) <= _ROUGH
 
 
-# ---- overlaps ------------------------------------------------------------------------------------
-
-
 _EDGE = 0.25  # degrees: longer edges are divided, so that their images bend
 _AREA = 1e-6  # share of the image that overlaps, at least: the edges' images are chords
 

@@ -216,9 +216,6 @@ def _beltrami_parts(c: Any) -> tuple[Any, Any]:
     return 0.5 * (c[0] - 1j * c[1]), 0.5 * (c[0] + 1j * c[1])
 
 
-# ---- general maps --------------------------------------------------------------------------------
-
-
 def general_map(nodes: BaseNodes, energy: Energy, degree: int, share: float) -> PolynomialMap:
     """The best polynomial map of a degree, with the surroundings' share of the energy; ValueError for too few nodes."""
     weights = nodes.weights(share)

@@ -13,13 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from projdist import regions, support
+from projdist import answers, earth, regions, support
 from projdist._typing import FloatArray, IntArray
-from projdist.answers import Summary, summarize
 from projdist.designs.base_maps import SYMMETRIES, check_within
 from projdist.designs.newton import Elements, minimise_elements
 from projdist.designs.spline_sheets import Cut, CutLike, SplineMap, Splines, SplineSheet, get_cut
-from projdist.earth import SPHERE, WGS84
 from projdist.matrices import EXPONENT, Energy
 from projdist.projections import Projection, ProjectionLike, listed_projections
 
@@ -76,7 +74,7 @@ def get_world_spec(
 ) -> WorldSpec:
     """The checked specification; raises ValueError."""
     where, end = get_cut(cut), check_within("end", until, 10.0, 90.0)
-    chosen = None if region is None else regions.get_region(region, WGS84)
+    chosen = None if region is None else regions.get_region(region, earth.WGS84)
     mirrors = support.check_choice("symmetry", symmetric, WORLD_SYMMETRIES)
     if mirrors == "auto":
         mirrors = "both" if chosen is None and where.is_straight else "none"
@@ -372,8 +370,8 @@ def world_map(
         raise ValueError(f"Invalid number of cells '{cells}'. It must be even, within {_FEWEST} and {_MOST}.")
     others = listed_projections(against)
     function, refinements = _refined(spec, finest, progress)
-    projection = Projection(spec.name, spec.name, SPHERE, function)
-    own = summarize(projection, spec.area, tolerance=_TOLERANCE)
+    projection = Projection(spec.name, spec.name, earth.SPHERE, function)
+    own = answers.summarize(projection, spec.area, tolerance=_TOLERANCE)
     return WorldMap(
         projection=projection,
         region=spec.area,
@@ -393,18 +391,18 @@ def world_map(
 
 
 def _standing(given: ProjectionLike, spec: WorldSpec) -> Standing:
-    found = summarize(given, spec.area, tolerance=_TOLERANCE)
+    found = answers.summarize(given, spec.area, tolerance=_TOLERANCE)
     name, figure = found.projection.name, found.airy_kavrayskiy_scaled
     return Standing(name, figure, found.error_estimate, _over_globe(found, spec), found.coverage)
 
 
-def _over_globe(found: Summary, spec: WorldSpec) -> float:
+def _over_globe(found: answers.Summary, spec: WorldSpec) -> float:
     """The error of a measured map over the whole Earth; NaN for maps that do not show it."""
     if spec.until < 90.0:
         return float("nan")
     if spec.region is None:
         return found.airy_kavrayskiy_scaled
-    return summarize(found.projection, "globe", tolerance=_TOLERANCE_OF_GLOBE).airy_kavrayskiy_scaled
+    return answers.summarize(found.projection, "globe", tolerance=_TOLERANCE_OF_GLOBE).airy_kavrayskiy_scaled
 
 
 # ---- the search -----------------------------------------------------------------------------
@@ -436,7 +434,7 @@ def _refined(
     assert best is not None
     inside = sheet.elements(spec.weights(sheet, 0.0)).weights.ravel()
     log_area = float(inside @ np.log(np.linalg.det(elements.jacobians(place))))
-    return _placed(best, SPHERE.a * np.exp(-0.5 * log_area)), tuple(found)
+    return _placed(best, earth.SPHERE.a * np.exp(-0.5 * log_area)), tuple(found)
 
 
 def _start(sheet: SplineSheet, energy: Energy, elements: Elements, coarse: SplineMap | None) -> FloatArray:

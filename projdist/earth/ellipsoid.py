@@ -198,6 +198,6 @@ def _text(value: float, letters: str, end: float, minutes: bool) -> str:
 
 @functools.cache
 def data_rows(name: str) -> tuple[dict[str, str], ...]:
-    """The rows of a CSV file shipped in projdist/data, by column."""
+    """The rows of a CSV file shipped in projdist/data, by column; do not change them, as they are kept."""
     file = importlib.resources.files("projdist") / "data" / name
     return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist import matrices
+from projdist import matrices, regions, support
 from projdist._typing import FloatArray
 from projdist.field.extreme_bounds import Goal
 from projdist.field.extremes import Extreme, find_extremes
@@ -19,8 +19,6 @@ from projdist.field.panels import Pieces, tails
 from projdist.matrices import Measure, Modes, get_measure
 from projdist.numerics import Estimate, get_criterion, interpolate, mean, median
 from projdist.projections import Projection, ProjectionError
-from projdist.regions import Place, Region
-from projdist.support import check_numbers
 
 _STEEPNESS = 2.0  # derivative of a measure by the logarithms of the scales, over itself: of second degree at most
 _NOISE = 1e-7  # of logarithms of scales, as interpolation leaves them
@@ -68,13 +66,13 @@ class Field:
     """
 
     projection: Projection | None
-    region: Place | None
+    region: regions.Place | None
     measures: dict[str, Measure]
     coverage: float
     evaluations: int
     limit: str
     _pieces: Pieces
-    _charted: Region | None = None  # the region whose chart the pieces are of; None for points
+    _charted: regions.Region | None = None  # the region whose chart the pieces are of; None for points
     _undecided: float = 0.0  # share of the area that is left out, because its part within the map is not known
     _coarser: Field | None = None  # of the same region; figures are as uncertain as they differ from its own
 
@@ -322,7 +320,7 @@ class Field:
         if isinstance(figure, str | Measure) or callable(figure):
             measure = self._measure(figure)
             return measure, self._values(measure)
-        values = check_numbers("values", figure)
+        values = support.check_numbers("values", figure)
         if values.size != self._pieces.weight.size:
             raise ValueError(
                 f"Invalid values of shape {values.shape}. There must be one for each of {self.lon.size} nodes."

@@ -8,11 +8,10 @@ from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
-from projdist import matrices
+from projdist import matrices, projections
 from projdist._typing import FloatArray
 from projdist.matrices import MEASURES, Measure, fisher, get_measure, log_anisotropy, log_areal_scale
 from projdist.numerics import Estimate, get_criterion, mean, rms
-from projdist.projections import Projection, declared_property_of
 from projdist.support import Registry, check_choice, check_text, tell
 
 # 0.1 ppm, in each unit: derivatives are good to 1e-10 and better, true differences begin at 1e-6.
@@ -169,8 +168,6 @@ def _relative_area(J: FloatArray) -> FloatArray:
     return np.maximum(s, 1.0 / s) - 1.0
 
 
-# ---- the registry ---------------------------------------------------------------------------
-
 _OZERI = "Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications"
 _KAVRAYSKIY = "Kavrayskiy 1934, Matematicheskaya kartografiya"
 _AIRY = "Airy 1861, Explanation of a projection by balance of errors, Philosophical Magazine 22:409"
@@ -291,23 +288,20 @@ def get_figure(figure: AnyFigure) -> Figure:
     return FIGURES.named(figure)
 
 
-# ---- declared properties -------------------------------------------------------------------------
-
-
 _MOST = 60  # Jacobians, so that the check costs next to nothing
 # PROJ's iterations and elliptic functions leave 1e-6; the wrong ellipsoid, or a series far from home, 1e-4 and more.
 _EXACT = 1e-5
 
 
 def check_declared_property(
-    projection: Projection, J: FloatArray, weight: FloatArray | None = None, error: float = 0.0
+    projection: projections.Projection, J: FloatArray, weight: FloatArray | None = None, error: float = 0.0
 ) -> None:
     """Give a notice if most Jacobians (..., 2, 2) lack the property that the map's method is declared to keep.
 
     They may be wrong by `error`. Of Jacobians with weights (...) the heaviest count, because nodes crowd where a map is
     singular and PROJ's rounding is large.
     """
-    declared = declared_property_of(projection)
+    declared = projections.declared_property_of(projection)
     if declared is None:
         return
     J = J.reshape(-1, 2, 2)

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist import matrices
+from projdist import earth, matrices
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import WGS84, Ellipsoid
 from projdist.field.at_points import derivatives, jacobian
 from projdist.field.cubature import STENCIL, Integrand, Mesh, MeshGoal
 from projdist.field.field import AnyMeasure, Field
@@ -218,7 +217,7 @@ class Nodes:
     lon: FloatArray
     lat: FloatArray
     weight: FloatArray
-    ellipsoid: Ellipsoid
+    ellipsoid: earth.Ellipsoid
     stencil_lon: FloatArray = field(repr=False)
     stencil_lat: FloatArray = field(repr=False)
     step: FloatArray = field(repr=False)
@@ -258,7 +257,7 @@ class Nodes:
         return np.hypot(*moved) / (self.step * meridian)
 
 
-def nodes_at(lon: FloatArray, lat: FloatArray, weight: FloatArray, ellipsoid: Ellipsoid) -> Nodes:
+def nodes_at(lon: FloatArray, lat: FloatArray, weight: FloatArray, ellipsoid: earth.Ellipsoid) -> Nodes:
     """Nodes at points in degrees; their weights need not add up to 1."""
     lam, phi = np.radians(lon), np.radians(lat)
     sin_lam, cos_lam, sin_phi, cos_phi = np.sin(lam), np.cos(lam), np.sin(phi), np.cos(phi)
@@ -289,7 +288,9 @@ _ALL_ALONG = 20_000  # points on all edges, besides their ends
 _POLE = 90.0 - 1e-9  # degrees
 
 
-def nodes_of(region: Place, ellipsoid: Ellipsoid, count: int, *, edges: bool = False, all_ends: bool = False) -> Nodes:
+def nodes_of(
+    region: Place, ellipsoid: earth.Ellipsoid, count: int, *, edges: bool = False, all_ends: bool = False
+) -> Nodes:
     """About `count` nodes of a region; with `edges` also nodes of weight 0 where it ends.
 
     Where the panels lie wholly in the region, as those of boxes and caps do, the nodes are the panels' Gauss points.
@@ -368,9 +369,6 @@ def _chart(
     return lon, lat, density
 
 
-# ---- given fields --------------------------------------------------------------------------------
-
-
 _FINE, _COARSE = 10_000, 2_500  # nodes of a region
 
 
@@ -425,7 +423,7 @@ def field_of(
     if callable(jacobian):
         if region is None or not (weight is lon is lat is hessian is None):
             raise ValueError("Invalid field. A function of longitude and latitude goes with a region and nothing else.")
-        fine, coarse = (nodes_of(get_region(region), WGS84, count) for count in (_FINE, _COARSE))
+        fine, coarse = (nodes_of(get_region(region), earth.WGS84, count) for count in (_FINE, _COARSE))
         both = [field_of(jacobian(at.lon, at.lat), at.weight, lon=at.lon, lat=at.lat) for at in (fine, coarse)]
         return replace(both[0], _coarser=both[1])
     J = check_numbers("Jacobians", jacobian)

@@ -301,9 +301,6 @@ def is_torn(points: StencilPoints, centre: FloatArray) -> BoolArray:
     return np.asarray((jumps[1] > 0.5 * jumps[0]) & (jumps[1] > 1e-6 * scale))
 
 
-# ---- second derivatives --------------------------------------------------------------------------
-
-
 # At the first step rounding, eps / step^2 = 2e-12, and truncation, step^6, balance; near singularities smaller ones do.
 _STEPS = tuple(1e-2 / 4**k for k in range(6))
 _SECOND = np.array([3 / 2, -3 / 20, 1 / 90])  # weights of f(+j h) + f(-j h) - 2 f(0), times h^2

@@ -218,9 +218,6 @@ def _beside(path: Path, target: CRS, overwrite: bool) -> Path | None:
     return beside
 
 
-# ---- layers ---------------------------------------------------------------------------------
-
-
 def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densify: float | None, new: bool) -> str:
     """Write a layer in another CRS; returns a note if the file has lost the CRS, else ""."""
     frame = convert_frame(read_data(data), target, source=source, densify=densify)

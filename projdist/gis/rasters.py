@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from projdist import answers, projections, support
+from projdist import answers, projections, support, surfaces
 from projdist._typing import AnyArray, FloatArray
 from projdist.applications.mosaics import Georeference
 from projdist.applications.oldmaps import RectifiedScan
@@ -20,7 +20,6 @@ from projdist.gis.layers import needed_for
 from projdist.matrices import Measure, get_measure
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 from projdist.regions import Place, RegionLike, region_for
-from projdist.surfaces import normalised, surface_of
 
 if TYPE_CHECKING:
     import xarray
@@ -160,7 +159,7 @@ def raster(
     area = region_for(region, [projection])
     plane, flavour, note = _held_plane(projection) if grid == "map" else (None, FLAVOURS[0], "")
     if plane is not None:
-        x0, x1, y0, y1 = surface_of(projection, area).extent  # that of its picture where the map has no end
+        x0, x1, y0, y1 = surfaces.surface_of(projection, area).extent  # that of its picture where the map has no end
         x, y = np.linalg.solve(plane.to_metres, np.array([[x0, x0, x1, x1], [y0, y1, y0, y1]]))
         extent = float(x.min()), float(y.min()), float(x.max()), float(y.max())
         found, wkt = pixels(extent, len(chosen), size, resolution), plane.wkt
@@ -176,7 +175,7 @@ def raster(
             """Degrees of coordinates; NaN beyond the poles, where outer pixels may lie."""
             lon, lat = graticule.angles.to_degrees(u, v)
             outside = np.abs(lat) > 90.0
-            return np.where(outside, np.nan, normalised(lon)), np.where(outside, np.nan, lat)
+            return np.where(outside, np.nan, surfaces.normalised(lon)), np.where(outside, np.nan, lat)
 
         west, south, east, north = area.bounds
         (x0, x1), (y0, y1) = graticule.angles.from_degrees(np.array([west, east]), np.array([south, north]))

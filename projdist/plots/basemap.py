@@ -377,9 +377,6 @@ def _corners(surface: Surface, width: float, height: float) -> list[tuple[float,
     return sorted([(0.0, 0.0), (1.0 - width, 0.0), (0.0, 1.0 - height), (1.0 - width, 1.0 - height)], key=covered)
 
 
-# ---- a globe --------------------------------------------------------------------------------
-
-
 def _draw_locator(ax: Axes, surface: Surface, texts: _Texts) -> None:
     side = _LOCATOR * min(texts.width, texts.height)
     air = 0.25 * side

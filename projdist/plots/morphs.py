@@ -20,7 +20,6 @@ from projdist.plots import layouts, map_drawing
 from projdist.plots.colours import ColourScale
 from projdist.plots.style import Look, add_lines, look_for, new_figure, scale_for
 from projdist.projections import Projection
-from projdist.surfaces import Surface
 
 _POLE = 89.9  # degrees: nearer to a pole maps may be singular
 _STRAIGHT = np.radians(2.0)  # a turn that is less is none
@@ -173,7 +172,9 @@ def open_edges(xy: FloatArray, edges: IntArray) -> IntArray:
     return edges[~closed]
 
 
-def _tracks(surface: Surface, lines: Sequence[FloatArray], first: Projection, second: Projection) -> list[Track]:
+def _tracks(
+    surface: surfaces.Surface, lines: Sequence[FloatArray], first: Projection, second: Projection
+) -> list[Track]:
     """Lines of (lon, lat) on both maps, split where either map is cut."""
     if not lines:
         return []

@@ -17,8 +17,7 @@ from pyproj import CRS as CRS  # for other rooms
 from pyproj.database import get_database_metadata, query_crs_info
 from pyproj.enums import PJType
 
-from projdist import support
-from projdist.earth import MEAN_EARTH_RADIUS, Ellipsoid
+from projdist import earth, support
 from projdist.projections import catalogue
 from projdist.projections.errors import ProjectionError
 from projdist.projections.operations import GeographicAxes
@@ -138,7 +137,7 @@ class CrsRecord:
         """Area of the box of the area of use, on a sphere."""
         west, south, east, north = self.area_of_use
         height = math.sin(math.radians(north)) - math.sin(math.radians(south))
-        return math.radians((east - west) % 360.0 or 360.0) * height * (MEAN_EARTH_RADIUS / 1000.0) ** 2
+        return math.radians((east - west) % 360.0 or 360.0) * height * (earth.MEAN_EARTH_RADIUS / 1000.0) ** 2
 
 
 @dataclass(frozen=True)
@@ -219,7 +218,7 @@ def reasons_against(codes: Iterable[str]) -> dict[str, str]:
 
 def _reason_against(code: str, name: str, a: float, rf: float) -> str:
     """Why a CRS is not on an Earth ellipsoid; "" if it is."""
-    if not (a > 0.0 and Ellipsoid(a).is_earthly):
+    if not (a > 0.0 and earth.Ellipsoid(a).is_earthly):
         return f"Invalid CRS '{code}'. It is not of the Earth: {support.shown(name)}."
     return "" if rf else f"{OF_A_SPHERE}, from which the Earth departs by 20 km."
 

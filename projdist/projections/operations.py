@@ -126,9 +126,6 @@ def ellipsoid_parameters(figure: Ellipsoid) -> str:
     return _PARAMETERS.get(figure, f"+a={figure.a:.12g} +rf={1.0 / figure.f:.12g}")
 
 
-# ---- grids ---------------------------------------------------------------------------------------
-
-
 # PROJ's words for PROJ_ERR_OTHER_NETWORK_ERROR and PROJ_ERR_INVALID_OP_FILE_NOT_FOUND_OR_INVALID.
 _UNREAD = re.compile(r"network error|file not found", re.IGNORECASE)
 _ASKED = 300  # undefined points to ask PROJ about: 20 ms

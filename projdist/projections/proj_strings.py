@@ -223,10 +223,12 @@ def degrees_of(text: str) -> float:
     figures = text.strip("+-").rstrip("NSEWnsew").replace("_", "")
     if figures.endswith(("r", "R")):
         return sign * float(figures[:-1]) * 57.29577951308232
-    total, unit = 0.0, 0
-    for figure, mark in re.findall(r"([^dD°'\"]+)([dD°'\"]?)", figures):
+    total, unit, parts = 0.0, 0, re.findall(r"([^dD°'\"]+)([dD°'\"]?)", figures)
+    for figure, mark in parts:
         unit = {"": unit, "'": 1, '"': 2}.get(mark, 0)  # without a mark that after the last
-        total, unit = total + float(figure) / (1.0, 60.0, 3600.0)[unit], unit + 1
+        total, unit = total + float(figure) / 60.0**unit, unit + 1
+    if not parts or unit > 3:
+        raise ValueError(f"Invalid angle '{text}'. It must be in degrees, minutes and seconds.")
     return sign * total
 
 

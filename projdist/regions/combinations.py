@@ -219,9 +219,6 @@ class _Outline:
         return np.asarray(least[far] * self._radius)
 
 
-# ---- edges ---------------------------------------------------------------------------------------
-
-
 class RegionEdges:
     """The edges of a region within longitudes -180 to 180, also those along the antimeridian where it is cut."""
 

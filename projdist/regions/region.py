@@ -354,9 +354,6 @@ def bounding_box(west: ArrayLike, south: ArrayLike, east: ArrayLike, north: Arra
     return Box(-180.0, low, 180.0, high) if width == 360.0 else Box(first, low, last, high)
 
 
-# ---- rotated globe -------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class TurnedGlobe(Unclipped):
     """The globe, in a chart whose north pole is at `lon`, `lat`, and whose meridian 0 runs south from there.
@@ -404,9 +401,6 @@ class TurnedGlobe(Unclipped):
             own.east_u * to_north,
             own.north_v * to_east,
         )
-
-
-# ---- points --------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from projdist import earth, projections
+from projdist import earth, projections, support
 from projdist._typing import FloatArray
 from projdist.earth import WGS84, Ellipsoid
 from projdist.regions import files
@@ -21,7 +21,6 @@ from projdist.regions.files import Shape, Transform
 from projdist.regions.language import layer_path
 from projdist.regions.polygons import Polygons, area_km2
 from projdist.regions.region import PointSet
-from projdist.support import is_number, quoted
 
 _ALLOWED = "LON,LAT,LON,LAT,..., positions (n, 2) or (n, 3), a line, or the path of a file with one"
 # Degrees, 4 cm: of chords for edges that are not straight in longitude and latitude; their corrected middles are off
@@ -240,7 +239,7 @@ def line_of(line: Any) -> FloatArray:
         found = _joined(shapes, transform, text)
         files.tell_of_geojson_in_degrees(shape, crs, text)
         return found
-    text = f"Invalid line {quoted(line)}."
+    text = f"Invalid line {support.quoted(line)}."
     if not isinstance(line, list | tuple | np.ndarray):
         raise ValueError(f"{text} It must be {_ALLOWED}.")
     return _checked(_vertices(line, text), text)
@@ -248,13 +247,15 @@ def line_of(line: Any) -> FloatArray:
 
 def _line_of_text(text: Any) -> FloatArray:
     """The line of numbers with commas, or of a file."""
-    said = f"Invalid line {quoted(text)}."
+    said = f"Invalid line {support.quoted(text)}."
     if not isinstance(text, str) or not text:
         raise ValueError(f"{said} It must be {_ALLOWED}.")
     words = [word.strip() for word in text.split(",")]
-    unread = [word for word in words if not is_number(word)]
+    unread = [word for word in words if not support.is_number(word)]
     if unread and len(unread) < 0.5 * len(words) and not os.path.exists(text):
-        raise ValueError(f"{said} Coordinates must be numbers LON,LAT,LON,LAT,...; {quoted(unread[0])} is none.")
+        raise ValueError(
+            f"{said} Coordinates must be numbers LON,LAT,LON,LAT,...; {support.quoted(unread[0])} is none."
+        )
     if unread:
         path, layer = layer_path(text)
         said = f"Invalid line file '{path}'."

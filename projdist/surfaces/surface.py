@@ -454,8 +454,6 @@ def extent_of(xy: FloatArray) -> Extent:
     return float(west), float(east), float(south), float(north)
 
 
-# ---- boundaries ----------------------------------------------------------------------------------
-
 # Of the map's size. The surface has chords for arcs, which cut off 1e-6 to 1e-5 of it; a margin makes up for that.
 _SIMPLE, _AROUND = 5e-6, 2.5e-5
 _POINT = 1e-6  # of the map's area: smaller pieces are images of poles

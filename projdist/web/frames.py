@@ -12,9 +12,8 @@ import shapely
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from projdist import answers, earth, field, surfaces
+from projdist import answers, earth, field, projections, surfaces
 from projdist._typing import BoolArray, FloatArray
-from projdist.projections import Projection
 from projdist.surfaces import Surface
 
 _STEPS = 65535
@@ -442,7 +441,9 @@ def _apart(found: FloatArray, true: FloatArray, least: FloatArray) -> FloatArray
     return np.asarray(np.abs(found[:, 0] - true[:, 0]) + ratio + turn)
 
 
-def _near_jacobians(projection: Projection, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _near_jacobians(
+    projection: projections.Projection, lon: FloatArray, lat: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Jacobians (n, 2, 2) by central differences, and their relative errors.
 
     If the second difference is k times the first, the third, which is the error, is about k^2 times it.

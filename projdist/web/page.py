@@ -68,9 +68,6 @@ def _file(name: str) -> str:
     return (importlib.resources.files("projdist") / "web" / name).read_text(encoding="utf-8")
 
 
-# ---- menu ----------------------------------------------------------------------------------------
-
-
 GROUPS = {
     "Areas and angles": ("fisher", "kavrayskiy", "airy", "jordan", "jordan_kavrayskiy"),
     "Areas": ("areal_scale", "log_areal_scale", "areal_error_ppm"),

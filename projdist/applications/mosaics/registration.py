@@ -496,8 +496,9 @@ def mosaic(
     `model`: affine maps, homographies, or "auto" for the model that suits the points. `frame`: "mdt", in which the
     images are distorted least, or the plane of an image: "first", "last", "central", "best" of all, or a number.
     `weights`: of the images, by default equal. `rotation`: as `method` of `mean_rotation`. `tolerance`: pixels, as in
-    `register`. `most_pixels`: limit of the canvas. `registration`: of a group of images, in place of that of the
-    largest group. Raises ValueError for frames in which an image reaches infinity, and as `register`.
+    `register`. `most_pixels`: limit of the canvas. `registration`: that of a group of images, by default of the
+    largest, by `model` and `tolerance`. Raises ValueError for frames in which an image reaches infinity, and as
+    `register`.
     """
     frame = check_frame(frame, len(points.sizes))
     check_choice("rotation", rotation, ROTATIONS)
@@ -519,13 +520,24 @@ def mosaic(
 
 
 def mosaics_of_groups(
-    points: Correspondences, *, model: str = "affine", frame: str | int = "mdt", tolerance: float = 4.0, **options: Any
+    points: Correspondences,
+    *,
+    model: str = "affine",
+    frame: str | int = "mdt",
+    weights: ArrayLike | None = None,
+    rotation: str = "chordal",
+    tolerance: float = 4.0,
+    most_pixels: float = _MOST_PIXELS,
+    most: int | None = None,
 ) -> list[Mosaic]:
-    """A mosaic of each group of connected images, the largest first, with the options of `mosaic`.
+    """A mosaic of each group of connected images, the largest first, at most `most`; see `mosaic`.
 
-    `frame`: a name, not a number, as an image is in one group only.
+    `frame`: of several groups a name, not a number, as an image is in one group only.
     """
-    if not isinstance(check_frame(frame, len(points.sizes)), str):
+    if not isinstance(check_frame(frame, len(points.sizes)), str) and most != 1:
         raise ValueError(f"Invalid frame '{frame}'. An image is in one group only; it must be {', '.join(FRAMES)}.")
-    groups = register_groups(points, model=model, tolerance=tolerance)
-    return [mosaic(points, frame=frame, registration=group, **options) for group in groups]
+    check_choice("rotation", rotation, ROTATIONS)
+    check_weights(weights, (len(points.sizes),))
+    groups = register_groups(points, model=model, tolerance=tolerance, most=most)
+    same: dict[str, Any] = {"frame": frame, "weights": weights, "rotation": rotation, "most_pixels": most_pixels}
+    return [mosaic(points, registration=group, **same) for group in groups]

@@ -264,8 +264,6 @@ def _tile(
     return np.asarray(drawn[inside])
 
 
-# ---- saving --------------------------------------------------------------------------------------
-
 DEEP_SUFFIXES = (".png", ".tif", ".tiff")
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 
@@ -304,8 +302,6 @@ def save_mosaic(drawn: Rendered, path: AnyPath, *, overwrite: bool = True) -> Pa
         new.write_bytes(content)
     return path
 
-
-# ---- gains and seams ------------------------------------------------------------------------------
 
 EXPOSURES = ("gain", "blocks", "none")
 SMALL = 3e5  # pixels of the canvas on which gains and seams are found

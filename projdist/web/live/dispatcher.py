@@ -232,9 +232,6 @@ def failed(request: Request, reason: str) -> bytes:
     return reply(request, {"problem": reason})
 
 
-# ---- dispatcher ----------------------------------------------------------------------------------------
-
-
 @dataclass
 class Dispatcher:
     """Answers requests by their handlers; keeps pictures and previews between them."""

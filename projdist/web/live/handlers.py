@@ -42,9 +42,6 @@ def _packed_lines(lines: Sequence[FloatArray]) -> frames.Arrays:
     }
 
 
-# ---- pictures ------------------------------------------------------------------------------------
-
-
 _KEPT = 24  # maps whose values take part in the colours
 
 

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from projdist import earth, regions, surfaces
+from projdist import earth, projections, regions, surfaces
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.projections import Projection
 from projdist.web import frames
 
 _COLUMNS, _ROWS = 145, 73
@@ -220,7 +219,7 @@ class Previewer:
     turns: dict[str, str] = field(default_factory=dict)
 
     def frame(
-        self, projection: Projection, region: str | regions.Place, centre: tuple[float, float] | None
+        self, projection: projections.Projection, region: str | regions.Place, centre: tuple[float, float] | None
     ) -> frames.Frame:
         """Header and arrays of a preview; raises ValueError if no part of the region is on the map."""
         sketch = sketch_of(region)
@@ -253,7 +252,9 @@ def _axes(turn: str, lon: float, lat: float) -> FloatArray | None:
 class _Picture:
     """One preview: projected grid and lines, and the derivatives by differences."""
 
-    def __init__(self, projection: Projection, sketch: Sketch, axes: FloatArray | None, middle: float) -> None:
+    def __init__(
+        self, projection: projections.Projection, sketch: Sketch, axes: FloatArray | None, middle: float
+    ) -> None:
         self.projection, self.sketch, self.axes = projection, sketch, axes
         self.u = sketch.u + middle if sketch.whole and axes is None else sketch.u
         self.shape = sketch.v.size, self.u.size
