@@ -21,7 +21,7 @@ BUDGET = {
     "decisions": (4_750, 14),
     "designs": (3_390, 10),
     "earth": (650, 3),
-    "field": (4_790, 13),
+    "field": (4_800, 13),
     "gis": (1_680, 7),
     "matrices": (2_590, 9),
     "numerics": (640, 4),

@@ -161,6 +161,7 @@ class Field:
     def modes(self) -> Modes:
         """The principal components of the distortion about the MDT, and their shares of its mean square.
 
+        >>> from projdist import sample
         >>> sample("plate-carree").modes
         Modes(100 % horizontal)
         """
@@ -172,6 +173,7 @@ class Field:
     def geometric_median(self) -> GeometricMedian:
         """The linear map T (2, 2) with the least mean of Dist_F(T^-1 J), its error, and whether it is unique.
 
+        >>> from projdist import sample
         >>> round(float(sample("plate-carree").geometric_median.T[0, 0]), 3)  # half of the globe has less: 2 / sqrt(3)
         1.155
         """
@@ -220,6 +222,7 @@ class Field:
         `slope` (n,) is the derivative of the values by the logarithms of the scales, from which the error follows; by
         default it is twice the values.
 
+        >>> from projdist import sample
         >>> sample("plate-carree", "globe").mean("s").value  # the mean of 1 / cos(lat) by area is pi / 2
         1.57079632...
         """
@@ -248,6 +251,7 @@ class Field:
 
         A function takes the values (m,) and weights (m,) of many points of the region. Raises ValueError.
 
+        >>> from projdist import sample
         >>> round(sample("mercator", "box:-10,0,10,60").statistic("k", "max").value, 9)
         2.0
         """
@@ -272,6 +276,7 @@ class Field:
 
         Raises ValueError.
 
+        >>> from projdist import sample
         >>> round(sample("plate-carree", "globe").figure("airy_kavrayskiy").value, 8)
         0.52124046
         """
@@ -282,6 +287,7 @@ class Field:
 
         Raises ValueError.
 
+        >>> from projdist import sample
         >>> found = sample("mercator", "box:-10,0,10,60").figures(["max_omega", "max_areal_error_ppm"])
         >>> round(found["max_areal_error_ppm"].value)
         3000000
