@@ -192,7 +192,7 @@ ANSWERS = {
 
 
 @each("kind", ANSWERS)
-def test_json_and_frames(kind, monkeypatch):
+def test_json(kind, monkeypatch):
     """JSON is the dictionary to the last bit, valid with its nulls, on one line or indented; frames need pandas."""
     answer = ANSWERS[kind]()
     text = answer.to_json()
@@ -201,12 +201,17 @@ def test_json_and_frames(kind, monkeypatch):
     assert "\n" not in text
     assert json.loads(answer.to_json(indent=2)) == answer.to_dict()
     assert answer.to_json(indent=2).count("\n") > 10
-    assert isinstance(answer.to_frame(), pytest.importorskip("pandas").DataFrame)
     match = r"^Invalid call of to_frame\. It needs pandas: pip install 'projdist\[gis\]'\.$"
     with monkeypatch.context() as patch:
         patch.setitem(sys.modules, "pandas", None)
         with pytest.raises(ImportError, match=match):
             answer.to_frame()
+
+
+def test_frames():
+    """Every answer makes a DataFrame."""
+    pandas = pytest.importorskip("pandas")
+    assert all(isinstance(answer().to_frame(), pandas.DataFrame) for answer in ANSWERS.values())
 
 
 @pytest.mark.parametrize(
