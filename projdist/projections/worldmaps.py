@@ -13,6 +13,20 @@ import numpy as np
 from projdist._typing import AnyArray, FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS, wrapped
 
+__all__ = [
+    "WORLD_MAPS",
+    "briesemeister",
+    "distance_around_edge",
+    "double_sided_equal_area",
+    "double_sided_equidistant",
+    "francula_1",
+    "francula_2",
+    "gott_elliptical",
+    "gott_mugnolo_elliptical",
+    "gott_wagner",
+    "wagner_9",
+]
+
 XY = tuple[FloatArray, FloatArray]
 
 _STRETCH = 1.18  # of Gott & Mugnolo's map
