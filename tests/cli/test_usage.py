@@ -209,7 +209,7 @@ WRONG = {
         "robin --dpi 30": "Invalid option '--dpi'. It needs a picture",
     },
     "mosaic": {
-        "": "Invalid images.",
+        "": "Invalid images. There must be two or more, not 0.",
         "--correspondences none.csv": "Invalid correspondences 'none.csv'. It cannot be read as text",
     },
     "optimize": {

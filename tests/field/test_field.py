@@ -185,7 +185,10 @@ def test_a_function_that_gives_the_jacobian():
         (lambda: field_of([np.eye(2)], weight=[-1]), r"^Invalid weights\. They must be finite and not negative"),
         (lambda: field_of([np.full((2, 2), np.nan)]), r"^Invalid Jacobians\. None of those with a weight is finite"),
         (lambda: field_of(lambda lon, lat: None), r"^Invalid field\. A function of longitude and latitude goes with"),
-        (lambda: field_of([np.eye(2)]).mean([1.0, 2.0]), r"^Invalid values of shape \(2,\)\. There must be one for"),
+        (
+            lambda: field_of([np.eye(2)]).mean([1.0, 2.0]),
+            r"^Invalid values of shape \(2,\)\. There must be one for each",
+        ),
         (lambda: field_of([np.eye(2)]).statistic("s", "middle"), r"^Invalid criterion 'middle'"),
         (lambda: field_of([np.eye(2)]).maximum("size"), r"^Invalid measure 'size'"),
     ],

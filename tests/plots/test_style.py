@@ -130,7 +130,10 @@ REFUSED: list[Any] = [
         lambda: plots.space_figure("robin", titles=["a", "b"]),
         r"^Invalid titles\. There must be one for each of 1 maps\.",
     ),
-    (lambda: plots.heatmap_figure("moll", context="much"), r"Invalid context 'much'. It must be one of none, coast, b"),
+    (
+        lambda: plots.heatmap_figure("moll", context="much"),
+        r"Invalid context 'much'. It must be one of none, coast, borders, full",
+    ),
     *(
         pytest.param(draw, said, marks=pytest.mark.slow)
         for draw, said in (

@@ -205,7 +205,10 @@ def test_graticule_steps() -> None:
         assert domain.graticule_steps(region.bounds) == pytest.approx(steps)
     # A step is taken for meridians and parallels, unless the lines would be thousands.
     assert domain.graticule_steps(EUROPE.bounds, 7.0) == (7.0, 7.0)
-    for step, said in ((0.1, "makes 5,400 lines, and at most 2,000 are drawn"), (0, "must be a positive number of de")):
+    for step, said in (
+        (0.1, "makes 5,400 lines, and at most 2,000 are drawn"),
+        (0, "must be a positive number of degrees"),
+    ):
         refuses(rf"Invalid step '{step}'. It {said}", domain.graticule_steps, GLOBE.bounds, step)
 
 
