@@ -162,7 +162,7 @@ _STATE = "Georgia"  # no area of use has both that country and the USA
 # Names of areas that the outlines have with a country.
 _PARTS = dict.fromkeys(("French Guiana", "Guadeloupe", "Martinique", "Mayotte", "Reunion"), "France")
 _NOBODYS = "Antarctica"  # belongs to no country, by the treaty of 1959
-# Areas of use that belong to no country, as those whose names begin with World.
+# Areas of use that belong to no country: continents, and those whose names begin with World.
 _CONTINENT = re.compile(r"^(Africa|Asia|Europe|Oceania|(North|South) America) including ")
 
 
