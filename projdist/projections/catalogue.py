@@ -84,7 +84,7 @@ def close_ids(text: str) -> list[str]:
 
 
 def close_codes(text: str) -> list[str]:
-    """The CRS code meant by `ESPG:3035`, `epsg3035`, `3035` or `102003`, as a list; empty if no such code exists."""
+    """The CRS code meant by `ESPG:3035`, `epsg3035`, `3035` or `102003`, as a list; empty if there is no such code."""
     match = re.fullmatch(r"(?:([A-Za-z]+)[\s:_-]*)?(\d+)", text)
     if not match:
         return []

@@ -37,6 +37,8 @@ def inputs():
         "numpy integer": np.int64(3035),
         "authority pair": ("EPSG", 3035),
         "URN": "urn:ogc:def:crs:EPSG::3035",
+        "number": "3035",
+        "number behind its authority": "epsg 3035",
         "old init": "+init=epsg:3035",
         "old init with flags": "init=epsg:3035 +no_defs +type=crs",
         "pyproj CRS": crs,
@@ -360,3 +362,12 @@ def test_coordinates_in_no_crs(crs):
     """A line; heights alone have no longitudes."""
     with pytest.raises(ProjectionError, match=rf"^Invalid CRS '{crs}'"):
         unprojected(crs, np.zeros(1), np.zeros(1))
+
+
+@each(
+    "text, code",
+    [("2056", "EPSG:2056"), ("EPSG3857", "EPSG:3857"), ("102003", "ESRI:102003"), ("esri54009", "ESRI:54009")],
+)
+def test_numbers_alone_are_codes(text, code):
+    """A number is EPSG's, or Esri's if EPSG has none of it."""
+    assert make(text).definition == code

@@ -107,10 +107,8 @@ TYPOS = {
     "webmerc": ["web mercator"],
     "robinson": ["robinson projection"],
     "hammer": ["hammer-aitoff"],
-    "EPSG:3035": ["3035", "epsg 3035", "EPSG3035", "ESPG:3035"],
-    "ESRI:54009": ["esri54009"],
-    "ESRI:102003": ["102003"],
-    "EPSG:4326": ["4326", "epsg4326"],
+    "EPSG:3035": ["ESPG:3035", "espg3035"],
+    "EPSG:4326": ["ESPG 4326"],
 }
 
 
