@@ -27,7 +27,7 @@ BUDGET = {
     "numerics": (640, 4),
     "plots": (4_070, 12),
     "projections": (4_720, 15),
-    "regions": (2_870, 10),
+    "regions": (2_895, 10),
     "support": (1_040, 7),
     "surfaces": (1_800, 7),
     "web": (2_970, 11),

@@ -77,6 +77,15 @@ def names_of(kind: str) -> dict[str, str]:
     return {key: row["name"] for key, row in rows_of(kind).items()}
 
 
+def places_called(text: str) -> list[str]:
+    """The places of a name or code, as `country:Georgia` and `state:Georgia`; of a country's code it alone."""
+    key = folded(text)
+    named = [(kind, names_of(kind)[key]) for kind in _KINDS if key in names_of(kind)]
+    if len(key) <= _CODE and any(kind == "country" for kind, _ in named):
+        return [f"country:{text}"]
+    return [f"{kind}:{name}" for kind, name in named]
+
+
 def close_regions(text: str) -> list[str]:
     """Named regions that a text may have been meant for."""
     known: dict[str, list[str]] = {name: [name] for name in ("globe", "land", "ocean")}

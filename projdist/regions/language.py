@@ -44,8 +44,8 @@ longitude and latitude, or a GeoSeries or GeoDataFrame in its CRS, with edges st
 _COMPACT = {"box", "cap", "country", "state", "file", "geodesic"}
 
 FORMS = (
-    "globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, state:NAME, crs:CODE, file:PATH, "
-    "geodesic:PATH or points:PATH, or a combination of these by &, - and +"
+    "globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, state:NAME, such a NAME alone, "
+    "crs:CODE, file:PATH, geodesic:PATH or points:PATH, or a combination of these by &, - and +"
 )
 
 _LONGEST = 20_000  # characters: twenty times a list of all countries, and fast to parse in any form
@@ -59,11 +59,15 @@ _METHODS = ("panels", "chart", "clip", "bounds")  # of a region, perhaps of anot
 _WORDS = ("globe", "land", "ocean")
 
 _SUFFIX = re.compile(r"@(all|main)(?::([^@&()\s]*))?(?=[@&)\s]|$)", re.IGNORECASE)
+_NO_NAME = re.compile(r"[:/\\\d]|^\W*$")  # what has these is no name alone; numbers are codes only behind a kind
 _OPERATOR = re.compile(r"\s+([&+-])(?=\s|$)")
 
 
 def get_region(region: RegionLike, ellipsoid: Ellipsoid | None = None) -> Place:
-    """The region of a text, such as `globe`, `box:W,S,E,N`, `country:CH`, `land - continent:Antarctica`.
+    """The region of a text, such as `globe`, `box:W,S,E,N`, `Switzerland`, `country:CH`, `land - continent:Antarctica`.
+
+    A name alone stands for the country, continent or state of that name if there is just one; a code alone for a
+    country before a state.
 
     Parameters
     ----------
@@ -146,8 +150,10 @@ def region_of_text(text: str, check: Callable[[str, str], None], ellipsoid: Elli
 
 def is_region_text(text: str) -> bool:
     """True if a text begins like a region rather than a path."""
-    word = re.split("[:@ ]", text.strip().lower(), maxsplit=1)[0]
-    return text.lstrip().startswith("(") or word in _WORDS or (word in _KINDS and ":" in text)
+    text = text.strip()
+    first = _with_kind(text[: _end_of_atom(text)])
+    word = re.split("[:@ ]", first.lower(), maxsplit=1)[0]
+    return text.startswith("(") or word in _WORDS or (word in _KINDS and ":" in first)
 
 
 def weighted_points(text: str, column: str) -> PointSet:
@@ -218,6 +224,7 @@ class _Parser:
             )
         suffix = _SUFFIX.search(text)
         plain = text if suffix is None else text[: suffix.start()].rstrip() + text[suffix.end() :]
+        plain = _with_kind(plain)
         self.kinds.add(re.split("[:@]", plain.lower(), maxsplit=1)[0])
         kind, _, argument = plain.partition(":")
         kind, argument = kind.lower(), argument.strip().strip('"')
@@ -264,6 +271,15 @@ def _end_of_atom(text: str) -> int:
             if depth < 0:
                 return place
     return len(text)
+
+
+def _with_kind(text: str) -> str:
+    """`country:Germany` for `Germany`, if only one place has the name; other texts, as of paths, are unchanged."""
+    name, at, resolution = text.partition("@")
+    if _NO_NAME.search(name) or name.lower() in _WORDS or len(name) > _LONGEST_NAME:
+        return text
+    meant = regions.countries.places_called(name.strip().strip('"'))
+    return f"{meant[0]}{at}{resolution}" if len(meant) == 1 else text
 
 
 def _region_of(text: str, kind: str, argument: str, ellipsoid: Ellipsoid | None) -> Place:

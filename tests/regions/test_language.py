@@ -6,7 +6,7 @@ from region_texts import area, refused
 from tables import each
 
 from projdist.earth import data_rows, latitude_text, longitude_text, natural_earth
-from projdist.regions import GLOBE, Box, get_region, region_title
+from projdist.regions import GLOBE, Box, get_region, is_region_text, region_title
 
 # ---- names ----------------------------------------------------------------------------------
 
@@ -100,6 +100,29 @@ def test_with_globe_and_ocean():
     assert 0.95 < sea.area_km2 / Box(170, -30, -170, -10).area_km2 < 1
 
 
+@each(
+    "alone, full",
+    [
+        *(("Germany", "country:DE"), ("new-zealand", "country:NZ"), ('"Côte d\'Ivoire"', "country:CI")),
+        *(("DE", "country:DE"), ("deu", "country:DE"), ("CA", "country:CA"), ("TX", "state:TX")),
+        *(("Delaware", "state:DE"), ("Africa", "continent:Africa"), ("Chile@main", "country:CL@main")),
+        *(("Fiji@10m", "country:FJ@10m"), ("(Fiji)@all", "country:FJ@all"), ("Fiji@10m@main", "country:FJ@10m@main")),
+        ("New Zealand - cap:170,-45,300", "country:NZ - cap:170,-45,300"),
+    ],
+)
+def test_places_by_their_names_alone(alone, full):
+    """A name or a code of one place needs no kind before it; a code is a country's before a state's."""
+    assert get_region(alone).bounds == get_region(full).bounds
+    assert get_region(alone).area_km2 == get_region(full).area_km2
+    assert is_region_text(alone)
+
+
+@each("text", ["parcels.gpkg", "texas/roads.shp", "./chad", "056", "Georgia", "ahead"])
+def test_other_texts_are_no_places(text):
+    """Paths, numbers and names of two places begin no region."""
+    assert not is_region_text(text)
+
+
 def test_names_of_combinations():
     """The name of a combination is a text for it."""
     region = get_region("  country:CH   -  cap:8,47,50 ")
@@ -128,8 +151,10 @@ REFUSED = {
     "state:CA@50m": "Invalid suffix '@50m' of a state. It must be one of @10m, @main and @all.",
     "state:Canada": "Invalid state 'Canada'. Did you mean country:Canada? It must be the name or postal",
     "state:CA + country:MX": "Invalid region 'state:CA + country:MX'. Its parts are of different detail, 10m and 50m",
-    "Fiji": "Invalid region 'Fiji'. Did you mean country:Fiji? It must be globe, land, ocean,",
-    "California": "Invalid region 'California'. Did you mean state:California? It must be globe,",
+    "Fijy": "Invalid region 'Fijy'. Did you mean country:Fiji? It must be globe, land, ocean,",
+    "Californa": "Invalid region 'Californa'. Did you mean state:California? It must be globe,",
+    "056": "Invalid region '056'. Did you mean country:Belgium? It must be globe, land, ocean,",
+    "./chad": "Invalid region './chad'. Did you mean country:Chad? It must be globe, land, ocean,",
     "Georgia": "Invalid region 'Georgia'. Did you mean country:Georgia or state:Georgia? It must be globe,",
     "lnad": "Invalid region 'lnad'. Did you mean land? It must be globe, land, ocean,",
     "land@110m - continent:Antarctica": "Invalid region 'land@110m - continent:Antarctica'. Its parts are of different "

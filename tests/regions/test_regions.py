@@ -378,8 +378,8 @@ def test_name_of_the_globe(box):
 
 
 FORMS = (
-    "It must be globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, state:NAME, crs:CODE, "
-    "file:PATH, geodesic:PATH or points:PATH, or a combination of these by &, - and +."
+    "It must be globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, state:NAME, such a NAME "
+    "alone, crs:CODE, file:PATH, geodesic:PATH or points:PATH, or a combination of these by &, - and +."
 )
 FEW = ("box", "box:", "box:1,2,3", "box:1,2,3,4,5", "box:1,2,3,north")
 CENTRE = "Its centre must be a longitude within -360 and 360, a latitude within -90 and 90."
@@ -398,7 +398,7 @@ MISPLACED = {
 }
 WRONG = {
     "": f"Invalid region ''. {FORMS}",
-    "europe": f"Invalid region 'europe'. Did you mean continent:Europe? {FORMS}",
+    "europa": f"Invalid region 'europa'. Did you mean continent:Europe? {FORMS}",
     "disc:1,2,3": f"Invalid region 'disc:1,2,3'. {FORMS}",
     "-10,35,40,70": f"Invalid region '-10,35,40,70'. {FORMS}",
     **{f"cap:{at},100": f"Invalid cap '{at},100'. {CENTRE}" for at in ("0,91", "400,0", "nan,0", "0,nan")},
