@@ -26,7 +26,7 @@ BUDGET = {
     "matrices": (2_590, 9),
     "numerics": (640, 4),
     "plots": (4_070, 12),
-    "projections": (4_720, 15),
+    "projections": (4_765, 15),
     "regions": (2_895, 10),
     "support": (1_040, 7),
     "surfaces": (1_800, 7),

@@ -303,6 +303,7 @@ _MODERN = 1984  # year of the first satellite datum still in use
 _BEGINNING = 3  # letters that suffice to find a word
 # Score of a word of the query, by where it is found.
 _IN_NAME, _BEGINS, _ELSEWHERE, _BEGINS_ELSEWHERE = 6, 4, 2, 1
+_LAST = 4  # tier of hits by a word's beginning in a list of countries or a method, which others make needless
 _NO_NEWS = "zone"  # people say utm 33 for UTM zone 33
 _VARIANT = re.compile(r"\((?:z?E[-,]z?N|z?N[-,]z?E)\)$")  # of EPSG's names, by their axes or a zone in the easting
 _WORD = re.compile(r"[^\W\d_]+|\d+(?:\.\d+)?")
@@ -363,7 +364,8 @@ def find_crs(
     """Projected CRSs and named maps by words of their names, areas of use and methods, or codes; the likeliest first.
 
     Every word must be found; a word of three letters or more may be the beginning of one. Capitals, accents and
-    punctuation do not count, and digits are words of their own: utm33n is utm 33 n.
+    punctuation do not count, and digits are words of their own: utm33n is utm 33 n. A country or its people alone, as
+    "switzerland" or "swiss", mean the CRSs of its areas of use, those for it alone first.
 
     Parameters
     ----------
@@ -405,12 +407,15 @@ def find_crs(
     among = [one for one in entries if not wanted or one.authority in wanted]
     match = re.fullmatch(r"\s*(?:([A-Za-z][A-Za-z_0-9]*)\s*[:\s]\s*)?(\w+)\s*", text)  # as EPSG:3035 or 3035
     code = ((match[1] or "").upper(), match[2].upper()) if match else ("", "")
+    country = _countries().get(_phrase(words), frozenset())
     ranked = sorted(
         (rank, k)
         for k, one in enumerate(among)
-        if (rank := _rank(one, words, code)) is not None
+        if (rank := _rank(one, words, code, country)) is not None
         and (deprecated or not one.hit.deprecated or one.has_code(code))
     )
+    if ranked and ranked[0][0][0] < _LAST:
+        ranked = [one for one in ranked if one[0][0] < _LAST]
     hits = tuple(among[k].hit for _, k in ranked[:most])
     advice = "" if ranked else _advice(text, words, among, deprecated)
     return CrsSearch(text=text, total=len(ranked), results=hits, advice=advice)
@@ -475,10 +480,39 @@ def _folded(text: str) -> str:
 # ---- ranking --------------------------------------------------------------------------------
 
 
-def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str]) -> tuple[Any, ...] | None:
-    """Sort key of an entry; None if it lacks a word."""
+@functools.cache
+def _countries() -> dict[str, frozenset[str]]:
+    """All names of a country, by each that is not a state's, too, and by that of its people; as folded phrases."""
+    found: dict[str, frozenset[str]] = {}
+    for row in earth.data_rows("countries.csv"):
+        texts = (row["name"], row["iso_a3"], *row["other_names"].split("|"))
+        names = frozenset(_phrase(_WORD.findall(_folded(text))) for text in texts if text)
+        found |= dict.fromkeys(names, names)
+    for row in earth.data_rows("demonyms.csv"):
+        found[_phrase([row["demonym"]])] = found[_phrase(_WORD.findall(_folded(row["country"])))]
+    states = {_phrase(_WORD.findall(_folded(row["name"]))) for row in earth.data_rows("states.csv")}
+    return {name: names for name, names in found.items() if name not in states}
+
+
+def _share_of_country(one: _Entry, names: frozenset[str]) -> int:
+    """Score of an entry by where its area of use has a country; 0 if it is within another one."""
+    head = _phrase(_WORD.findall(one.area.split(" - ")[0]))
+    if head not in names and head in _countries():
+        return 0
+    for text, score in ((one.area, _IN_NAME), (one.others, _ELSEWHERE)):
+        phrase = _phrase(_WORD.findall(text))
+        if any(name in phrase for name in names):
+            return score
+    return 0
+
+
+def _rank(
+    one: _Entry, words: Sequence[str], code: tuple[str, str], country: frozenset[str] = frozenset()
+) -> tuple[Any, ...] | None:
+    """Sort key of an entry; None if it lacks a word, and is not of the country that all words name."""
     is_code, text = one.has_code(code), f"{one.names} {one.area} {one.others}"
-    if not is_code and not all(word in text for word in words):  # ten times faster than what follows
+    national = _share_of_country(one, country) if country and one.area else 0
+    if not is_code and not national and not all(word in text for word in words):  # ten times faster than what follows
         return None
     # By authority, then by larger area, then by lower (older) code.
     authority = _AUTHORITIES.index(one.authority) if one.authority in _AUTHORITIES else len(_AUTHORITIES)
@@ -489,14 +523,22 @@ def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str]) -> tuple[Any
         return (0, authority, size, *number)
     names, area, others = (_WORD.findall(words) for words in (one.names, one.area, one.others))
     worth = [_worth(word, (*names, *area), others) for word in words]
-    if not all(worth):
+    if not all(worth) and not national:
         return None
     spelt = _WORD.findall(_folded(one.hit.name))
     whole = [spelt, area if one.authority else _WORD.findall(_folded(one.number))]
-    tier = 1 if list(words) in whole else 2 if _phrase(words) in _phrase(names) else 3
+    named = _phrase(words) in _phrase(names)
+    if list(words) in whole:
+        tier = 1
+    elif national or (named and not country):
+        tier = 2
+    else:
+        tier = _LAST if _BEGINS_ELSEWHERE in worth else 3
+    score = national + _IN_NAME * (_phrase(words) in _phrase(spelt)) if national else sum(worth)
+    at_sea = "offshore" in area and "onshore" not in area
     variant = _VARIANT.search(one.hit.name) is not None
     old = one.since < _MODERN
-    return (tier, -sum(worth), one.hit.deprecated, old, authority, variant, size, len(spelt), *number)
+    return (tier, -score, one.hit.deprecated, old, not named, authority, variant, at_sea, size, len(spelt), *number)
 
 
 def _phrase(words: Iterable[str]) -> str:

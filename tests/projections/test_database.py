@@ -5,6 +5,7 @@ import pyproj
 import pytest
 from tables import each
 
+from projdist.earth import data_rows
 from projdist.projections import catalogue, codes_of_same_map, database, find_crs
 from projdist.projections.database import facts_of, year_of
 
@@ -19,10 +20,11 @@ MEANT = {
     "EPSG:25832": ["etrs89 utm 32"],
     "EPSG:25833": ["33n utm etrs89"],
     "EPSG:2154": ["lambert 93", "Lambert-93", "france"],
-    "EPSG:27700": ["british national grid"],
-    "EPSG:2056": ["lv95"],
-    "EPSG:28992": ["amersfoort rd new"],
-    "EPSG:2193": ["new zealand transverse"],
+    "EPSG:27700": ["british national grid", "british"],
+    "EPSG:2056": ["lv95", "swiss", "Switzerland"],
+    "EPSG:28992": ["amersfoort rd new", "dutch"],
+    "EPSG:2193": ["new zealand transverse", "new zealand"],
+    "EPSG:3416": ["austria", "austrian"],
     "EPSG:32139": ["NAD83 / Texas Central"],
     "EPSG:2229": ["california zone 5 ftus"],
     "EPSG:3857": ["pseudo-mercator wgs"],
@@ -197,3 +199,24 @@ def test_no_database(monkeypatch, tmp_path) -> None:
 def test_sexagesimal_degrees(value: float, degrees: float) -> None:
     """DDD.MMSSsss, as EPSG has it under 9110."""
     assert database._value(value, 9110, {9102: 1.0}) == pytest.approx(degrees, abs=1e-12)
+
+
+def test_a_country_and_its_people_are_searched_by_areas_of_use() -> None:
+    """Those of the country alone come first, then those that it shares; then a county of its name elsewhere."""
+    swiss = [hit.code for hit in find_crs("swiss", limit=200).results]
+    named = [hit.code for hit in find_crs("Switzerland", limit=200).results]
+    assert swiss[:3] == named[:3] == ["EPSG:2056", "EPSG:21781", "EPSG:21780"]
+    assert "EPSG:3035" in swiss
+    assert named.index("EPSG:3035") < named.index("EPSG:7285")  # of Switzerland County in Indiana
+    assert all("UK" in hit.area_name for hit in find_crs("british", limit=20).results)
+
+
+def test_whole_words_make_beginnings_in_lists_needless() -> None:
+    """Georgia West has Webster County in its area of use, and a transverse Mercator map."""
+    assert [hit.code for hit in find_crs("web mercator").results][:2] == ["webmerc", "EPSG:3857"]
+    assert not [hit for hit in find_crs("web mercator", limit=1000).results if "Georgia" in hit.name]
+
+
+def test_names_of_people_are_of_countries_that_there_are() -> None:
+    countries = {row["name"] for row in data_rows("countries.csv")}
+    assert {row["country"] for row in data_rows("demonyms.csv")} <= countries
