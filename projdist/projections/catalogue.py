@@ -95,6 +95,12 @@ def close_codes(text: str) -> list[str]:
     return list(known)[:1]
 
 
+def code_of_number(text: str) -> str:
+    """The CRS code meant by `3035`, `epsg3035` or `102003`: a number is EPSG's, else Esri's; "" for other texts."""
+    is_number = re.fullmatch(r"((epsg|esri)[\s_-]*)?\d+", text.strip(), re.IGNORECASE)
+    return next(iter(close_codes(text.strip())), "") if is_number else ""
+
+
 def codes_elsewhere(authority: str, number: str) -> list[str]:
     """CRSs of the Earth that have the same number with other authorities, as AUTHORITY:CODE."""
     others = (name for name in _OF_THE_EARTH if name != authority)

@@ -311,7 +311,8 @@ def read_crs(value: Any) -> CRS:
     text = value.srs if isinstance(value, CRS) else value
     form = form_of(text)
     if form not in ("wkt", "json"):
-        return CRS.from_user_input(value)
+        code = catalogue.code_of_number(value) if isinstance(value, str) else ""
+        return CRS.from_user_input(code or value)
     stated, restored = None, False
     if form == "wkt":
         roots = parse_wkt(text)

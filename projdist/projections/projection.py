@@ -211,10 +211,9 @@ def parse_name(text: str) -> Parts:
     words = named_map(text)
     name, complaint = known_name(words.name), f"Invalid projection '{shown(text)}'."
     if not name:
-        code = catalogue.close_codes(text)
-        if code and re.fullmatch(r"((epsg|esri)[\s_-]*)?\d+", text, re.IGNORECASE):
-            return parse_crs(code[0])
-        close = code or catalogue.close_names(words.name)
+        if code := catalogue.code_of_number(text):
+            return parse_crs(code)
+        close = catalogue.close_codes(text) or catalogue.close_names(words.name)
         utm = re.fullmatch(r"utm[\s_-]*(?:zone[\s_-]*)?(0?[1-9]|[1-5]\d|60)[\s_-]*([ns]?)", text, re.IGNORECASE)
         if utm:
             return parse_crs(f"EPSG:32{7 if utm[2].lower() == 's' else 6}{int(utm[1]):02}")

@@ -383,7 +383,7 @@ def test_every_third_published_system(code: int, criterion: str, rise: float) ->
     ({"height": 1.0, "round_axis": 10.0}, "Invalid rounding of the axis '10.0'"),
     ({"height": 1.0, "geodetic": "EPSG:32633"}, "Invalid geographic CRS 'EPSG:32633'"),
     ({"height": 1.0, "geodetic": "EPSG:1"}, "Invalid geographic CRS 'EPSG:1'"),
-    ({"height": 1.0, "geodetic": "epsg6318"}, r"Invalid geographic CRS 'epsg6318'. Did you mean EPSG:6318\?"),
+    ({"height": 1.0, "geodetic": "ESPG:6318"}, r"Invalid geographic CRS 'ESPG:6318'. Did you mean EPSG:6318\?"),
 ])  # fmt: skip
 def test_refused(options: dict[str, object], message: str) -> None:
     """One line says what it must be; no map of half the Earth is of low distortion."""
