@@ -26,7 +26,7 @@ _LAST_OF_INDICES = 1e-5
 _MAP = Column("projection", of=lambda row: label_of(row["projection"], row["name"]), left=True)
 _COVERAGE = replace(SHARED["coverage"], only=lambda share: share < WHOLE)
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
-PLOTS = (*DISTRIBUTIONS, "modes", "space")
+PLOTS = ("maps", *DISTRIBUTIONS, "modes", "space")
 _GROUPS = ", ".join(answers.GROUPS)
 
 
@@ -52,9 +52,9 @@ def compare_command(
     ),
     plot: str | None = opt.option(
         PLOTS,
-        "Draw to -o FILE.png, .svg or .pdf: the shares of the area by a measure (fisher, or the first of "
-        "--measure), in bins or up to a value; errors of areas against those of angles; the modes as fields over "
-        "the maps; or the Jacobians in the hyperbolic plane, with their mean and median.",
+        "Draw to -o FILE.png, .svg or .pdf: maps coloured by a measure (fisher, or the first of --measure), as without "
+        "--plot; the shares of the area by it, in bins or up to a value; errors of areas against those of angles; the "
+        "modes as fields over the maps; or the Jacobians in the hyperbolic plane, with their mean and median.",
     ),
     format: str | None = opt.file_format(),
     output: opt.Output = None,
@@ -75,6 +75,8 @@ def compare_command(
         return
     opt.refuse_given({"--executor": executor, "--partial": partial}, "It needs --regions.")
     picture = None
+    if plot is None and opt.is_picture(output):
+        plot = "maps"
     if plot is None:
         opt.refuse_given(pictured.given(), f"It needs a picture to draw: --plot {'|'.join(PLOTS)}.")
     else:
@@ -82,7 +84,7 @@ def compare_command(
         if output is None:
             refuse(f"Invalid option '--plot {plot}'. It needs a picture to draw to: -o FILE.png.")
         picture = opt.PictureFile(output, pictured)
-    target = opt.target(format, None if picture else output, pictured.overwrite)
+    target = opt.target(format, None if picture else output, pictured.overwrite, others=plots.SUFFIXES)
     area = opt.region_given(region, given, weight)
     with refusing(), progress_bar("maps") as progress:
         options |= {"modes": modes or plot == "modes", "sort": sort, "progress": progress}
@@ -92,6 +94,9 @@ def compare_command(
         maps, first = report.maps.projections, report.maps.measure
         if plot in DISTRIBUTIONS:
             picture.save(plots.distribution_figure, maps, plot, measure=first, region=found.region)
+        elif plot == "maps":
+            titles = report.maps.titles
+            picture.save(plots.heatmap_figure, maps, measure=first, region=found.region, titles=titles)
         else:
             picture.save(plots.modes_figure if plot == "modes" else plots.space_figure, maps, region=found.region)
         report = replace(report, written=[picture])

@@ -193,7 +193,8 @@ _CONVERTED_SUFFIXES = (".gpkg", ".geojson", ".fgb", ".shp", ".parquet", ".tif", 
 
 def convert_command(
     data: str = opt.argument("DATA[#LAYER]", "Points, lines, polygons or pixels that GDAL reads."),
-    to: str | None = opt.option("CRS", "A code, WKT, a PROJ string, or a .wkt file of 'projdist design'."),
+    crs: str | None = opt.argument("[CRS]", "A code, WKT, a PROJ string, or a .wkt file of 'projdist design'.", None),
+    to: str | None = opt.option("CRS", "The same as an option."),
     source: str | None = opt.option("CRS", "That of the data, where their file has lost it.", None, "--from"),
     densify: str | None = opt.option("KM", "Divide edges into pieces of at most so many kilometres."),
     resampling: str = opt.option(_RESAMPLINGS, "How pixels get their values.", "nearest"),
@@ -202,8 +203,8 @@ def convert_command(
     overwrite: opt.Overwrite = False,
 ) -> None:
     """Transform layers and rasters to another CRS, also one made by design, and back."""
-    if to is None:
-        refuse("Invalid option '--to'. It must name a CRS.")
+    if (crs is None) == (to is None):
+        refuse("Invalid CRS. There must be one, behind the data or behind --to.")
     if output is None:
         refuse("Invalid option '--output'. It must name a file.")
     path = opt.file_of_kind(output, _CONVERTED_SUFFIXES, overwrite)
@@ -213,7 +214,14 @@ def convert_command(
     opt.check_libraries(path)
     with drawing(path), working("Converting"):
         found = gis.convert(
-            data, to, path, source=source, densify=piece, resampling=resampling, resolution=side, overwrite=overwrite
+            data,
+            crs or to or "",
+            path,
+            source=source,
+            densify=piece,
+            resampling=resampling,
+            resolution=side,
+            overwrite=overwrite,
         )
     note(found.note)
     tell_written(found.path, *([found.wkt] if found.wkt else []))

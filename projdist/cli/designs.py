@@ -65,12 +65,13 @@ def design_command(
     name: str | None = opt.option("TEXT", "Of the CRS."),
     format: str | None = opt.file_format(_DESIGN_FORMS, ".json, .wkt, .html or .txt"),
     output: opt.Output = None,
-    picture: str | None = opt.option("FILE", "Beside the best existing map: .png, .svg or .pdf."),
+    picture: str | None = opt.option("FILE", "Beside the best existing map: .png, .svg or .pdf; -o is enough."),
     *,
     pictured: opt.PictureOptions,
 ) -> None:
     """Make the map that distorts a region least, as a CRS that PROJ and GDAL run."""
-    target = opt.target(format, output, pictured.overwrite, _DESIGN_FORMS)
+    output, picture = opt.picture_apart(output, picture)
+    target = opt.target(format, output, pictured.overwrite, _DESIGN_FORMS, plots.SUFFIXES)
     drawn = opt.picture_of(picture, pictured)
     opt.choice("symmetry", symmetric, designs.SYMMETRIES)
     area = opt.region_of(region, weight, [] if base is None else [base])
@@ -178,12 +179,13 @@ def mean_map_command(
     name: str | None = opt.option("TEXT", "Of the map."),
     format: str | None = opt.file_format(_MEAN_FORMS, ".json, .wkt or .txt"),
     output: opt.Output = None,
-    picture: str | None = opt.option("FILE", "The mean beside the average: .png, .svg or .pdf."),
+    picture: str | None = opt.option("FILE", "The mean beside the average: .png, .svg or .pdf; -o is enough."),
     *,
     pictured: opt.PictureOptions,
 ) -> None:
     """Find the mean of several maps: the map that is nearest to all in distortion."""
-    target = opt.target(format, output, pictured.overwrite, _MEAN_FORMS)
+    output, picture = opt.picture_apart(output, picture)
+    target = opt.target(format, output, pictured.overwrite, _MEAN_FORMS, plots.SUFFIXES)
     drawn = opt.picture_of(picture, pictured)
     area = opt.region_given(region, projections)
     counts = None if weights is None else opt.numbers(weights)
@@ -248,12 +250,13 @@ def world_map_command(
     output: opt.Output = None,
     tinshift: str | None = opt.option("FILE", "Triangles for PROJ's tinshift, a .json to write."),
     step: str = opt.option("DEGREES", "Between the triangles' corners.", "2"),
-    picture: str | None = opt.option("FILE", "A heat map of the Fisher distortion: .png, .svg or .pdf."),
+    picture: str | None = opt.option("FILE", "A heat map of the Fisher distortion: .png, .svg or .pdf; -o is enough."),
     *,
     pictured: opt.PictureOptions,
 ) -> None:
     """Make the map of the world that distorts a region least."""
-    target = opt.target(format, output, pictured.overwrite, _WORLD_FORMS)
+    output, picture = opt.picture_apart(output, picture)
+    target = opt.target(format, output, pictured.overwrite, _WORLD_FORMS, plots.SUFFIXES)
     drawn = opt.picture_of(picture, pictured)
     triangles = (
         None if tinshift is None else opt.file_of_kind(tinshift, (".json",), pictured.overwrite, "file of triangles")

@@ -403,6 +403,20 @@ def size_of(text: str | None, dpi: float) -> tuple[float, float] | None:
     return size
 
 
+def is_picture(output: str | None) -> bool:
+    """True for the path of a picture."""
+    return output is not None and Path(output).suffix.lower() in plots.SUFFIXES
+
+
+def picture_apart(output: str | None, picture: str | None) -> tuple[str | None, str | None]:
+    """Output and `--picture` of a command that has both: a picture as output is that picture."""
+    if not is_picture(output):
+        return output, picture
+    if picture is not None:
+        refuse(f"Invalid output '{output}'. There must be one picture, and '{picture}' is one.")
+    return None, output
+
+
 def picture_of(
     output: str | None, drawn: GraphOptions, *, step: str | None = None, beside: tuple[str, ...] = (), **others: Any
 ) -> PictureFile | None:

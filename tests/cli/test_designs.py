@@ -55,7 +55,7 @@ def test_a_file_is_a_projection(tmp_path: Path) -> None:
 def test_picture(tmp_path: Path) -> None:
     """Beside the best existing map; the file is told."""
     path = tmp_path / "map.png"
-    out = run_ok("design", *SWISS, "--picture", str(path), "--size", "6,3", "--dpi", "50")
+    out = run_ok("design", *SWISS, "-o", str(path), "--size", "6,3", "--dpi", "50")
     assert out.endswith(f"Wrote: {path}\n")
     assert path.read_bytes().startswith(b"\x89PNG")
 
@@ -130,7 +130,7 @@ def test_json_of_the_world(tmp_path: Path) -> None:
 def test_files(tmp_path: Path) -> None:
     """Triangles that PROJ runs, and a picture; nothing is overwritten unasked."""
     triangles, picture = tmp_path / "world.json", tmp_path / "world.png"
-    words = (*QUICK, "--tinshift", str(triangles), "--picture", str(picture), "--dpi", "30")
+    words = (*QUICK, "--tinshift", str(triangles), "-o", str(picture), "--dpi", "30")
     out = run_ok("world-map", *words)
     assert f"Wrote: {triangles}" in out
     pipeline = out.split("PROJ: ")[1].split("\n")[0]

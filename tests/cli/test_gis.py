@@ -310,14 +310,16 @@ def test_there_and_back(folder: Path) -> None:
     assert err.count("\n") == 1
     for k, source in enumerate((["--from", "new.wkt"], [])):
         name = f"{k}.gpkg"
-        assert run_ok("convert", "new.shp", *source, "--to", "EPSG:4326", "-o", name) == f"Wrote: {name}\n"
+        assert run_ok("convert", "new.shp", "EPSG:4326", *source, "-o", name) == f"Wrote: {name}\n"
         back = shapely.get_coordinates(geopandas.read_file(name).geometry.array)
         assert back.ravel() == pytest.approx([8.0, 47.0], abs=1e-8)
 
 
 def test_refused_conversions(folder: Path) -> None:
     words = ("convert", "data.geojson", "--to", "map.wkt")
-    assert refused("convert", "data.geojson", "-o", "x.gpkg") == "Invalid option '--to'. It must name a CRS."
+    for given in ((), ("EPSG:3035", "--to", "map.wkt")):
+        said = refused("convert", "data.geojson", *given, "-o", "x.gpkg")
+        assert said == "Invalid CRS. There must be one, behind the data or behind --to."
     assert refused(*words) == "Invalid option '--output'. It must name a file."
     assert "Its suffix must be" in refused(*words, "-o", "x.kml")
     assert "Invalid resampling 'lanczo'" in refused(*words, "-o", "x.tif", "--resampling", "lanczo")

@@ -261,7 +261,7 @@ def test_the_suffix_of_a_file_tells_its_format(tmp_path: Path, words: str) -> No
 
 
 TEXT_SUFFIXES = {
-    "compare eqc -o": ".json, .csv, .md, .html, .txt, .log",
+    "compare eqc -o": ".json, .csv, .md, .html, .png, .svg, .pdf, .txt, .log",
     "factors eqc 10 50 -o": ".json, .csv, .md, .html, .parquet, .gpkg, .geojson, .txt, .log",
     "tables -o": ".json, .csv, .md, .html, .txt, .log",
     "optimize eqc cap:10,50,100 -o": ".json, .html, .wkt, .txt, .log",

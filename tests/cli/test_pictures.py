@@ -131,3 +131,15 @@ def test_every_name_makes_numbers_and_a_picture(
     assert drawn.exit_code == 0
     for text in (result.stderr, drawn.stderr):
         assert re.fullmatch(r"(projdist: \+proj=(alsk|gs48|gs50|nzmg) [^\n]* too far from [^\n]*\n)?", text)
+
+
+@pytest.mark.usefixtures("few_cells")
+def test_compare_draws_maps(tmp_path: Path) -> None:
+    """A picture as output is of the maps, as by --plot maps; the figures are printed as ever."""
+    words = ("compare", *SMALL, *PATCH, "--overwrite", "-o", str(tmp_path / "maps.png"))
+    printed = run_ok(*words)
+    check_picture(tmp_path / "maps.png")
+    drawn = imread(tmp_path / "maps.png")
+    assert printed == run_ok(*words, "--plot", "maps")
+    assert (imread(tmp_path / "maps.png") == drawn).all()
+    assert printed == f"{run_ok('compare', 'eqc', *PATCH)}Wrote: {tmp_path / 'maps.png'}\n"
