@@ -18,7 +18,7 @@ BUDGET = {
     "answers": (3_500, 11),
     "applications": (5_950, 20),
     "cli": (5_065, 17),
-    "decisions": (4_750, 14),
+    "decisions": (4_757, 14),
     "designs": (3_390, 10),
     "earth": (650, 3),
     "field": (4_800, 13),

@@ -185,7 +185,7 @@ def optimize(
         `sphere` or a name of PROJ's; by default WGS 84, and the sphere for maps that have formulas for that only.
     round_to : float, optional
         Step in degrees to whose multiples angles are rounded, within 1e-9 and 45; k_0 is then rounded to 1e-6. The best
-        multiples near the optimum are taken.
+        multiples near the optimum are taken, and for lat_0 and lon_0 that are not free those nearest to the middle.
     against : ProjectionLike, or iterable of them
         Projections to compare with, added to the baselines.
     progress : callable, optional
@@ -237,7 +237,9 @@ def optimize(
         if progress is not None:
             progress(number, len(names))
         try:
-            members = _members(families.get_family(name, extent), area, objective, free, surface)
+            one = families.get_family(name, extent)
+            one = one if round_to is None else one.with_rounded_middle(round_to)
+            members = _members(one, area, objective, free, surface)
             found.append(_optimum(members, objective, extent, round_to))
         except projections.ProjectionError as error:
             if family != "auto":

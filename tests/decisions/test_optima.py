@@ -99,6 +99,16 @@ def test_rounding() -> None:
     assert {one.step: one.parameters["lon_0"] for one in found.roundings[:3]} == {0.01: 10.2, 0.1: 10.2, 0.5: 10.0}
 
 
+def test_rounding_is_of_the_middle_too() -> None:
+    """What is not free lies at multiples as well, but for what a PROJ string states; the cost is that of the map."""
+    area = "box:5.96,45.82,10.49,47.81"  # its middle is 46.815 north, 8.225 east
+    found = optimize("lcc", area, round_to=0.5)
+    assert found.proj == "+proj=lcc +ellps=WGS84 +lat_0=47 +lon_0=8 +lat_1=46 +lat_2=47.5"
+    assert found.airy_kavrayskiy >= optimize("lcc", area).airy_kavrayskiy
+    stated = optimize("+proj=lcc +lat_0=46.3 +lon_0=8.23 +lat_1={45..47} +lat_2={47..48}", area, round_to=0.5)
+    assert "+lat_0=46.3 +lon_0=8.23" in stated.proj
+
+
 @pytest.mark.slow
 def test_templates() -> None:
     """A PROJ string with ranges; what is stated stays, and a k_0 within limits is found in closed form."""
