@@ -61,11 +61,9 @@ def test_neighbours_of_a_wrong_point():
 
 @pytest.mark.parametrize("order", [2, 3])
 def test_points_left_out_one_by_one(order):
-    """Residuals and their variances are those of splines solved anew, as linear systems, without the points.
-
-    The system is that of the kernel r^2 ln r, or -r^4 ln r, and polynomials (Wahba 1990, equation 2.4.23); a residual
-    from the fit to the others has the variance K(x, x) + smoothing - k^T M k by the same system (her section 1.5).
-    """
+    """Residuals and their variances are those of splines solved anew, as linear systems, without the points."""
+    # The system is that of the kernel r^2 ln r, or -r^4 ln r, and polynomials (Wahba 1990, equation 2.4.23); a residual
+    # from the fit to the others has the variance K(x, x) + smoothing - k^T M k by the same system (her section 1.5).
     rng = np.random.default_rng(4)
     u, z = rng.normal(size=(30, 2)), rng.normal(size=30) + 1j * rng.normal(size=30)
     spline = fits.SplineModes(u, order)

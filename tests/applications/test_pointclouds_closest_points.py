@@ -116,10 +116,8 @@ def test_partners_are_mutual_and_near():
 
 
 def test_turns_in_space():
-    """From any rotation the next is hardly farther than 1000 can let it be: 11.4 degrees on average.
-
-    A ball of the angle a has (a - sin a) / pi of all rotations: 1 of 1000 for 15.3 degrees, of which the mean is 3/4.
-    """
+    """From any rotation the next is hardly farther than 1000 can let it be: 11.4 degrees on average."""
+    # A ball of the angle a has (a - sin a) / pi of all rotations: 1 of 1000 for 15.3 degrees, of which the mean is 3/4.
     turns = correspondences._turns(3)
     np.testing.assert_allclose(turns @ turns.swapaxes(1, 2), np.broadcast_to(np.eye(3), turns.shape), atol=1e-12)
     np.testing.assert_allclose(np.linalg.det(turns), 1.0, rtol=1e-12)

@@ -63,10 +63,8 @@ def test_one_dimension():
 
 
 def test_noise_shrinks_least_squares_only():
-    """Of two noisy pictures of the same points, least squares shrinks by 1 / (1 + sigma^2) an axis, symmetric by none.
-
-    The factor is the attenuation of errors in variables (Fuller 1987, Measurement Error Models, section 1.1).
-    """
+    """Of noisy pictures of the same points least squares shrinks by 1 / (1 + sigma^2) an axis, symmetric by none."""
+    # The factor is the attenuation of errors in variables (Fuller 1987, Measurement Error Models, section 1.1).
     rng, sigma, n = np.random.default_rng(5), 0.4, 3
     found = {}
     for method in ("symmetric", "least_squares"):
@@ -159,11 +157,9 @@ def test_frames(seed, n):
 @settings(max_examples=25)
 @CASES
 def test_known_means(seed, n):
-    """Clouds made by (G exp(S_i / 2) Q_i)^-1, S_i of sum 0, have the MDT G: T stands on the left, T^-1 A_i.
-
-    Karcher's equation at G G^T is sum S_i = 0, and Dist_F(exp(S / 2)) is half the norm of S. Diagonal maps
-    have the geometric mean.
-    """
+    """Clouds made by (G exp(S_i / 2) Q_i)^-1, S_i of sum 0, have the MDT G: T stands on the left, T^-1 A_i."""
+    # Karcher's equation at G G^T is sum S_i = 0, and Dist_F(exp(S / 2)) is half the norm of S. Diagonal maps
+    # have the geometric mean.
     rng = np.random.default_rng(seed)
     z = rng.normal(size=(20, n))
     S = 0.2 * rng.normal(size=(6, n, n))

@@ -182,10 +182,8 @@ def test_common_ground():
     assert ground.area.sum() == pytest.approx(1.0)
     with pytest.raises(ValueError, match=r"There is no ground that all of them show"):
         common_ground([conformal(0.4), conformal(0.4, ground=(2.0, 3.0))])
-    with pytest.raises(ValueError, match=r"There must be two or more, not 1"):
-        common_ground([conformal(0.4)])
-    with pytest.raises(ValueError, match=r"Invalid rectification 'fit'"):
-        common_ground([conformal(0.4)] * 2, by="fit")
+    refuses(r"There must be two or more, not 1", common_ground, [conformal(0.4)])
+    refuses(r"Invalid rectification 'fit'", common_ground, [conformal(0.4)] * 2, by="fit")
 
 
 def test_planes_that_are_not_the_same():

@@ -132,11 +132,9 @@ def test_maps_of_one_mode(name, words, rms):
 
 
 def test_azimuthal_map():
-    """About the centre of Lambert's azimuthal map shape and shear are turned into each other: half the error each.
-
-    Where the distance is p from the centre, both scales are cos(p / 2) and its inverse. By the area of a cap of 60
-    degrees, even in s = sin^2(p / 2) from 0 to 1/4, the mean of 2 ln^2 cos(p / 2) is that of ln^2(1 - s) / 2.
-    """
+    """About the centre of Lambert's azimuthal map shape and shear are turned into each other: half the error each."""
+    # Where the distance is p from the centre, both scales are cos(p / 2) and its inverse. By the area of a cap of 60
+    # degrees, even in s = sin^2(p / 2) from 0 to 1/4, the mean of 2 ln^2 cos(p / 2) is that of ln^2(1 - s) / 2.
     found = sample("+proj=laea +lat_0=90 +R=6371008.7714", "cap:0,90,6671.6959").modes  # a third of pi R
     np.testing.assert_allclose(found.shares, [0.5, 0.5, 0.0], atol=1e-6)
     u = 0.75  # the integral of ln^2 u is u ln^2 u - 2 u ln u + 2 u

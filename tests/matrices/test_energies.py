@@ -48,10 +48,8 @@ LIMITS = [(lambda a: 1.0 / a, 2.28723), (lambda a: 0.5, 2.44519), (lambda a: a, 
 
 @pytest.mark.parametrize(("b_of", "limit"), LIMITS)
 def test_where_it_is_elliptic(b_of: Callable[[float], float], limit: float) -> None:
-    """Up to a limit of a that is known to five digits, for b = 1/a and 1/2; here to the azimuths tried.
-
-    With a = b the energy is 2 ln^2 a, whose second derivative along a vanishes at e.
-    """
+    """Up to a limit of a that is known to five digits, for b = 1/a and 1/2; here to the azimuths tried."""
+    # With a = b the energy is 2 ln^2 a, whose second derivative along a vanishes at e.
     J = np.stack([np.diag([a, b_of(a)]) for a in (limit * 0.998, limit * 1.002)])
     assert Energy().expansion(J).is_elliptic().tolist() == [True, False]
     assert Energy(exponent=EXPONENT).expansion(J).is_elliptic().all()

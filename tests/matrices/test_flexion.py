@@ -104,7 +104,7 @@ def test_second_order_measures_of_plate_carree(name):
         assert value(name, J, H) == pytest.approx(mean_over_directions(J, H, PRODUCTS[name]), rel=1e-8)
 
 
-@pytest.mark.parametrize("name", SECOND_ORDER)
+@each("name", SECOND_ORDER)
 def test_second_order_measures_are_invariant(name):
     """They do not change with the map's scale, a turn or mirror of the map, or a turn of the local frame."""
     J = MATRICES[:100]
@@ -116,26 +116,20 @@ def test_second_order_measures_are_invariant(name):
     np.testing.assert_allclose(value(name, 3.0 * R @ J @ Q, turned)[mild], value(name, J, H)[mild], rtol=1e-9)
 
 
-@pytest.mark.parametrize("name", SECOND_ORDER)
-def test_second_order_measures_of_degenerate_input(name):
-    """H = 0 gives 0; a singular or undefined J, or an undefined H, gives NaN, without a warning."""
+@each("name", SECOND_ORDER)
+def test_second_order_measures_of_batches_and_degenerate_input(name):
+    """J and H (..., 2, 2, 2) give values (...); H = 0 gives 0; what is singular or undefined NaN, without a warning."""
+    J, H = mercator(0.5)
+    for shape in [(), (4,), (2, 3)]:
+        result = value(name, np.broadcast_to(J, (*shape, 2, 2)), np.broadcast_to(H, (*shape, 2, 2, 2)))
+        assert np.shape(result) == shape
+        np.testing.assert_allclose(result, 2 / math.pi * math.tan(0.5), rtol=1e-12)
     eye, zero, H = np.eye(2), np.zeros((2, 2, 2)), RNG.normal(size=(2, 2, 2))
     assert value(name, eye, zero) == 0.0
     assert value(name, np.stack([eye, eye]), np.stack([zero, H])).shape == (2,)
-    assert np.isnan(value(name, np.full((2, 2), np.nan), H))
-    assert np.isnan(value(name, eye, np.full((2, 2, 2), np.nan)))
-    assert np.isnan(value(name, np.zeros((2, 2)), H))
+    for J, second in ((np.full((2, 2), np.nan), H), (eye, zero * np.nan), (np.zeros((2, 2)), H)):
+        assert np.isnan(value(name, J, second))
     assert np.isnan(value(name, np.diag([1.0, 0.0]), np.ones((2, 2, 2))))
-
-
-@each("name", SECOND_ORDER)
-@each("shape", [(), (4,), (2, 3)])
-def test_second_order_values_have_the_shape_of_the_batch(name, shape):
-    """Matrices (..., 2, 2) and second derivatives (..., 2, 2, 2) give values (...)."""
-    J, H = mercator(0.5)
-    result = value(name, np.broadcast_to(J, (*shape, 2, 2)), np.broadcast_to(H, (*shape, 2, 2, 2)))
-    assert np.shape(result) == shape
-    np.testing.assert_allclose(result, 2 / math.pi * math.tan(0.5), rtol=1e-12)
 
 
 # In units of rounding the closed form is good to ten or so; both measures are of the order of H / J.

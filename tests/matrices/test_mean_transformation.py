@@ -196,10 +196,8 @@ def test_commuting_and_two_matrices(seed, n):
 @each("condition", [1e2, 1e4, 1e6, 1e8, 1e10, 1e12])
 @each(("n", "count"), [(1, 40), (2, 40), (3, 40), (3, 300), (4, 300), (5, 40), (8, 40)])
 def test_exact_means_of_any_scale(n, count, condition):
-    """A mean G G^T whose rows differ by 1e12 in size (cond(A) 1e12, cond(A A^T) 1e24) is found to a distance of 1e-13.
-
-    Such conditions come of units, and no rounding of A is amplified by them.
-    """
+    """A mean G G^T whose rows differ by 1e12 in size (cond(A) 1e12, cond(A A^T) 1e24) is found to 1e-13."""
+    # Such conditions come of units, and no rounding of A is amplified by them.
     G = matrix_samples.graded(n, condition)
     A, w, truth = matrix_samples.around(G, count, 0.4)
     found = mdt(A, w)
@@ -210,10 +208,8 @@ def test_exact_means_of_any_scale(n, count, condition):
 @each("condition", [1e2, 1e4, 1e6, 1e8, 1e10, 1e12])
 @each("n", [2, 3, 5])
 def test_exact_means_in_any_position(n, condition):
-    """For cond(A A^T) = 1e12, whatever the axes, T is within a distance of 1e-10 from the truth, which mpmath rounds.
-
-    The rounding of A and T alone makes some eps times the condition of A, 1e6: no method from doubles has less.
-    """
+    """For cond(A A^T) = 1e12, whatever the axes, T is within 1e-10 of the truth, which mpmath rounds."""
+    # The rounding of A and T alone makes some eps times the condition of A, 1e6: no method from doubles has less.
     mpmath.mp.dps = 40
     rng = np.random.default_rng(n)
     turn, back = matrix_samples.random_orthogonal(rng, 2, n)
@@ -238,10 +234,8 @@ def test_far_apart_matrices():
 @each("method", matrix_samples.EXACT)
 @each(("n", "spread"), [(2, 5.0), (3, 4.0), (6, 2.5)])
 def test_no_spread_makes_it_diverge(n, spread, method):
-    """Matrices of conditions to 1e8, for which the gradient method with step 1 diverges, have their mean found.
-
-    The error is at most the gradient, as no Hessian is below 1, and the gradient at most four times its floor.
-    """
+    """Matrices of conditions to 1e8, for which the gradient method with step 1 diverges, have their mean found."""
+    # The error is at most the gradient, as no Hessian is below 1, and the gradient at most four times its floor.
     G = matrix_samples.graded(n, 10.0)
     A, w, _ = matrix_samples.around(G, 60, spread)
     assert np.linalg.cond(A).max() > 1e8
@@ -322,11 +316,9 @@ def test_traps(seed, n):
 @pytest.mark.slow
 @matrix_samples.CASES
 def test_references(seed, n):
-    """Measured from any of the matrices, A_r^-1 A_i, the cost is the same; as references they are worse than T.
-
-    The mean over references of the cost is at least twice the MDT's, for two matrices exactly; and the best
-    reference is worse by at least its squared distance from the mean (SPD(n) has no positive curvature).
-    """
+    """Measured from any of the matrices, A_r^-1 A_i, the cost is the same; as references they are worse than T."""
+    # The mean over references of the cost is at least twice the MDT's, for two matrices exactly; and the best
+    # reference is worse by at least its squared distance from the mean (SPD(n) has no positive curvature).
     rng = np.random.default_rng(seed)
     A = matrix_samples.random_matrices(rng, 6, n, 0.7)
     found = mdt(A)

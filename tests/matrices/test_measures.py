@@ -17,38 +17,25 @@ EPS = np.finfo(float).eps
 RNG = np.random.default_rng(20240229)
 
 # Functions of the singular values alone: they do not see rotations or mirrors of the map or of the Earth.
-OF_SCALES = [
-    "fisher",
-    "areal_scale",
-    "tissot_semimajor",
-    "tissot_semiminor",
-    "angular_distortion",
-    "log_anisotropy",
-    "log_areal_scale",
-    "airy",
-    "kavrayskiy",
-    "jordan",
-    "jordan_kavrayskiy",
-    "scale_error_ppm",
-    "areal_error_ppm",
-]
-
-
+OF_SCALES = (
+    "fisher areal_scale tissot_semimajor tissot_semiminor angular_distortion log_anisotropy log_areal_scale airy "
+    "kavrayskiy jordan jordan_kavrayskiy scale_error_ppm areal_error_ppm"
+).split()
 # These are about the graticule: a rotation or mirror of the map, but not of the Earth, leaves them.
 OF_GRATICULE = ["meridional_scale", "parallel_scale", "meridian_parallel_angle"]
-
-
 # Undefined where the map is singular: they hold the logarithm of the lesser scale, which is 0.
 LOGARITHMIC = ["fisher", "log_anisotropy", "log_areal_scale", "kavrayskiy"]
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 5])
+@each("n", [1, 2, 3, 5])
 def test_principal_scales_are_singular_values(n):
-    """The principal scales are numpy's singular values, for any dimension and batch."""
+    """They are numpy's, for any dimension and batch; a NaN in J makes its scales NaN, and no other's."""
     J = RNG.normal(size=(7, 11, n, n))
     truth = np.linalg.svd(J, compute_uv=False)
     # Rounding is relative to the largest scale.
     np.testing.assert_allclose(principal_scales(J) / truth[..., :1], truth / truth[..., :1], atol=20 * EPS)
+    J = np.stack([np.eye(n), np.full((n, n), np.nan), 2 * np.eye(n)])
+    np.testing.assert_array_equal(principal_scales(J), [[1.0] * n, [np.nan] * n, [2.0] * n])
 
 
 @pytest.mark.parametrize("size", [1e-6, 1e-10, 1e-13, 1e-15])
@@ -66,25 +53,16 @@ def test_exact_near_conformality(size):
             assert abs(value("b", J) / b - 1) <= 4 * EPS
 
 
-def test_a_similarity_has_no_angular_distortion():
-    """omega of an exact similarity, mirrored or not, is 0 to rounding, and ln(a/b) too."""
+def test_similarities_and_isometries():
+    """omega of an exact similarity, mirrored or not, and ln(a/b) are 0; of a rotation every distortion is."""
     for c, s in RNG.normal(size=(50, 2)):
         for J in ([[c, -s], [s, c]], [[c, s], [s, -c]]):
             assert value("omega", J) == 0.0
             assert value("log_anisotropy", J) == 0.0
-
-
-def test_principal_scales_of_undefined_matrices_are_nan():
-    """A NaN in J makes its scales NaN, and no other's."""
-    for n in (2, 3):
-        J = np.stack([np.eye(n), np.full((n, n), np.nan), 2 * np.eye(n)])
-        np.testing.assert_array_equal(principal_scales(J), [[1.0] * n, [np.nan] * n, [2.0] * n])
-
-
-@pytest.mark.parametrize("shape", [(2,), (2, 3), (4, 2, 1)])
-def test_principal_scales_check_the_shape(shape):
-    """What is not square in its last two axes is refused."""
-    refuses(r"^Invalid Jacobian shape \(.*\)\. The last two axes must be equal", principal_scales, np.ones(shape))
+    for name in ["airy", "jordan", "scale_error_ppm", "areal_error_ppm", *LOGARITHMIC]:
+        result = value(name, rotation(np.linspace(0, 6, 50)))
+        # Only rounding of the rotation itself is left.
+        np.testing.assert_allclose(result, 0.0, atol=1e-15 * (1e6 if "ppm" in name else 1.0), err_msg=name)
 
 
 def test_every_measure_is_in_one_class_of_invariance():
@@ -95,20 +73,21 @@ def test_every_measure_is_in_one_class_of_invariance():
 
 
 @each("name", POINTWISE)
-@each("shape", [(), (4,), (2, 0), (2, 3, 4)])
-def test_values_have_the_shape_of_the_batch(name, shape):
-    """Matrices (..., 2, 2) give values (...)."""
-    result = value(name, np.broadcast_to([[1.1, 0.2], [0.3, 0.9]], (*shape, 2, 2)))
-    assert np.shape(result) == shape
-
-
-@each("name", POINTWISE)
-def test_undefined_matrices_give_nan(name):
-    """NaN in, NaN out; the neighbours keep their values."""
+def test_batches_and_kinds(name):
+    """Matrices (..., 2, 2) give values (...), NaN for NaN, and no singular one infinity; kinds are what they say."""
+    for shape in [(), (4,), (2, 0), (2, 3, 4)]:
+        assert np.shape(value(name, np.broadcast_to([[1.1, 0.2], [0.3, 0.9]], (*shape, 2, 2)))) == shape
     J = np.stack([MATRICES[0], np.full((2, 2), np.nan), MATRICES[1]])
     result = value(name, J)
     assert np.isnan(result[1])
     np.testing.assert_array_equal(result[[0, 2]], value(name, J[[0, 2]]))
+    J = np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.0, 1.0], [0.0, 1.0]], [[1.0, 1.0], [1.0, 1.0]], np.zeros((2, 2))])
+    assert not np.isinf(value(name, J)).any()
+    kind, values = MEASURES[name].kind, value(name, MATRICES)
+    assert kind != "magnitude" or (values >= 0).all()
+    if kind == "ratio":  # doubled with the map, or fourfold for areas
+        factor = 4.0 if name == "areal_scale" else 2.0
+        np.testing.assert_allclose(value(name, 2.0 * MATRICES), factor * values, rtol=1e-14)
 
 
 @each("name", OF_SCALES)
@@ -129,49 +108,21 @@ def test_measures_of_the_graticule_ignore_rotations_of_the_map(name):
         np.testing.assert_allclose(value(name, J), value(name, MATRICES), rtol=1e-12, atol=1e-12)
 
 
-@each("name", ["airy", "jordan", "scale_error_ppm", "areal_error_ppm", *LOGARITHMIC])
-def test_an_isometry_has_no_distortion(name):
-    """Every measure of distortion is 0 for a rotation; only rounding of the rotation itself is left."""
-    # log(0) of the anisotropy is no issue: a / b is 1.
-    result = value(name, rotation(np.linspace(0, 6, 50)))
-    np.testing.assert_allclose(result, 0.0, atol=1e-15 * (1e6 if "ppm" in name else 1.0))
-
-
-@pytest.mark.parametrize("name", LOGARITHMIC)
-def test_logarithms_of_singular_matrices_are_nan(name):
-    """Where the lesser scale is 0 its logarithm is not defined: NaN, never inf and never a warning."""
-    for J in ([[1.0, 0.0], [0.0, 0.0]], [[0.0, 2.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]]):
-        assert np.isnan(value(name, J))
-
-
-@each("name", POINTWISE)
-def test_no_measure_is_infinite_or_warns_at_singular_matrices(name):
-    """A singular matrix, even the zero matrix, gives a number or NaN without a warning."""
-    J = np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.0, 1.0], [0.0, 1.0]], [[1.0, 1.0], [1.0, 1.0]], np.zeros((2, 2))])
-    assert not np.isinf(value(name, J)).any()
-
-
-def test_singular_matrices_where_the_measure_is_defined():
-    """A map that flattens one direction has s = 0, b = 0, omega = 180 degrees and no orientation."""
-    J = [[2.0, 0.0], [0.0, 0.0]]
+def test_singular_matrices():
+    """Where a direction is flattened, or all are, measures are what is defined, or NaN without a warning."""
+    J, zero = np.array([[2.0, 0.0], [0.0, 0.0]]), np.zeros((2, 2))
     expected = {"s": 0.0, "b": 0.0, "a": 2.0, "omega": 180.0, "orientation": 0.0, "h": 0.0, "k": 2.0, "ppm": 1e6}
     assert {name: value(name, J) for name in expected} == pytest.approx(expected, rel=1e-15)
     # |scale - 1| along the azimuth t is |2 |sin t| - 1|, whose mean square is 3 - 8 / pi.
     assert value("jordan", J) == pytest.approx(math.sqrt(3 - 8 / math.pi), rel=1e-14)
     # ln(2 |sin t|) has the Fourier coefficients 1 / k: the mean of its square is pi^2 / 12.
     assert value("jordan_kavrayskiy", J) == pytest.approx(math.pi / math.sqrt(12), rel=1e-14)
-
-
-def test_scale_errors_of_the_zero_matrix():
-    """Where every scale is 0, the errors of scale are 1."""
-    assert value("airy", np.zeros((2, 2))) == pytest.approx(1.0)
-    assert value("jordan", np.zeros((2, 2))) == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize("name", ["angular_distortion", "meridian_parallel_angle", "meridian_convergence"])
-def test_angles_of_the_zero_matrix_are_undefined(name):
-    """Where a direction has no image its angle is NaN, not 0."""
-    assert np.isnan(value(name, np.zeros((2, 2))))
+    # Where every scale is 0, the errors of scale are 1; where a direction has no image its angle is NaN, not 0.
+    assert (value("airy", zero), value("jordan", zero)) == pytest.approx((1.0, 1.0))
+    for name in ["angular_distortion", "meridian_parallel_angle", "meridian_convergence"]:
+        assert np.isnan(value(name, zero)), name
+    for name in LOGARITHMIC:
+        assert np.isnan(value(name, np.stack([J / 2, [[0.0, 2.0], [0.0, 0.0]], zero]))).all(), name
 
 
 @given(J=jacobians(), left=st.floats(-7, 7), right=st.floats(-7, 7))
@@ -245,17 +196,15 @@ def test_largest_scale_error(J):
     assert value("jordan", J) <= 1e-6 * ppm * (1 + 1e-12) + 1e-14
 
 
-@each("angle", [-170.0, -90.0, -20.0, 0.0, 1.6786477, 45.0, 179.0])
-def test_convergence_of_a_turned_map(angle):
-    """A map turned anticlockwise by an angle has its grid north that much clockwise of true north."""
-    # True north points up and to the left on the sheet, so grid north (up) is to its right: clockwise.
-    assert value("convergence", 1.3 * rotation(math.radians(angle))) == pytest.approx(angle, abs=1e-13)
-
-
-def test_orientation():
-    """+1 for a rotation, -1 for a mirror."""
+def test_closed_forms():
+    """The convergence of turned maps, the orientation of a rotation and a mirror, and Airy's term."""
+    for angle in [-170.0, -90.0, -20.0, 0.0, 1.6786477, 45.0, 179.0]:
+        # True north points up and to the left on the sheet, so grid north (up) is to its right: clockwise.
+        assert value("convergence", 1.3 * rotation(math.radians(angle))) == pytest.approx(angle, abs=1e-13)
     assert value("orientation", rotation(2.0)) == 1.0
     assert value("orientation", MIRROR @ rotation(2.0)) == -1.0
+    # Of scales 2 and 1/2 it is sqrt((1 + 1/4) / 2).
+    assert value("airy", np.diag([0.5, -2.0])) == pytest.approx(math.sqrt(0.625), rel=1e-15)
 
 
 # a, b: near 1, around the change of method at ((a - b) / (a + b))^2 = 0.05 (a / b = 1.576), and far.
@@ -287,58 +236,28 @@ def test_jordan_of_nearly_singular_maps(a, b):
         assert value("jordan", np.diag([a, scale * b])) == pytest.approx(expected, rel=1e-9)
 
 
-def test_airy_closed_form():
-    """Airy's term of scales 2 and 1/2 is sqrt((1 + 1/4) / 2)."""
-    assert value("airy", np.diag([0.5, -2.0])) == pytest.approx(math.sqrt(0.625), rel=1e-15)
-
-
-SYMBOLS = {
-    "h": "meridional_scale",
-    "k": "parallel_scale",
-    "s": "areal_scale",
-    "a": "tissot_semimajor",
-    "b": "tissot_semiminor",
-    "omega": "angular_distortion",
-    "theta": "meridian_parallel_angle",
-    "convergence": "meridian_convergence",
-    "ppm": "scale_error_ppm",
-    "max_scale": "tissot_semimajor",
-    "min_scale": "tissot_semiminor",
-}
-
-
-@each(("symbol", "name"), SYMBOLS.items())
-def test_symbols_and_aliases(symbol, name):
-    """The textbooks' symbols find the measures that pyproj's Factors names."""
-    assert get_measure(symbol) is MEASURES[name]
+# The textbooks' symbols, and what pyproj's Factors names the measures.
+SYMBOLS = (
+    "h meridional_scale, k parallel_scale, s areal_scale, a tissot_semimajor, b tissot_semiminor, "
+    "omega angular_distortion, theta meridian_parallel_angle, convergence meridian_convergence, ppm scale_error_ppm, "
+    "max_scale tissot_semimajor, min_scale tissot_semiminor"
+).split(", ")
 
 
 def test_registry_is_consistent():
     """Names are their keys, aliases lead to names and hide none, kinds are known, and each has a description."""
+    for symbol, name in map(str.split, SYMBOLS):
+        assert get_measure(symbol) is MEASURES[name]
     for name, measure in MEASURES.items():
         assert measure.name == name
         assert get_measure(name) is get_measure(measure) is measure
         assert measure.kind in ("ratio", "signed", "magnitude")
         assert measure.description.endswith((".", ")", "degrees"))
         assert len(measure.description) > 15
-    assert {get_measure(name).name for name in ALLOWED.split("one of ")[1].split(", ...")[0].split(", ")} <= set(
-        MEASURES
-    )
+    listed = ALLOWED.split("one of ")[1].split(", ...")[0].split(", ")
+    assert {get_measure(name).name for name in listed} <= set(MEASURES)
     assert set(ALIASES.values()) <= set(MEASURES)
     assert not set(ALIASES) & set(MEASURES)
-
-
-@each("name", [name for name in POINTWISE if MEASURES[name].kind == "magnitude"])
-def test_magnitudes_are_not_negative(name):
-    """A measure of the kind "magnitude" is never below 0."""
-    assert (value(name, MATRICES) >= 0).all()
-
-
-@pytest.mark.parametrize("name", [name for name in POINTWISE if MEASURES[name].kind == "ratio"])
-def test_ratios_scale_with_the_map(name):
-    """A ratio of a doubled map is doubled, or fourfold for areas."""
-    factor = 4.0 if name == "areal_scale" else 2.0
-    np.testing.assert_allclose(value(name, 2.0 * MATRICES), factor * value(name, MATRICES), rtol=1e-14)
 
 
 def test_a_callable_is_a_measure():
@@ -365,8 +284,6 @@ TYPOS = {
     "angular distorsion": "angular_distortion",
     "scale": "scale_error_ppm or scale@AZIMUTH",
 }
-
-
 ALLOWED = (
     "It must be one of fisher, h, k, s, a, b, omega, ... (see 'projdist list measures', or projdist.MEASURES), "
     "scale@AZIMUTH, or a function of J."
@@ -379,36 +296,24 @@ def message(wrong):
     return str(error.value)
 
 
-@each("text", TYPOS)
-def test_unknown_measures_are_told_close_names(text):
-    """What was nearly typed, begun, or written otherwise is suggested, and where the others are listed."""
-    assert message(text) == f"Invalid measure '{text}'. Did you mean {TYPOS[text]}? {ALLOWED}"
+def test_unknown_measures_are_told_close_names():
+    """What was nearly typed, begun or written otherwise is suggested; what is like no name, or is none, has no hint."""
+    for text, near in TYPOS.items():
+        assert message(text) == f"Invalid measure '{text}'. Did you mean {near}? {ALLOWED}"
+    for wrong in ("", "qqq", "hh", "nonsense", "mercator", "of", 5, None, ["h"]):
+        assert message(wrong) == f"Invalid measure '{wrong}'. {ALLOWED}"
 
 
-@each("text", ["", "qqq", "hh", "nonsense", "mercator", "of"])
-def test_nonsense_has_no_hint(text):
-    """What is like no name has none suggested."""
-    assert message(text) == f"Invalid measure '{text}'. {ALLOWED}"
-
-
-@pytest.mark.parametrize("wrong", [5, None, ["h"]])
-def test_what_is_no_measure_at_all_is_refused(wrong):
-    """A number, None or a list is refused as a name would be, by ValueError."""
-    assert message(wrong) == f"Invalid measure '{wrong}'. {ALLOWED}"
-
-
-@pytest.mark.parametrize("text", ["", "north", "nan", "inf", "4 5"])
-def test_azimuths_are_checked(text):
-    """scale@ takes a finite number of degrees."""
-    match = rf"^Invalid azimuth '{text}' in 'scale@{text}'\. It must be a number of degrees, as in scale@45\.$"
-    refuses(match, get_measure, f"scale@{text}")
-
-
-@pytest.mark.parametrize("name", SECOND_ORDER)
-def test_second_derivatives_are_asked_for(name):
-    """Flexion and skewness without H are refused."""
-    match = rf"^Invalid call of measure '{name}'\. It needs the second derivatives H as well\.$"
-    refuses(match, get_measure(name), np.eye(2))
+def test_arguments_are_checked():
+    """J is square, scale@ takes a finite number of degrees, and flexion and skewness take H."""
+    for shape in [(2,), (2, 3), (4, 2, 1)]:
+        refuses(r"^Invalid Jacobian shape \(.*\)\. The last two axes must be equal", principal_scales, np.ones(shape))
+    for text in ["", "north", "nan", "inf", "4 5"]:
+        match = rf"^Invalid azimuth '{text}' in 'scale@{text}'\. It must be a number of degrees, as in scale@45\.$"
+        refuses(match, get_measure, f"scale@{text}")
+    for name in SECOND_ORDER:
+        match = rf"^Invalid call of measure '{name}'\. It needs the second derivatives H as well\.$"
+        refuses(match, get_measure(name), np.eye(2))
 
 
 def test_log_scales():
@@ -430,17 +335,14 @@ def test_stretch(azimuth, turned):
     assert parts.stretch_azimuth == pytest.approx(azimuth, abs=1e-12)
 
 
-@pytest.mark.parametrize("mirror", [1.0, -1.0])
-def test_shear_and_rotation(mirror):
+def test_shear_and_rotation():
     """The shear is what the axes' images lack to a right angle, the rotation that of the vertical."""
     x, y = rotation(math.radians(50.0)) @ [0.0, 1.0], rotation(-math.radians(20.0)) @ [0.0, 1.0]
-    parts = decompose(np.column_stack([-mirror * x, 2.0 * y]))
-    assert abs(parts.shear) == pytest.approx(20.0, abs=1e-12)
-    assert parts.rotation == pytest.approx(20.0, abs=1e-12)
-
-
-def test_similarities_have_no_direction():
-    """Of a turn and a scale no direction is stretched; what is undefined is NaN."""
+    for mirror in (1.0, -1.0):
+        parts = decompose(np.column_stack([-mirror * x, 2.0 * y]))
+        assert abs(parts.shear) == pytest.approx(20.0, abs=1e-12)
+        assert parts.rotation == pytest.approx(20.0, abs=1e-12)
+    # Of a turn and a scale no direction is stretched; what is undefined is NaN.
     parts = decompose(np.stack([2.0 * rotation(-math.radians(33.0)), np.full((2, 2), np.nan)]))
     np.testing.assert_allclose(parts.stretch, [1.0, np.nan], rtol=1e-15)
     assert np.isnan(parts.stretch_azimuth).all()
