@@ -5,11 +5,12 @@ import pytest
 import scipy.linalg
 import scipy.optimize
 from matrix_samples import CASES, fisher_squares, graded, random_matrices, random_orthogonal, transposed
+from tables import each
 
 from projdist.matrices.mean_transformation import mdt
 from projdist.matrices.spd import factor_distance
 
-SIZES = pytest.mark.parametrize("n", [1, 2, 3, 6])
+SIZES = each("n", [1, 2, 3, 6])
 
 
 def total(T, A, w=None):
@@ -33,7 +34,7 @@ def median(A, w=None):
 
 
 @SIZES
-@pytest.mark.parametrize("condition", [1.0, 100.0])
+@each("condition", [1.0, 100.0])
 def test_on_a_geodesic_it_is_the_median_of_numbers(n, condition):
     """Of points at t on a geodesic it is the one at the weighted median of t, and that is said to be unique."""
     rng = np.random.default_rng(n)
@@ -93,7 +94,7 @@ def test_fermat_point():
         assert found.unique
 
 
-@pytest.mark.parametrize(("angle", "is_vertex"), [(125.0, True), (119.0, False)])
+@each(("angle", "is_vertex"), [(125.0, True), (119.0, False)])
 def test_a_blunt_corner_is_the_median(angle, is_vertex):
     """Where two of three points are seen from the third at 120 degrees or more, the third is the median itself."""
     rng = np.random.default_rng(6)
@@ -142,7 +143,7 @@ def test_no_other_matrix_is_better(seed, n):
             assert total(found.T @ scipy.linalg.expm(X), A, w) >= found.cost * (1.0 - 1e-13)
 
 
-@pytest.mark.parametrize("n", [2, 3, 5])
+@each("n", [2, 3, 5])
 def test_isometries(n):
     """Of G A_i it is G times that of A_i, of the transposed inverses that of the median; rotations do not matter."""
     rng = np.random.default_rng(n)
@@ -153,26 +154,33 @@ def test_isometries(n):
     assert factor_distance(np.linalg.inv(found.T).T, median(transposed(np.linalg.inv(A)), w).T) < 1e-11
 
 
-@pytest.mark.parametrize(("n", "seed"), [(2, 0), (2, 1), (3, 2)])
+@each(("n", "seed"), [(2, 0), (2, 1), (3, 2)])
 def test_against_a_general_minimiser(n, seed):
     """No linear map of any form, found by a simplex search on the definition, has a lower sum of distances."""
     rng = np.random.default_rng(seed)
     A, w = random_matrices(rng, 8, n, 0.6), rng.uniform(size=8)
     found = median(A, w)
     tight = {"xatol": 1e-9, "fatol": 1e-14, "maxiter": 20_000, "maxfev": 20_000}
-    best = scipy.optimize.minimize(
-        lambda x: total(x.reshape(n, n), A, w), np.eye(n).ravel(), method="Nelder-Mead", options=tight
-    )
+
+    def objective(x):
+        return total(x.reshape(n, n), A, w)
+
+    best = scipy.optimize.minimize(objective, np.eye(n).ravel(), method="Nelder-Mead", options=tight)
     assert found.cost <= best.fun * (1.0 + 1e-12)
     assert best.fun == pytest.approx(found.cost, rel=1e-9)
 
 
-def test_far_apart_and_near():
-    """Spreads of 1e-6 and conditions of 1e8 have medians to rounding, too, by their own measure of it."""
+def test_far_apart_near_and_many():
+    """Spreads of 1e-6 and conditions of 1e8 have medians to rounding, too; a hundred thousand matrices take no care."""
     rng = np.random.default_rng(9)
     for spread, G in ((1e-6, graded(3, 3.0)), (4.0, graded(3, 1e8))):
         found = median(G @ random_matrices(rng, 12, 3, spread))
         assert found.gradient_norm <= found.floor
+    # Diagonals that are symmetric about 2 and 3 have these for their median.
+    V = np.random.default_rng(3).normal(size=(50_000, 2))
+    logs = np.log([2.0, 3.0]) + np.concatenate([V, -V])
+    found = median(np.exp(logs)[:, None, :] * np.eye(2))
+    np.testing.assert_allclose(found.T, np.diag([2.0, 3.0]), rtol=1e-10, atol=1e-10)
 
 
 def test_sets_of_sets():
@@ -190,16 +198,8 @@ def test_sets_of_sets():
     assert len(found.to_frame()) == 6
 
 
-def test_many_matrices():
-    """A hundred thousand matrices of diagonals that are symmetric about 2 and 3 have these for their median."""
-    V = np.random.default_rng(3).normal(size=(50_000, 2))
-    logs = np.log([2.0, 3.0]) + np.concatenate([V, -V])
-    found = median(np.exp(logs)[:, None, :] * np.eye(2))
-    np.testing.assert_allclose(found.T, np.diag([2.0, 3.0]), rtol=1e-10, atol=1e-10)
-
-
 @pytest.mark.skipif(not hasattr(np.ndarray, "mT"), reason="pyRiemann needs numpy 2")
-@pytest.mark.parametrize("n", [2, 3, 5, 8])
+@each("n", [2, 3, 5, 8])
 def test_agreement_with_pyriemann(n):
     """Weiszfeld's algorithm as pyRiemann has it, run to its own rounding, ends within 1e-11."""
     median_riemann = pytest.importorskip("pyriemann.geometry.median").median_riemann

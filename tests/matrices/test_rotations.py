@@ -5,17 +5,15 @@ import json
 import numpy as np
 import pytest
 import scipy.linalg
-from hypothesis import given
-from hypothesis import strategies as st
+from matrix_samples import CASES
 from refusals import refuses
 from scipy.spatial.transform import Rotation
+from tables import each
 
 from projdist.matrices.mean_transformation import mdt
 from projdist.matrices.rotations import ROTATIONS, Affine, axes_shift, mean_rotation
 from projdist.matrices.spd import lq
 
-SEEDS = st.integers(0, 2**32 - 1)
-CASES = given(seed=SEEDS, n=st.sampled_from([2, 3, 5]))
 MIRROR = np.diag([1.0, -1.0])
 
 
@@ -46,7 +44,7 @@ def corrected(A, w=None, *, T=None, method="chordal"):
     return mean_rotation(A, w, T=T, method=method).q @ np.linalg.solve(mdt(A, w).T if T is None else T, A)
 
 
-@pytest.mark.parametrize("method", ROTATIONS)
+@each("method", ROTATIONS)
 def test_mean_angle(method):
     """170, -170 and 175 degrees have the mean 178.3, not 58.3: no branch of the logarithm shows."""
     found = mean_rotation(turns([170.0, -170.0, 175.0]), T=np.eye(2), method=method)
@@ -150,7 +148,7 @@ def test_resultant_length():
     assert found == pytest.approx(abs(np.mean(np.exp(1j * np.radians(degrees)))), rel=1e-12)
 
 
-@pytest.mark.parametrize("method", ROTATIONS)
+@each("method", ROTATIONS)
 def test_a_common_reflection_is_factored_out(method):
     """Matrices that all mirror turn like those they are mirrored from, and it is said that they mirror."""
     R = turns([20.0, 30.0, 70.0])
@@ -161,31 +159,39 @@ def test_a_common_reflection_is_factored_out(method):
     np.testing.assert_allclose(plain.q, turns([-40.0])[0], atol=0.02)
 
 
-@pytest.mark.parametrize(
-    ("signs", "said"),
-    [
+def test_mixed_orientations():
+    """Where some mirror and others do not, the fewer are named, in sets of sets with all their indices."""
+    for signs, said in (
         ([1, 1, -1, 1], "2: it mirrors"),
         ([-1, -1, 1, -1, 1], "2, 4: it does not mirror"),
         ([-1] * 11 + [1] * 15, r"0, 1, 2, 3, 4, 5, 6, 7, 8, 9 and 1 more: it mirrors"),
-    ],
-)
-def test_mixed_orientations(signs, said):
-    """Where some mirror and others do not, the fewer are named."""
-    A = np.stack([np.diag([1.0, sign]) for sign in signs])
-    refuses(rf"^Invalid orientation at index {said}, the others differ\. All must agree\.$", mean_rotation, A)
-
-
-def test_mixed_orientations_of_sets():
-    """In sets of sets the culprits have all their indices; sets may differ."""
+    ):
+        A = np.stack([np.diag([1.0, sign]) for sign in signs])
+        refuses(rf"^Invalid orientation at index {said}, the others differ\. All must agree\.$", mean_rotation, A)
     A = np.broadcast_to(np.eye(2), (2, 3, 2, 2)).copy()
     A[1] = MIRROR
-    np.testing.assert_array_equal(mean_rotation(A).reflection, [False, True])
+    np.testing.assert_array_equal(mean_rotation(A).reflection, [False, True])  # sets may differ
     A[0, 2] = MIRROR
     refuses(r"^Invalid orientation at index \(0, 2\): it mirrors", mean_rotation, A)
 
 
-@pytest.mark.parametrize("method", ROTATIONS)
-@pytest.mark.parametrize("n", [2, 3])
+def test_arguments_are_checked():
+    """Unknown methods, a T of another shape, what is singular, and half turns in space, which have two logarithms."""
+    A = np.stack([np.eye(2), np.eye(2)])
+    refuses(r"^Invalid method 'mean'\. It must be one of chordal, log\.$", mean_rotation, A, method="mean")
+    refuses(r"^Invalid shape \(3, 3\) of T\. It must be \(2, 2\)\.$", mean_rotation, A, T=np.eye(3))
+    refuses(r"^Invalid T\. It must be finite and invertible\.$", mean_rotation, A, T=np.ones((2, 2)))
+    for wrong in (0.0, np.nan):
+        A = np.stack([np.eye(2), np.diag([1.0, wrong])])
+        refuses(r"^Invalid matrix at index 1\. It must be finite and invertible\.$", mean_rotation, A, T=np.eye(2))
+    A = np.stack([np.eye(3), np.diag([-1.0, -1.0, 1.0])])
+    match = r"^Invalid rotation at index 1\. It must be less than 180 degrees for 'log'; try 'chordal'\.$"
+    refuses(match, mean_rotation, A, T=np.eye(3), method="log")
+    mean_rotation(A, [2, 1], T=np.eye(3))
+
+
+@each("method", ROTATIONS)
+@each("n", [2, 3])
 def test_leading_axes(method, n):
     """Sets of matrices on leading axes have each its own rotation."""
     A = random_matrices(np.random.default_rng(n), n, 24).reshape(2, 3, 4, n, n)
@@ -193,25 +199,6 @@ def test_leading_axes(method, n):
     assert found.q.shape == (2, 3, n, n)
     assert found.reflection.shape == found.mean_resultant_length.shape == (2, 3)
     np.testing.assert_allclose(found.q[1, 2], mean_rotation(A[1, 2], method=method).q, atol=1e-12)
-
-
-def test_half_turns_have_no_logarithm_in_space():
-    """A rotation by 180 degrees has two logarithms; the chordal mean takes it."""
-    A = np.stack([np.eye(3), np.diag([-1.0, -1.0, 1.0])])
-    match = r"^Invalid rotation at index 1\. It must be less than 180 degrees for 'log'; try 'chordal'\.$"
-    refuses(match, mean_rotation, A, T=np.eye(3), method="log")
-    mean_rotation(A, [2, 1], T=np.eye(3))
-
-
-def test_arguments_are_checked():
-    """Unknown methods, a T of another shape, and what is singular are refused in the library's own words."""
-    A = np.stack([np.eye(2), np.eye(2)])
-    refuses(r"^Invalid method 'mean'\. It must be one of chordal, log\.$", mean_rotation, A, method="mean")
-    refuses(r"^Invalid shape \(3, 3\) of T\. It must be \(2, 2\)\.$", mean_rotation, A, T=np.eye(3))
-    refuses(r"^Invalid T\. It must be finite and invertible\.$", mean_rotation, A, T=np.ones((2, 2)))
-    for wrong in (0.0, np.nan):
-        with pytest.raises(ValueError, match=r"^Invalid matrix at index 1\. It must be finite and invertible\.$"):
-            mean_rotation(np.stack([np.eye(2), np.diag([1.0, wrong])]), T=np.eye(2))
 
 
 def test_shift():
