@@ -5,6 +5,7 @@ import struct
 import numpy as np
 import pytest
 from refusals import refuses
+from tables import each
 
 from projdist import Notice
 from projdist.applications.pointclouds import read_cloud
@@ -55,8 +56,6 @@ VIEWPOINT 0 0 0 1 0 0 0
 POINTS 3
 DATA {form}
 """
-
-
 ASCII_PCD = PCD.format(form="ascii")
 
 
@@ -97,7 +96,7 @@ def file(tmp_path):
     return read
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "columns", "ids"),
     [
         ("0.1,-2,3e5\n4,5.5,6\n7.25,8,9\n", 3, None),
@@ -115,11 +114,11 @@ def test_csv(file, text, columns, ids):
     assert cloud.ids == ids
 
 
-def test_any_dimension(file):
-    """A CSV file may have any number of coordinates; a row of empty cells is a missing point."""
+def test_rows_of_csv(file):
+    """There may be any number of coordinates; a row of empty cells is a missing point, one may end before its id."""
     cloud = file("a.csv", "1,2,3,4,5\n,,,,\n")
     np.testing.assert_array_equal(cloud.points, [[1, 2, 3, 4, 5], [np.nan] * 5])
-    assert file("a.csv", "x,y,id\n1,2,a\n3,4\n").ids == ("a", "")  # a row that ends before its id
+    assert file("a.csv", "x,y,id\n1,2,a\n3,4\n").ids == ("a", "")
 
 
 def test_weights(tmp_path):
@@ -132,11 +131,8 @@ def test_weights(tmp_path):
     np.testing.assert_array_equal(read_cloud(tmp_path / "a.ply", weights="red").weights, [0, 1, 2])
     (tmp_path / "b.csv").write_text("x,y,Quality\n1,2,3\n")
     (tmp_path / "a.xyz").write_text("1 2 3\n")
-    for name, columns in [
-        ("b.csv", ("x", "y", "quality")),
-        ("a.ply", ("x", "red", "y", "z", "nx", "ny", "nz")),
-        ("a.xyz", ()),
-    ]:
+    columns_of = {"b.csv": ("x", "y", "quality"), "a.ply": ("x", "red", "y", "z", "nx", "ny", "nz"), "a.xyz": ()}
+    for name, columns in columns_of.items():
         found = read_cloud(tmp_path / name, weights="w")
         assert (found.weights, found.columns) == (None, columns)
 
@@ -154,6 +150,7 @@ def test_points_that_lack_a_coordinate(file):
 
 def test_csv_is_written(file, tmp_path):
     """Moved points stand in the place of the old ones, in full precision; missing ones and other columns stay."""
+    refuses(r"^Invalid cloud '.*a\.csv'\. The file cannot be read: No such file", read_cloud, tmp_path / "a.csv")
     cloud = file("a.csv", "id,x,text,y,z\n1,0.1,b,-2,3e5\n2,,c,,\n3,7.25,d,8,9\n")
     cloud.write(tmp_path / "b.csv", A, SHIFT)
     assert (tmp_path / "b.csv").read_text() == "id,x,text,y,z\n1,5.0,b,2.1,150003.0\n2,,c,,\n3,-15.0,d,9.25,7.5\n"
@@ -163,19 +160,16 @@ def test_csv_is_written(file, tmp_path):
     assert "6.0,b,3.1" in (tmp_path / "b.csv").read_text()
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "written"),
-    [
+def test_missing_points_without_a_header_stay_missing(file, tmp_path):
+    """They are nan: without anything the cells behind them would take their place, or the row be a header."""
+    for name, text, written in (
         ("a.csv", ",\n4,5\n7,8\n", "nan,nan\n-9.0,6.0\n-15.0,9.0\n"),
         ("a.xyz", "nan nan nan 1\n4 5 6 2\n", "nan nan nan 1\n-9.0 6.0 6.0 2\n"),
-    ],
-)
-def test_missing_points_without_a_header_stay_missing(file, tmp_path, name, text, written):
-    """They are nan: without anything the cells behind them would take their place, or the row be a header."""
-    cloud = file(name, text)
-    n = cloud.points.shape[1]
-    cloud.write(tmp_path / f"new-{name}", A[:n, :n], SHIFT[:n])
-    assert (tmp_path / f"new-{name}").read_text() == written
+    ):
+        cloud = file(name, text)
+        n = cloud.points.shape[1]
+        cloud.write(tmp_path / f"new-{name}", A[:n, :n], SHIFT[:n])
+        assert (tmp_path / f"new-{name}").read_text() == written
 
 
 def test_normals(file, tmp_path):
@@ -193,9 +187,8 @@ def test_xyz(file, tmp_path):
     cloud = file("a.xyz", "# scan\n0.1 -2  3e5 255 0\n\n4 5.5 6 0 0\n7.25\t8 9 0 1\n")
     np.testing.assert_array_equal(cloud.points, POINTS)
     cloud.write(tmp_path / "b.xyz", A, SHIFT)
-    assert (tmp_path / "b.xyz").read_text() == (
-        "# scan\n5.0 2.1 150003.0 255 0\n-10.0 6.0 6.0 0 0\n-15.0 9.25 7.5 0 1\n"
-    )
+    written = "# scan\n5.0 2.1 150003.0 255 0\n-10.0 6.0 6.0 0 0\n-15.0 9.25 7.5 0 1\n"
+    assert (tmp_path / "b.xyz").read_text() == written
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -231,8 +224,8 @@ SCALARS = {
 }
 
 
-@pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("kind", SCALARS)
+@each("order", ORDERS)
+@each("kind", SCALARS)
 def test_types_of_ply(file, order, kind, tmp_path):
     """Each type of PLY has its size, its sign and its order of bytes, and is written as it was."""
     letter, *ends = SCALARS[kind]
@@ -245,12 +238,16 @@ def test_types_of_ply(file, order, kind, tmp_path):
     cloud = file("a.ply", data)
     assert cloud.content.vertices["more"].tolist() == ends
     assert cloud.points.tolist() == [[0.0, 0.5], [1.0, 1.5]]
-    cloud.write(tmp_path / "b.ply", np.eye(2), np.zeros(2))
+    cloud.write(tmp_path / "b.ply", np.eye(2), np.zeros(2), overwrite=True)
     # Large floats have another text, as 1.2676506e+30, for the same number.
     assert (tmp_path / "b.ply").read_bytes() == data or (order == "ascii" and letter in "fd")
 
 
-@pytest.mark.parametrize(
+ENDS_EARLY = "It ends before its vertices, among those of its element"
+TEXT, SINGLE, HALF = ply("ascii"), ply("ascii", "float"), HEADER.format(order="ascii", kind="half")
+
+
+@each(
     ("name", "data", "said"),
     [
         ("a.obj", "v 1 2 3", r"Its suffix must be \.csv, \.xyz, \.asc, \.ply or \.pcd"),
@@ -282,46 +279,25 @@ def test_types_of_ply(file, order, kind, tmp_path):
         ("a.pcd", ASCII_PCD + "1,5 2 3 4 5 6\n", "Point 1 must have 6 numbers, with decimal points, not"),
         ("a.pcd", PCD.format(form="binary") + "12345678", "It ends before its 3 points do"),
         ("a.ply", faces_first("ascii").partition(b"5.5")[0], "Vertex 2 must have 3 numbers"),
-        (
-            "a.ply",
-            faces_first("ascii").partition(b"3 0 1")[0],
-            "It ends before its vertices, among those of its element",
-        ),
-        ("a.ply", faces_first("binary_big_endian")[:-106], "It ends before its vertices, among those of its element"),
+        ("a.ply", faces_first("ascii").partition(b"3 0 1")[0], ENDS_EARLY),
+        ("a.ply", faces_first("binary_big_endian")[:-106], ENDS_EARLY),
         ("a.ply", "solid", "It is no PLY file: its header must begin with ply"),
         ("a.ply", ply("binary_little_endian")[:-50], "It ends before its 3 vertices do"),
         ("a.ply", ply("ascii")[:-50], "Vertex 2 must have 7 numbers"),
         ("a.ply", ply("ascii").replace(b"vertex 3", b"vertex 1000000000000000000"), "Vertex 4 must have 7 numbers"),
         ("a.ply", ply("binary_big_endian").replace(b"vertex 3", b"vertex 1" + 18 * b"0"), "It ends before its 10"),
-        (
-            "a.ply",
-            ply("ascii").replace(b" 1 5.5", b" 256 5.5"),
-            "Vertex 2 has 256 for red, which its type uint8 cannot",
-        ),
-        ("a.ply", ply("ascii").replace(b" 1 5.5", b" 1.5 5.5"), "Vertex 2 has 1.5 for red, which its type uint8 can"),
-        (
-            "a.ply",
-            ply("ascii", "float").replace(b"4.0 1", b"1e39 1"),
-            "Vertex 2 has 1e.39 for x, which its type float32",
-        ),
-        ("a.ply", ply("ascii").replace(b"float ny", b"float nx"), "Its vertices have two properties of one name"),
+        ("a.ply", TEXT.replace(b" 1 5.5", b" 256 5.5"), "Vertex 2 has 256 for red, which its type uint8 cannot"),
+        ("a.ply", TEXT.replace(b" 1 5.5", b" 1.5 5.5"), "Vertex 2 has 1.5 for red, which its type uint8 can"),
+        ("a.ply", SINGLE.replace(b"4.0 1", b"1e39 1"), "Vertex 2 has 1e.39 for x, which its type float32"),
+        ("a.ply", TEXT.replace(b"float ny", b"float nx"), "Its vertices have two properties of one name"),
         ("a.ply", ply("ascii", "int"), "Its vertices must have x, y and perhaps z of type float or double"),
         ("a.ply", HEADER.format(order="zip", kind="float"), "Its header must name a format and an element vertex"),
-        (
-            "a.ply",
-            HEADER.format(order="ascii", kind="half"),
-            "The line 'property half x' of its header is not understood",
-        ),
+        ("a.ply", HALF, "The line 'property half x' of its header is not understood"),
     ],
 )
 def test_refused(file, name, data, said):
     """What cannot be read is one line with the file's name."""
     refuses(rf"^Invalid cloud '.*{name}'\. {said}", file, name, data)
-
-
-def test_there_is_no_file(tmp_path):
-    """A file that is not there is named."""
-    refuses(r"^Invalid cloud '.*a\.csv'\. The file cannot be read: No such file", read_cloud, tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -362,22 +338,17 @@ def test_pcd_with_missing_points_and_columns_of_one_name(file):
     np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [np.nan] * 3])
 
 
-@pytest.mark.parametrize(
-    ("name", "head"),
-    [("a.xyz", "//X Y Z R\n"), ("a.asc", "//X Y Z R\n3\n"), ("a.asc", "# scan\n"), ("a.asc", "x y z r\n")],
-)
-def test_headers_of_cloudcompare(file, tmp_path, name, head):
-    """The names of columns, and the number of points, stand before them and stay there."""
+def test_headers_of_cloudcompare(file, tmp_path):
+    """The names of columns, and the number of points, stand before them and stay there; columns are in any order."""
     body = "0.1 -2.0 300000.0 255\n4.0 5.5 6.0 0\n7.25 8.0 9.0 1\n"
-    cloud = file(name, head + body)
-    np.testing.assert_array_equal(cloud.points, POINTS)
-    cloud.write(tmp_path / f"b-{name}", np.eye(3), np.zeros(3))
-    assert (tmp_path / f"b-{name}").read_text() == head + body
-
-
-def test_columns_that_cloudcompare_names(tmp_path):
-    """In whatever order, with weights and normals, and with semicolons and decimal commas."""
-    path = tmp_path / "a.asc"
+    heads = [("a.xyz", "//X Y Z R\n"), ("a.asc", "//X Y Z R\n3\n"), ("b.asc", "# scan\n"), ("c.asc", "x y z r\n")]
+    for name, head in heads:
+        cloud = file(name, head + body)
+        np.testing.assert_array_equal(cloud.points, POINTS)
+        cloud.write(tmp_path / f"new-{name}", np.eye(3), np.zeros(3))
+        assert (tmp_path / f"new-{name}").read_text() == head + body
+    # Weights and normals, semicolons and decimal commas.
+    path = tmp_path / "d.asc"
     path.write_text("//Nx;Ny;Nz;Quality;X;Y;Z\n0,6;0,8;0;2,5;0,1;-2;300000\n0;0;1;1;4;5,5;6\n")
     cloud = read_cloud(path, weights="quality")
     np.testing.assert_array_equal(cloud.points, POINTS[:2])

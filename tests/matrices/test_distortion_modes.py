@@ -10,7 +10,7 @@ from tables import each
 from projdist import mdt, modes, sample, summarize
 from projdist.matrices.spd import factor_distance
 
-SIZES = pytest.mark.parametrize("n", [1, 2, 3, 5])
+SIZES = each("n", [1, 2, 3, 5])
 
 
 def symmetric_basis(rng, n):
@@ -56,7 +56,7 @@ def test_scores(n):
     assert np.isnan(found.scores(np.zeros((2, n, n)))).all()
 
 
-@pytest.mark.parametrize("n", [2, 3])
+@each("n", [2, 3])
 def test_laws(n):
     """Shares do not see a common matrix from the left, nor rotations from the right, nor units."""
     rng = np.random.default_rng(n)
@@ -113,16 +113,14 @@ def test_nothing_distorted():
 
 def test_wrong_input():
     """What is refused, in a line."""
+    one = np.eye(2)[None]
     refuses(r"^Invalid shape \(2, 3, 2, 2\) of matrices\. It must be \(N, n, n\)\.", modes, np.ones((2, 3, 2, 2)))
-    with pytest.raises(ValueError, match=r"^Invalid T of shape \(3, 3\)\. It must be an invertible matrix of shape"):
-        modes(np.eye(2)[None], T=np.eye(3))
-    with pytest.raises(ValueError, match=r"^Invalid shape \(3, 3\) of matrices\. It must be \(\.\.\., 2, 2\)\."):
-        modes(np.eye(2)[None]).scores(np.eye(3))
+    refuses(r"^Invalid T of shape \(3, 3\)\. It must be an invertible matrix of shape", modes, one, T=np.eye(3))
+    match = r"^Invalid shape \(3, 3\) of matrices\. It must be \(\.\.\., 2, 2\)\."
+    refuses(match, modes(one).scores, np.eye(3))
 
 
-@pytest.mark.parametrize(
-    ("name", "words", "rms"), [("mercator", "size", 0.5958740917), ("eqc", "horizontal", 0.421346611)]
-)
+@each(("name", "words", "rms"), [("mercator", "size", 0.5958740917), ("eqc", "horizontal", 0.421346611)])
 def test_maps_of_one_mode(name, words, rms):
     """Mercator's map is wrong in size alone, the plate carree from west to east alone; the RMS is the whole error."""
     found = sample(name).modes

@@ -6,14 +6,14 @@ import pytest
 import scipy.linalg
 from hypothesis import given
 from hypothesis import strategies as st
+from matrix_samples import SEEDS
 from refusals import refuses
+from tables import each
 
 from projdist import spd
 from projdist.matrices.measures import get_measure
 
-SIZES = [1, 2, 3, 5]
-SEEDS = st.integers(0, 2**32 - 1)
-CASES = given(seed=SEEDS, n=st.sampled_from(SIZES))
+CASES = given(seed=SEEDS, n=st.sampled_from([1, 2, 3, 5]))
 
 
 def random_matrices(rng, count, n, spread=0.5):
@@ -81,13 +81,7 @@ def test_distance(seed, n):
     assert spd.distance(np.linalg.inv(P), np.linalg.inv(Q)) == pytest.approx(found, rel=1e-8)
 
 
-def test_diagonal_matrices_are_flat():
-    """On positive diagonal matrices the distance is the Euclidean one of the logarithms."""
-    a, b = np.array([1.0, 2.0, 5.0]), np.array([3.0, 0.5, 5.0])
-    assert spd.distance(np.diag(a), np.diag(b)) == pytest.approx(np.sqrt(np.log(3) ** 2 + np.log(4) ** 2), rel=1e-14)
-
-
-@pytest.mark.parametrize("n", [2, 3])
+@each("n", [2, 3])
 def test_factors_keep_what_products_lose(n):
     """Between factors of condition 1e6 (products 1e12) the distance is right to 1e-9, as mpmath has it."""
     rng = np.random.default_rng(7)
@@ -124,12 +118,6 @@ def test_geodesic(seed, n):
     np.testing.assert_allclose(spd.exp(P, V), Q, rtol=1e-9, atol=1e-9)
     assert np.sqrt(spd.metric(P, V, V)) == pytest.approx(length, rel=1e-7, abs=1e-10)
     np.testing.assert_allclose(spd.log(P, spd.exp(P, W)), W, rtol=1e-7, atol=1e-8)
-
-
-def test_exp_at_the_identity_is_the_matrix_exponential():
-    """exp_1(V) = e^V."""
-    V = random_symmetric(np.random.default_rng(2), 1, 3)[0]
-    np.testing.assert_allclose(spd.exp(np.eye(3), V), scipy.linalg.expm(V), rtol=1e-12)
 
 
 @CASES
@@ -170,12 +158,14 @@ def test_leading_axes():
         stack = function(P, other)
         assert stack.shape == (2, 3, 3, 3)
         np.testing.assert_allclose(stack[1, 2], function(P[1, 2], other[2]), rtol=1e-12, atol=1e-12)
+    # At the identity it is the matrix exponential.
+    np.testing.assert_allclose(spd.exp(np.eye(3), V[0]), scipy.linalg.expm(V[0]), rtol=1e-12)
     assert spd.geodesic(P, Q, 0.5).shape == (2, 3, 3, 3)
     assert spd.metric(P, V, V).shape == spd.lower_metric(P, V, V).shape == (2, 3)
     assert spd.lq(P)[1].shape == spd.to_lower(P).shape == spd.from_lower(P).shape == (2, 3, 3, 3)
 
 
-@pytest.mark.parametrize("count", [1, 2, 3])
+@each("count", [1, 2, 3])
 def test_a_stack_and_a_single_matrix(count):
     """A stack of as many matrices as these have rows, or of one, is still a stack, on either side."""
     rng = np.random.default_rng(11)
@@ -189,25 +179,16 @@ def test_a_stack_and_a_single_matrix(count):
     np.testing.assert_allclose(spd.metric(stack, V, V), expected, rtol=1e-8)
 
 
-@pytest.mark.parametrize("shape", [(2,), (2, 3), (0, 0), (4, 2, 1)])
-def test_shapes_are_checked(shape):
-    """Matrices are square."""
-    refuses(r"^Invalid shape \(.*\) of a matrix\. It must be \(\.\.\., n, n\)\.$", spd.lq, np.ones(shape))
-
-
-@pytest.mark.parametrize(
-    "wrong", [[[1.0, 2.0], [2.0, 1.0]], [[1.0, 0.5], [0.0, 1.0]], [[np.nan, 0], [0, 1]], np.zeros((2, 2))]
-)
-def test_spd_matrices_are_checked(wrong):
-    """What is not symmetric and positive definite is named by its index."""
-    match = r"^Invalid matrix at index 1\. It must be symmetric and positive definite\.$"
-    refuses(match, spd.distance, np.eye(2), np.stack([np.eye(2), np.array(wrong)]))
-    refuses(r"^Invalid matrix\. It must be symmetric and positive definite\.$", spd.to_lower, wrong)
-
-
-@pytest.mark.parametrize("wrong", [np.diag([1.0, 0.0]), np.diag([1.0, np.inf])])
-def test_lq_refuses_the_singular(wrong):
-    """So is what has no LQ factors."""
-    stack = np.broadcast_to(np.eye(2), (2, 3, 2, 2)).copy()
-    stack[1, 2] = wrong
-    refuses(r"^Invalid matrix at index \(1, 2\)\. It must be finite and invertible\.$", spd.lq, stack)
+def test_matrices_are_checked():
+    """They are square, and symmetric and positive definite or have LQ factors; what is not is named by its index."""
+    for shape in [(2,), (2, 3), (0, 0), (4, 2, 1)]:
+        refuses(r"^Invalid shape \(.*\) of a matrix\. It must be \(\.\.\., n, n\)\.$", spd.lq, np.ones(shape))
+    for wrong in ([[1.0, 2.0], [2.0, 1.0]], [[1.0, 0.5], [0.0, 1.0]], [[np.nan, 0], [0, 1]], np.zeros((2, 2))):
+        stack = np.stack([np.eye(2), np.array(wrong)])
+        match = r"^Invalid matrix at index 1\. It must be symmetric and positive definite\.$"
+        refuses(match, spd.distance, np.eye(2), stack)
+        refuses(r"^Invalid matrix\. It must be symmetric and positive definite\.$", spd.to_lower, wrong)
+    for diagonal in ([1.0, 0.0], [1.0, np.inf]):
+        stack = np.broadcast_to(np.eye(2), (2, 3, 2, 2)).copy()
+        stack[1, 2] = np.diag(diagonal)
+        refuses(r"^Invalid matrix at index \(1, 2\)\. It must be finite and invertible\.$", spd.lq, stack)
