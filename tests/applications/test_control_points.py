@@ -6,24 +6,33 @@ import numpy as np
 import pytest
 from pyproj import CRS, Transformer
 from refusals import refuses
+from tables import each
 
 from projdist import Notice
 from projdist.applications.oldmaps import read_control_points
 
 ROWS = [(1.0, 2.0, 600000.0, 200000.0), (5.0, 2.5, 604000.0, 200100.0), (2.0, 9.0, 601500.0, 207000.0)]
-
+NUMBERED = [*enumerate(ROWS, 1)]
 TEXTS = {
-    "comma, id, no header": "".join(f"{k},{a},{b},{c},{d}\n" for k, (a, b, c, d) in enumerate(ROWS, 1)),
+    "comma, id, no header": "".join(f"{k},{a},{b},{c},{d}\n" for k, (a, b, c, d) in NUMBERED),
     "spaces, no id": "# a comment\n\n" + "".join(f"{a} {b}   {c} {d}\n" for a, b, c, d in ROWS),
-    "semicolons": "y_new;x_new;y_old;x_old;id\n"
-    + "".join(f"{d};{c};{b};{a};{k}\n" for k, (a, b, c, d) in enumerate(ROWS, 1)),
+    "semicolons": "y_new;x_new;y_old;x_old;id\n" + "".join(f"{d};{c};{b};{a};{k}\n" for k, (a, b, c, d) in NUMBERED),
     "tabs": "X_old\tY_old\tEasting\tNorthing\n" + "".join(f"{a}\t{b}\t{c}\t{d}\n" for a, b, c, d in ROWS),
     "QGIS": "#CRS: none\nmapX,mapY,sourceX,sourceY,enable,dX,dY,residual\n"
     + "".join(f"{c},{d},{a},{b},1,0,0,0\n" for a, b, c, d in ROWS)
     + "0,0,7,7,0,0,0,0\n",
     "ArcGIS, blanks and underscores": "Link,X Source,Y Source,X Map,Y_Map\n"
-    + "".join(f"{k},{a},{b},{c},{d}\n" for k, (a, b, c, d) in enumerate(ROWS, 1)),
+    + "".join(f"{k},{a},{b},{c},{d}\n" for k, (a, b, c, d) in NUMBERED),
 }
+FOOT = 1200.0 / 3937.0  # of the US survey, in metres
+FEET = [(0.0, 0.0, 6500000.0, 1900000.0), (10.0, 0.0, 6500100.0, 1900000.0), (0.0, 10.0, 6500000.0, 1900100.0)]
+DEGREES = [(0.0, 0.0, 7.5, 47.5), (1.0, 0.0, 7.9, 47.4), (0.0, 1.0, 7.7, 47.6)]
+
+
+def planes(source, target):
+    """The places of DEGREES in a plane, by pyproj."""
+    places = Transformer.from_crs(source, target, always_xy=True).transform(*np.transpose(DEGREES)[2:])
+    return np.stack(places, axis=-1)
 
 
 @pytest.fixture
@@ -38,7 +47,7 @@ def read(tmp_path):
     return read
 
 
-@pytest.mark.parametrize("kind", TEXTS)
+@each("kind", TEXTS)
 def test_files(kind, read):
     """Whatever separates the columns and names them, the points are the same; what is not enabled is no point."""
     told = pytest.warns(Notice, match="are not enabled") if kind == "QGIS" else contextlib.nullcontext()
@@ -49,45 +58,34 @@ def test_files(kind, read):
     assert points.note == ""
 
 
-def test_names_of_points(read):
-    """An id may be any text."""
+def test_longitudes_and_latitudes(read):
+    """Degrees are projected with a CRS, as pyproj does it; truth without names that could be degrees is noted."""
+    text = "x_old,y_old,lon,lat\n" + "".join(f"{a},{b},{lon},{lat}\n" for a, b, lon, lat in DEGREES)
+    np.testing.assert_allclose(read(text, crs="EPSG:32632").new, planes("EPSG:4326", "EPSG:32632"), atol=1e-6)
+    refuses(r"Its truth is longitudes and latitudes; a CRS is needed that makes a plane", read, text)
+    assert "if these are degrees" in read("0,0,7.5,47.5\n1,0,7.6,47.5\n0,1,7.5,47.6\n").note
+    assert read("0,0,7.5,47.5\n1,0,7.6,97.5\n0,1,7.5,47.6\n").note == ""  # no latitude
+
+
+def test_names_and_points_that_are_not_enabled(read):
+    """An id may be any text. QGIS's points that are switched off are left out, which is told."""
     text = 'name,x_old,y_old,x_new,y_new\n"Basel, Münster",0,0,0,0\nb,1,0,900,0\nc,0,1,0,900\n'
     assert read(text).names == ("Basel, Münster", "b", "c")
-
-
-def test_longitudes_and_latitudes(read):
-    """Degrees are projected with a CRS, as pyproj does it."""
-    places = [(7.5, 47.5), (7.9, 47.4), (7.7, 47.6)]
-    text = "x_old,y_old,lon,lat\n" + "".join(f"{k},{k * k},{lon},{lat}\n" for k, (lon, lat) in enumerate(places))
-    truth = np.stack(
-        Transformer.from_crs("EPSG:4326", "EPSG:32632", always_xy=True).transform(*np.transpose(places)), -1
-    )
-    np.testing.assert_allclose(read(text, crs="EPSG:32632").new, truth, atol=1e-6)
-    refuses(r"Its truth is longitudes and latitudes; a CRS is needed that makes a plane", read, text)
-
-
-def test_points_that_are_not_enabled(read):
-    """QGIS's points that are switched off are left out, which is told."""
     text = "mapX,mapY,pixelX,pixelY,enable\n0,0,0,0,1\n9,0,1,0,1\n0,9,0,1,1\n5,5,7,7,0\n"
     with pytest.warns(Notice, match=r"^1 control point\(s\) of '.*' are not enabled and are left out\.$"):
         assert len(read(text).old) == 3
 
 
-def test_what_may_be_degrees(read):
-    """Truth without names that could be degrees is noted."""
-    assert "if these are degrees" in read("0,0,7.5,47.5\n1,0,7.6,47.5\n0,1,7.5,47.6\n").note
-    assert read("0,0,7.5,47.5\n1,0,7.6,97.5\n0,1,7.5,47.6\n").note == ""  # no latitude
+COLUMNS = "Without a header it must have 4 columns, x_old, y_old, x_new, y_new, or 5, an id first, or 8, residuals "
+COLUMNS += "behind them; it has 3"
+NO_LINKS = "1,5,2,5,600,5,200,5\n5,5,2,5,604,5,200,5\n2,5,9,5,601,5,207,5\n"
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "message"),
     [
         ("", "It is empty"),
-        (
-            "1,2,3\n",
-            r"Without a header it must have 4 columns, x_old, y_old, x_new, y_new, or 5, an id first, or 8, residuals "
-            r"behind them; it has 3",
-        ),
+        ("1,2,3\n", COLUMNS),
         ("a,b,c,d\n1,2,3,4\n", "Its header must name x_old, y_old, x_new and y_new; it has no x_old"),
         ("1,2,3,4\n1,2,x,4\n", "Line 2 must have numbers for x_old, y_old, x_new, y_new"),
         ("1,2,3,4\n1,2\n", "Line 2 must have numbers"),
@@ -100,10 +98,7 @@ def test_what_may_be_degrees(read):
         ("0,0,0,0\n1,3,1,0\n2,2,3,-1e16\n", "Invalid control point '3'. It must lie within 1e.15 in truth"),
         ("1,1,0,0\n1,1,1,0\n1,1,3,9\n", "Invalid control points. They must not be in one place, as they are on the"),
         ("0,0,0,0\n1,nan,1,0\n2,2,3,0\n", "Invalid control point '2'. Its places must be finite"),
-        (
-            "1,5,2,5,600,5,200,5\n5,5,2,5,604,5,200,5\n2,5,9,5,601,5,207,5\n",  # no link table
-            "It has 8 columns of whole numbers. With decimal commas, semicolons must part",
-        ),
+        (NO_LINKS, "It has 8 columns of whole numbers. With decimal commas, semicolons must part"),
         ("-gcp 1 2 3\n", r"Line 1 must have -gcp pixel line easting northing \[elevation\]\.$"),
         ("-gcp 1 2 3 4\n-gcp 1,5 2,5 3,5 4,5\n", r"Line 2 must have -gcp pixel line"),
         ('-gcp 1 2 3 4 "in.tif\n', r"Line 1 has a quotation mark that does not end on the line\.$"),
@@ -120,7 +115,7 @@ def test_wrong_files(text, message, tmp_path):
     assert "\n" not in str(error.value)
 
 
-def test_no_file(tmp_path):
+def test_no_text(tmp_path):
     """A file that is not there, and one that is no text."""
     refuses("It cannot be read as text: No such file", read_control_points, tmp_path / "none.csv")
     (tmp_path / "x.csv").write_bytes(b"\xff\xfe\x00")
@@ -134,17 +129,13 @@ def test_coordinates_of_a_crs(read):
     refuses(r"Its lat is .480", read, "0,0,7,47\n10,0,8,47\n0,10,7,48\n10,10,8,480\n", crs="EPSG:32632")
 
 
-FOOT = 1200.0 / 3937.0  # of the US survey, in metres
-FEET = [(0.0, 0.0, 6500000.0, 1900000.0), (10.0, 0.0, 6500100.0, 1900000.0), (0.0, 10.0, 6500000.0, 1900100.0)]
-
-
 def stating(crs, rows=FEET):
     """QGIS's file of points with a CRS in its first line."""
     lines = [f"#CRS: {crs}", "mapX,mapY,sourceX,sourceY,enable", *(f"{c},{d},{a},{b},1" for a, b, c, d in rows)]
     return "\n".join(lines)
 
 
-@pytest.mark.parametrize("crs", ["EPSG:2230", CRS("EPSG:2230").to_wkt(), CRS("EPSG:2230").to_wkt("WKT1_GDAL")])
+@each("crs", ["EPSG:2230", CRS("EPSG:2230").to_wkt(), CRS("EPSG:2230").to_wkt("WKT1_GDAL")])
 def test_the_crs_that_a_file_states(crs, read):
     """Is the plane of its coordinates, in its unit, with a word neither for the same one nor for the same given."""
     for given in (None, "EPSG:2230"):
@@ -161,35 +152,26 @@ def test_another_crs_than_a_file_states(read):
             np.testing.assert_array_equal(read(stating("EPSG:2230"), crs=given).new[1], [6500100, 1900000])
 
 
-def test_a_geographic_crs_that_a_file_states(read):
-    """Its places are brought to the plane that is given, over the datum, as pyproj does it; else there is none."""
-    rows = [(0.0, 0.0, 7.5, 47.5), (1.0, 0.0, 7.9, 47.4), (0.0, 1.0, 7.7, 47.6)]
-    shifted = Transformer.from_crs("EPSG:4149", "EPSG:25832", always_xy=True)
-    truth = np.stack(shifted.transform(*np.transpose(rows)[2:]), axis=-1)
-    np.testing.assert_allclose(read(stating("EPSG:4149", rows), crs="EPSG:25832").new, truth, atol=1e-3)
-    refuses(r"Its truth is longitudes and latitudes; a CRS is needed", read, stating("EPSG:4149", rows))
+def test_degrees_in_a_file_that_states_a_crs(read):
+    """They are brought to the given plane, over the datum, as pyproj does it; where metres are stated, told of."""
+    truth = planes("EPSG:4149", "EPSG:25832")
+    np.testing.assert_allclose(read(stating("EPSG:4149", DEGREES), crs="EPSG:25832").new, truth, atol=1e-3)
+    refuses(r"Its truth is longitudes and latitudes; a CRS is needed", read, stating("EPSG:4149", DEGREES))
+    told = r"^3 of 3 control point\(s\) of '.*' look like degrees, as that at 7\.5, 47\.5, but"
+    with pytest.warns(Notice, match=told):
+        found = read(stating("EPSG:32632", DEGREES))
+    np.testing.assert_allclose(found.new, planes("EPSG:4326", "EPSG:32632"), atol=1e-6)
 
 
-def test_degrees_in_a_file_that_states_metres(read):
-    """They are told of, and taken as longitudes and latitudes."""
-    rows = [(0.0, 0.0, 7.5, 47.5), (1.0, 0.0, 7.9, 47.4), (0.0, 1.0, 7.7, 47.6)]
-    with pytest.warns(
-        Notice, match=r"^3 of 3 control point\(s\) of '.*' look like degrees, as that at 7\.5, 47\.5, but"
-    ):
-        found = read(stating("EPSG:32632", rows))
-    truth = Transformer.from_crs("EPSG:4326", "EPSG:32632", always_xy=True).transform(*np.transpose(rows)[2:])
-    np.testing.assert_allclose(found.new, np.transpose(truth), atol=1e-6)
-
-
-@pytest.mark.parametrize("crs", ["EPSG:99999", 'LOCAL_CS["x",UNIT["metre",1]]', 'PROJCRS["x"'])
+@each("crs", ["EPSG:99999", 'LOCAL_CS["x",UNIT["metre",1]]', 'PROJCRS["x"'])
 def test_a_crs_that_is_none(crs, read):
     """It is refused in one line, unless another is given."""
     refuses(r"^Invalid points file '.*'\. It states a CRS that is no plane of the Earth", read, stating(crs))
     assert read(stating(crs), crs="EPSG:2230").crs is not None
 
 
-@pytest.mark.parametrize("mark", ["\t", ";", " "])
-@pytest.mark.parametrize("comma", [False, True])
+@each("mark", ["\t", ";", " "])
+@each("comma", [False, True])
 def test_link_tables(mark, comma, read):
     """ArcGIS has a number before the coordinates, and residuals behind them; perhaps with decimal commas."""
     text = "".join(mark.join(map(str, [k, *row, 0.1, -0.2, 0.25])) + "\n" for k, row in enumerate(ROWS, 1))
@@ -201,7 +183,7 @@ def test_link_tables(mark, comma, read):
 GCPS = [f"-gcp {a} {b} {c} {d}" for a, b, c, d in ROWS]
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         "\n".join(GCPS),
