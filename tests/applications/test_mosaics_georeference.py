@@ -58,10 +58,9 @@ def test_some_sheets(H, found):
     assert (one.sheets, one.crs) == (1, "X")
     assert one.rms < MICROMETRE
     assert mosaics.mean_georeference(canvas, SIZES, [None] * 6) is None
-    with pytest.raises(ValueError, match=r"^Invalid georeferences. The sheets are in different CRSs.$"):
-        mosaics.mean_georeference(
-            canvas, SIZES, [mosaics.Georeference(PLANE, "X"), mosaics.Georeference(PLANE, "Y"), *[None] * 4]
-        )
+    two = [mosaics.Georeference(PLANE, "X"), mosaics.Georeference(PLANE, "Y"), *[None] * 4]
+    match = r"^Invalid georeferences. The sheets are in different CRSs.$"
+    refuses(match, mosaics.mean_georeference, canvas, SIZES, two)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".tif", ".jpg"])
@@ -69,8 +68,7 @@ def test_world_files_are_gdals(tmp_path, suffix):
     """GDAL reads what is written, and what GDAL reads is read."""
     path = save(tmp_path, [np.zeros((9, 12, 3), np.uint8)], suffix)[0]
     matrix = np.array([[5.0, 0.3, 600000.0], [0.2, -5.0, 200000.0], [0.0, 0.0, 1.0]])
-    assert mosaics.read_world_file(path) is None
-    assert georeference_of(path) is None
+    assert mosaics.read_world_file(path) is georeference_of(path) is None
     mosaics.write_world_file(mosaics.world_file(path), matrix)
     with rasterio.open(path) as image:
         assert np.array(image.transform).reshape(3, 3) == pytest.approx(matrix, abs=MICROMETRE)
@@ -79,10 +77,7 @@ def test_world_files_are_gdals(tmp_path, suffix):
     for text in ("5 0 0 -5 1", "5 0 0 -5 1 x", "0 0 0 0 1 1", "nan 0 0 1 1 1"):
         mosaics.world_file(path).write_text(text)
         refuses(rf"^Invalid world file '{mosaics.world_file(path)}'. It", mosaics.read_world_file, path)
-
-
-def test_names_of_world_files():
-    """The first and last letter of the suffix, and w."""
+    # The first and last letter of the suffix, and w.
     names = {".png": "a.pgw", ".jpg": "a.jgw", ".jpeg": "a.jgw", ".tif": "a.tfw", "": "a.wld"}
     assert {suffix: mosaics.world_file(f"a{suffix}").name for suffix in names} == names
 

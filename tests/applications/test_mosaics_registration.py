@@ -9,6 +9,7 @@ import pytest
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved, write_csv
 from refusals import refuses
 from scipy.optimize import least_squares
+from tables import each
 
 from projdist.applications.mosaics import (
     Correspondences,
@@ -148,14 +149,9 @@ def test_points_on_a_line_give_no_map():
     H[:, 0, 2] = [0.0, 150.0, 300.0]
     good = common_points(H, SIZES[:3], pairs=[(0, 1)])
     x = np.column_stack([np.linspace(160.0, 290.0, 20), np.full(20, 100.0)])
-    both = Correspondences(
-        i=np.r_[good.i, np.full(20, 1)],
-        j=np.r_[good.j, np.full(20, 2)],
-        xi=np.vstack([good.xi, x]),
-        xj=np.vstack([good.xj, x - [150.0, 0.0]]),
-        sizes=SIZES[:3],
-    )
-    found = register(both)
+    i, j = np.r_[good.i, np.full(20, 1)], np.r_[good.j, np.full(20, 2)]
+    xi, xj = np.vstack([good.xi, x]), np.vstack([good.xj, x - [150.0, 0.0]])
+    found = register(Correspondences(i=i, j=j, xi=xi, xj=xj, sizes=SIZES[:3]))
     assert (found.images, found.left_out) == ([0, 1], [2])
     assert found.matches[1].reason == "the points lie on a line"
 
@@ -259,13 +255,10 @@ def test_components():
 
 def test_nothing_matches():
     """Random points connect nothing, and the message says how many agree."""
-    rng = np.random.default_rng(6)
-    x = rng.uniform(size=(2, 60, 2)) * [300.0, 200.0]
+    x = np.random.default_rng(6).uniform(size=(2, 60, 2)) * [300.0, 200.0]
     points = Correspondences(i=np.zeros(60), j=np.ones(60), xi=x[0], xj=x[1], sizes=SIZES[:2])
-    with pytest.raises(
-        ValueError, match=r"^Invalid correspondences\. No two images match: 0 and 1, \d+ of 60 points agr"
-    ):
-        register(points, tolerance=1.0)
+    match = r"^Invalid correspondences\. No two images match: 0 and 1, \d+ of 60 points agr"
+    refuses(match, register, points, tolerance=1.0)
     few = Correspondences(i=[0, 0], j=[1, 1], xi=x[0, :2], xj=x[0, :2], sizes=SIZES[:2])
     refuses(r"0 and 1, 2 points; it takes 3\.$", register, few)
 
@@ -274,16 +267,12 @@ def test_nothing_matches():
 def test_mirrored_images_are_named(model):
     """Images that mirror the others are refused by name, whichever is the first."""
     H = MAKERS[model](np.random.default_rng(7), count=5)
-    flip = np.array([[-1.0, 0.0, 300.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    names = tuple("abcde")
     for odd, told in (([2], "c"), ([0, 3], "a and d"), ([1, 2, 3, 4], "a")):
         mirrored = H.copy()
-        mirrored[odd] = mirrored[odd] @ flip
-        points = dataclasses.replace(common_points(mirrored, SIZES[:5]), names=names)
-        with pytest.raises(
-            ValueError, match=rf"^Invalid orientation of {told}\. They mirror the others; all must agree\.$"
-        ):
-            register(points, model=model)
+        mirrored[odd] = mirrored[odd] @ [[-1.0, 0.0, 300.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        points = dataclasses.replace(common_points(mirrored, SIZES[:5]), names=tuple("abcde"))
+        match = rf"^Invalid orientation of {told}\. They mirror the others; all must agree\.$"
+        refuses(match, register, points, model=model)
 
 
 def test_the_table(tmp_path):
@@ -302,7 +291,10 @@ def test_the_table(tmp_path):
     np.testing.assert_array_equal(read_correspondences(path, sizes=parse_sizes("9x8")).sizes, [[9, 8], [9, 8]])
 
 
-@pytest.mark.parametrize(
+TWO, ONES = "# sizes h x w: (9, 9), (9, 9)\n", "0,0,1,1,1,1,1\n"
+
+
+@each(
     ("text", "message"),
     [
         ("", r"It is empty\.$"),
@@ -311,22 +303,16 @@ def test_the_table(tmp_path):
         ("model,i,j,xi,yi,xj,yj\n0,0,1,1,5,2,3,4,5\n", r"Line 2 has 9 cells; it must have 7\. Decimal commas are read"),
         ("1,0,1,1,1,1,1\n", r"It has rows of the model homography; it must have some of the model affine\.$"),
         ("0,0,1,1,1,1\n", r"Line 1 must be model,i,j,xi,yi,xj,yj"),
-        ("# sizes h x w: (9, 9), (9, 9)\n0,0,one,1,1,1,1\n", r"Line 2 must be model"),
+        (TWO + "0,0,one,1,1,1,1\n", r"Line 2 must be model"),
         ("0,0,1.5,1,1,1,1\n", r"Line 1 must be model"),
         ("0,0,nan,1,1,1,1\n", r"Line 1 must be model"),
         ("2,0,1,1,1,1,1\n", r"Line 1 must be model"),
-        ("0,0,1,1,1,1,1\n", r"The sizes of the images must be given, or stand in a comment line"),
-        (
-            "# sizes h x w: (9, 9), (9, 9)\n0,0,1,1,1,1,1\n0,0,2,1,1,1,1\n",
-            r"correspondence 2\. Its images must be numbers",
-        ),
-        (
-            "# sizes h x w: (9, 9), (9, 9)\n0,0,-1,1,1,1,1\n",
-            r"correspondence 1\. Its images must be numbers from 0 to 1",
-        ),
-        ("# sizes h x w: (9, 9), (9, 9)\n0,1,1,1,1,1,1\n", r"correspondence 1\. It pairs an image with itself\.$"),
-        ("# sizes h x w: (9, 9), (9, 9)\n0,0,1,1,nan,1,1\n", r"correspondence 1\. Its coordinates must be finite\.$"),
-        ("# sizes h x w: (0, 9), (9, 9)\n0,0,1,1,1,1,1\n", r"^Invalid sizes of images\. There must be some, in pixels"),
+        (ONES, r"The sizes of the images must be given, or stand in a comment line"),
+        (TWO + ONES + "0,0,2,1,1,1,1\n", r"correspondence 2\. Its images must be numbers"),
+        (TWO + "0,0,-1,1,1,1,1\n", r"correspondence 1\. Its images must be numbers from 0 to 1"),
+        (TWO + "0,1,1,1,1,1,1\n", r"correspondence 1\. It pairs an image with itself\.$"),
+        (TWO + "0,0,1,1,nan,1,1\n", r"correspondence 1\. Its coordinates must be finite\.$"),
+        (TWO.replace("(9", "(0", 1) + ONES, r"^Invalid sizes of images\. There must be some, in pixels"),
     ],
 )
 def test_the_table_is_checked(tmp_path, text, message):
@@ -355,15 +341,19 @@ def test_numbers_of_images_without_a_gap(number, ends, tmp_path):
 def test_arguments_are_checked(tmp_path):
     """Files, models, sizes, names and tolerances that cannot be."""
     points = common_points(affine_maps(np.random.default_rng(8)))
-    with pytest.raises(ValueError, match=r"^Invalid correspondences '.*none.csv'\. It cannot be read as text: No su"):
-        read_correspondences(tmp_path / "none.csv")
-    for call in (lambda: read_correspondences("x", model="similar"), lambda: register(points, model="similar")):
-        refuses(r"^Invalid model 'similar'\. It must be one of affine, homography, auto\.$", call)
+    match = r"^Invalid correspondences '.*none.csv'\. It cannot be read as text: No su"
+    refuses(match, read_correspondences, tmp_path / "none.csv")
+    for function, given in ((read_correspondences, "x"), (register, points)):
+        match = r"^Invalid model 'similar'\. It must be one of affine, homography, auto\.$"
+        refuses(match, function, given, model="similar")
     refuses(r"^Invalid sizes '800,600'\. They must be WIDTHxHEIGHT", parse_sizes, "800,600")
-    with pytest.raises(ValueError, match=r"^Invalid names of images\. There are 1; there must be 6, as sizes\.$"):
-        dataclasses.replace(points, names=("a",))
-    with pytest.raises(ValueError, match=r"^Invalid correspondences\. There must be as many i and j as points"):
-        dataclasses.replace(points, i=points.i[1:])
-    with pytest.raises(ValueError, match=r"^Invalid reductions of correspondences\. There must be one a point"):
-        dataclasses.replace(points, reductions=np.zeros(len(points.i)))
+    for match, wrong in (
+        (r"^Invalid names of images\. There are 1; there must be 6, as sizes\.$", {"names": ("a",)}),
+        (r"^Invalid correspondences\. There must be as many i and j as points", {"i": points.i[1:]}),
+        (
+            r"^Invalid reductions of correspondences\. There must be one a point",
+            {"reductions": np.zeros(len(points.i))},
+        ),
+    ):
+        refuses(match, dataclasses.replace, points, **wrong)
     refuses(r"^Invalid tolerance 0\. It must be a number of pixels above 0\.$", register, points, tolerance=0)
