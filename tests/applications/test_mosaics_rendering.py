@@ -41,9 +41,8 @@ def beneath(drawn, H):
 
 def decibels(drawn, H):
     """The peak signal-to-noise ratio of what is drawn to what is there."""
-    whole = beneath(drawn, H)
     seen = drawn.pixels[..., 3] > 0
-    gap = (drawn.pixels[..., :3].astype(float) - whole)[seen]
+    gap = (drawn.pixels[..., :3].astype(float) - beneath(drawn, H))[seen]
     return 10.0 * np.log10(255.0**2 / np.mean(gap**2))
 
 
@@ -109,6 +108,14 @@ def test_tiles_do_not_show(monkeypatch, pictures, found, blend):
     assert np.abs(tiled - whole).max() <= 1
 
 
+def shown(found, pictures, exposure, H):
+    """The logarithm of what is drawn over what is there, and where that is not too dark."""
+    drawn = render(found, pictures, exposure=exposure, blend="none")
+    whole = beneath(drawn, H)
+    clear = (drawn.pixels[..., 3] > 0) & (whole.min(axis=-1) > 50)
+    return np.log(np.maximum(drawn.pixels[..., :3], 1.0) / np.maximum(whole, 1.0)), clear
+
+
 @pytest.mark.slow
 def test_gains(H, cuts, found):
     """Pictures of different brightness are made equally bright; without that they are not."""
@@ -116,13 +123,27 @@ def test_gains(H, cuts, found):
     pictures = open_pictures([(gain * one).astype(np.uint8) for gain, one in zip(gains, cuts, strict=True)])
     spread = {}
     for exposure in ("gain", "none"):
-        drawn = render(found, pictures, exposure=exposure, blend="none")
-        whole = beneath(drawn, H)
-        clear = (drawn.pixels[..., 3] > 0) & (whole.min(axis=-1) > 50)
-        ratio = np.log(np.maximum(drawn.pixels[..., :3][clear], 1.0) / whole[clear])
-        spread[exposure] = ratio.std()
+        steps, clear = shown(found, pictures, exposure, H)
+        spread[exposure] = steps[clear].std()
     assert spread["none"] > 0.1
     assert spread["gain"] < 0.3 * spread["none"]
+
+
+@pytest.mark.slow
+def test_vignettes(H, cuts, found):
+    """Of pictures a third darker at their corners gains of blocks leave less than half of what shows at seams."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    far = np.hypot((x - WIDTH / 2) / (WIDTH / 2), (y - HEIGHT / 2) / (HEIGHT / 2)) / np.sqrt(2.0)
+    shade = (1.0 - 0.35 * far**2)[..., None]
+    pictures = open_pictures([np.round(shade * one).astype(np.uint8) for one in cuts])
+    spread = {}
+    for exposure in ("gain", "blocks"):
+        steps, clear = shown(found, pictures, exposure, H)
+        steps = steps.mean(axis=-1)
+        # What shows are steps from one picture to the next, within a few pixels.
+        both = clear[:, 4:] & clear[:, :-4]
+        spread[exposure] = np.quantile(np.abs(steps[:, 4:] - steps[:, :-4])[both], 0.99)
+    assert spread["blocks"] < 0.5 * spread["gain"]
 
 
 @pytest.mark.slow
@@ -154,10 +175,11 @@ def test_crop(H, pictures, found):
 def test_largest_box():
     """The largest covered box, against all boxes there are."""
     rng = np.random.default_rng(5)
+    rows, columns = itertools.combinations(range(8), 2), itertools.combinations(range(10), 2)
+    boxes = list(itertools.product(rows, columns))
     for _ in range(30):
         covered = rng.random((7, 9)) < 0.75
-        rows, columns = itertools.combinations(range(8), 2), list(itertools.combinations(range(10), 2))
-        areas = [(b - t) * (r - x) for t, b in rows for x, r in columns if covered[t:b, x:r].all()]
+        areas = [(b - t) * (r - x) for (t, b), (x, r) in boxes if covered[t:b, x:r].all()]
         left, top, right, bottom = covered_box(covered)
         assert covered[top:bottom, left:right].all()
         assert (right - left) * (bottom - top) == max(areas)
@@ -165,19 +187,6 @@ def test_largest_box():
     large[13:977, 21:1403] = True
     assert covered_box(large) == (21, 13, 1403, 977)
     refuses(r"Invalid crop. No box is covered by images.", covered_box, np.zeros((5, 5), bool))
-
-
-def test_feathers_fall_to_the_rims_of_pieces():
-    """Two pieces side by side with ten columns in common: there each counts as its distance to its own end."""
-    blender = BLENDERS["feather"]((0, 0, 70, 101))
-    for left, width, grey in ((0, 50, 0), (40, 30, 200)):
-        piece, whole = np.full((101, width, 3), grey, np.int16), np.full((101, width), 255, np.uint8)
-        blender.feed(Piece((left, 0), Pixels(piece, whole)))
-    colours, mask = blender.blend()
-    column = np.arange(40, 50)
-    one, other = 50.0 - column, column - 39.0
-    np.testing.assert_allclose(colours[50, 40:50, 0], 200.0 * other / (one + other), atol=0.51)
-    assert mask.all()
 
 
 @each("shape", [(5, 7), (399, 403), (1001, 1203)])
@@ -193,8 +202,20 @@ def test_the_box_reaches_the_last_pixels(shape, holes):
     assert top == 0 or not covered[top - 1, left:right].all()
     assert right == shape[1] or not covered[top:bottom, right].all()
     assert bottom == shape[0] or not covered[bottom, left:right].all()
-    if not holes:
-        assert (left, top, right, bottom) == (0, 0, shape[1], shape[0])
+    assert holes or (left, top, right, bottom) == (0, 0, shape[1], shape[0])
+
+
+def test_feathers_fall_to_the_rims_of_pieces():
+    """Two pieces side by side with ten columns in common: there each counts as its distance to its own end."""
+    blender = BLENDERS["feather"]((0, 0, 70, 101))
+    for left, width, grey in ((0, 50, 0), (40, 30, 200)):
+        piece, whole = np.full((101, width, 3), grey, np.int16), np.full((101, width), 255, np.uint8)
+        blender.feed(Piece((left, 0), Pixels(piece, whole)))
+    colours, mask = blender.blend()
+    column = np.arange(40, 50)
+    one, other = 50.0 - column, column - 39.0
+    np.testing.assert_allclose(colours[50, 40:50, 0], 200.0 * other / (one + other), atol=0.51)
+    assert mask.all()
 
 
 @some_blends
@@ -259,25 +280,6 @@ def test_grey_images(tmp_path, cuts, found):
     assert drawn.is_grey
     assert drawn.bands.shape[2] == 2
     assert (np.ptp(drawn.pixels[..., :3].astype(int), axis=-1) <= 1).all()
-
-
-@pytest.mark.slow
-def test_vignettes(H, cuts, found):
-    """Of pictures a third darker at their corners gains of blocks leave less than half of what shows at seams."""
-    y, x = np.mgrid[:HEIGHT, :WIDTH]
-    far = np.hypot((x - WIDTH / 2) / (WIDTH / 2), (y - HEIGHT / 2) / (HEIGHT / 2)) / np.sqrt(2.0)
-    shade = (1.0 - 0.35 * far**2)[..., None]
-    pictures = open_pictures([np.round(shade * one).astype(np.uint8) for one in cuts])
-    spread = {}
-    for exposure in ("gain", "blocks"):
-        drawn = render(found, pictures, exposure=exposure, blend="none")
-        whole = beneath(drawn, H)
-        clear = (drawn.pixels[..., 3] > 0) & (whole.min(axis=-1) > 50)
-        steps = np.log(np.maximum(drawn.pixels[..., :3], 1.0) / np.maximum(whole, 1.0)).mean(axis=-1)
-        # What shows are steps from one picture to the next, within a few pixels.
-        both = clear[:, 4:] & clear[:, :-4]
-        spread[exposure] = np.quantile(np.abs(steps[:, 4:] - steps[:, :-4])[both], 0.99)
-    assert spread["blocks"] < 0.5 * spread["gain"]
 
 
 @pytest.mark.slow

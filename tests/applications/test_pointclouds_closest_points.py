@@ -79,9 +79,8 @@ def test_false_alarms(n):
     assert apart == pytest.approx(np.median(np.sort(distances)[:, 1]), rel=1e-12)
     assert correspondences._spacing(np.repeat(points, 3, axis=0)) == pytest.approx(apart, rel=1e-12)
     near = np.sort(rng.uniform(size=40)) ** 2 * apart
-    alarms = [
-        (39 - n) * math.comb(40, k) * (1 - 2 ** -((near[k - 1] / apart) ** n)) ** (k - n - 1) for k in range(n + 2, 41)
-    ]
+    chances = {k: 1 - 2 ** -((near[k - 1] / apart) ** n) for k in range(n + 2, 41)}
+    alarms = [(39 - n) * math.comb(40, k) * chance ** (k - n - 1) for k, chance in chances.items()]
     assert log_false_alarms(rng.permutation(near), apart, n) == pytest.approx(math.log(min(alarms)), rel=1e-12)
     assert log_false_alarms(near[: n + 1], apart, n) == math.inf
     # In many dimensions volumes are small and great beyond what a float holds.
@@ -90,11 +89,8 @@ def test_false_alarms(n):
     by_chance = []
     for _ in range(300):
         cloud, other = rng.uniform(size=(2, 40, n))
-        by_chance.append(
-            log_false_alarms(
-                np.linalg.norm(cloud[:, None] - other, axis=2).min(axis=0), correspondences._spacing(other), n
-            )
-        )
+        nearest = np.linalg.norm(cloud[:, None] - other, axis=2).min(axis=0)
+        by_chance.append(log_false_alarms(nearest, correspondences._spacing(other), n))
     # Less than a false alarm in a hundred, on average, is to be met in about three of 300.
     assert np.sum(np.array(by_chance) < np.log(0.01)) <= 10
 
