@@ -21,10 +21,15 @@ def relief():
     return np.round(255.0 * shaded[..., :3]).astype(np.uint8)
 
 
+def middles(H, width, height):
+    """Where the map H takes the middles of all pixels, counted from the middle of the first."""
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    return moved(H, np.column_stack([x.ravel(), y.ravel()])) - 0.5
+
+
 def sampled(whole, H, width, height):
     """The pixels of a picture that the map H takes into the pixels of another, by cubic splines."""
-    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    places = moved(H, np.column_stack([x.ravel(), y.ravel()])) - 0.5
+    places = middles(H, width, height)
     bands = [map_coordinates(whole[..., b].astype(float), places.T[::-1], order=3, mode="reflect") for b in range(3)]
     return np.clip(np.round(np.stack(bands, axis=-1)), 0, 255).astype(np.uint8).reshape(height, width, 3)
 
@@ -76,8 +81,7 @@ def aerial(rng, width, height, cut_at):
         H[k, :2, :2] = H[k, :2, :2] @ [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
         middle = np.array([(0.56 + 0.56 * (k % 3)) * width, (0.58 + 0.54 * (k // 3)) * height])
         H[k, :2, 2] = middle - H[k, :2, :2] @ [0.5 * width, 0.5 * height]
-        x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-        places = (moved(H[k], np.column_stack([x.ravel(), y.ravel()])) - 0.5).T[::-1]
+        places = middles(H[k], width, height).T[::-1]
         still = map_coordinates(ground, places, order=1, mode="reflect").reshape(height, width)
         wooded = map_coordinates(woods.astype(np.float32), places, order=1, mode="reflect").reshape(height, width)
         leaves = spectrum(rng, width, height, 0.5 * cut_at, 2.0 * cut_at)
@@ -136,7 +140,6 @@ def turned(x, y, angle):
 
 def grey_cut(whole, H, width=420, height=320):
     """The picture of a grey one that a map takes into its pixels."""
-    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    there = moved(H, np.column_stack([x.ravel(), y.ravel()])) - 0.5
+    there = middles(H, width, height)
     pixels = map_coordinates(whole.astype(float), there.T[::-1], order=3, mode="nearest")
     return np.clip(np.round(pixels), 0, 255).astype(np.uint8).reshape(height, width)

@@ -31,6 +31,9 @@ def homographies(rng, spread=0.06, count=6, tilt=2e-4):
     return H
 
 
+MAKERS = {"affine": affine_maps, "homography": homographies}
+
+
 def common_points(H, sizes=SIZES, rng=None, noise=0.0, pairs=None, grid=9):
     """Correspondences of images whose maps into one plane are known, with normal noise in pixels."""
     columns = [[], [], [], []]
@@ -41,10 +44,9 @@ def common_points(H, sizes=SIZES, rng=None, noise=0.0, pairs=None, grid=9):
         inside = ((xj > 0) & (xj < sizes[j])).all(axis=1)
         if inside.sum() < 8:
             continue
-        for column, values in zip(
-            columns, (np.full(inside.sum(), i), np.full(inside.sum(), j), xi[inside], xj[inside]), strict=True
-        ):
-            column.append(values)
+        values = np.full(inside.sum(), i), np.full(inside.sum(), j), xi[inside], xj[inside]
+        for column, one in zip(columns, values, strict=True):
+            column.append(one)
     i, j, xi, xj = (np.concatenate(column) for column in columns)
     if noise:
         xi, xj = xi + noise * rng.normal(size=xi.shape), xj + noise * rng.normal(size=xj.shape)

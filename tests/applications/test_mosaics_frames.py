@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved
+from mosaic_sets import MAKERS, SIZES, affine_maps, common_points, homographies, moved
 from refusals import refuses
 from scipy.optimize import minimize
 
@@ -13,7 +13,6 @@ from projdist.applications.mosaics import mosaic, mosaics_of_groups
 from projdist.applications.mosaics.registration import ImageRegistration, common_frames
 
 EQUAL = np.full(6, 1.0 / 6.0)
-MAKERS = {"affine": affine_maps, "homography": homographies}
 MODELS = pytest.mark.parametrize("model", MAKERS)
 
 

@@ -6,7 +6,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved, write_csv
+from mosaic_sets import MAKERS, SIZES, affine_maps, common_points, homographies, moved, write_csv
 from refusals import refuses
 from scipy.optimize import least_squares
 from tables import each
@@ -19,7 +19,6 @@ from projdist.applications.mosaics import (
     register,
 )
 
-MAKERS = {"affine": affine_maps, "homography": homographies}
 MODELS = pytest.mark.parametrize("model", MAKERS)
 
 
@@ -322,7 +321,7 @@ def test_the_table_is_checked(tmp_path, text, message):
     refuses(message, read_correspondences, path)
 
 
-@pytest.mark.parametrize(("number", "ends"), [(9_999_999, "0 to 9999999"), (-1, "-1 to 1"), (3, "0 to 3")])
+@each(("number", "ends"), [(9_999_999, "0 to 9999999"), (-1, "-1 to 1"), (3, "0 to 3")])
 def test_numbers_of_images_without_a_gap(number, ends, tmp_path):
     """One size for all images tells not how many there are: a wrong number must not make millions of them."""
     path = tmp_path / "points.csv"

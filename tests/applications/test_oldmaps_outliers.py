@@ -8,6 +8,7 @@ from gis_files import some_slow
 from old_map_points import ROUNDING, grid, sheets, smooth
 from refusals import refuses
 from scipy import stats
+from tables import each
 
 from projdist.applications.oldmaps import ControlPoints, fits, old_map
 
@@ -59,7 +60,7 @@ def test_neighbours_of_a_wrong_point():
         assert (named[number], named[number + 40]) == (True, False)
 
 
-@pytest.mark.parametrize("order", [2, 3])
+@each("order", [2, 3])
 def test_points_left_out_one_by_one(order):
     """Residuals and their variances are those of splines solved anew, as linear systems, without the points."""
     # The system is that of the kernel r^2 ln r, or -r^4 ln r, and polynomials (Wahba 1990, equation 2.4.23); a residual
@@ -108,29 +109,23 @@ def test_the_fit_is_without_outliers():
     refuses(r"Invalid outliers 'none'. It must be one of drop, keep", old_map, points, outliers="none")
 
 
-def test_outliers_are_told_in_order():
-    """The farthest comes first."""
+def test_outliers():
+    """The farthest is told first; rounding makes no outlier, and points that determine just the model tell of none."""
     (points,) = sheets("affine", 60, 5.0, range(1))
     new = points.new.copy()
-    new[17] += [900.0, 0.0]
-    new[4] += [0.0, -600.0]
+    new[[17, 4]] += [[900.0, 0.0], [0.0, -600.0]]
     names = tuple(f"P{k}" for k in range(60))
     assert old_map(ControlPoints(points.old, new, names), model="affine").outliers == ("P17", "P4")
+    points = ControlPoints(grid(4), grid(4) @ [[900.0, 100.0], [-30.0, 950.0]])
+    assert old_map(points, model="affine").outliers == ()
+    three = old_map(ControlPoints(points.old[[0, 1, 5]], points.new[[0, 1, 5]]), model="affine")
+    assert three.outliers == ()
+    assert three.to_dict()["residual_left_out"] is None
 
 
 def test_the_chance_of_a_residual():
     """The square of a residual in the plane over its variance has the distribution F(2, 2 m)."""
     for freedom in (1, 7, 200):
         one = fits._Residuals(np.array([0.3, 5.0, 40.0]), np.ones(3), freedom)
-        np.testing.assert_allclose(
-            fits._log_probability([one], 0.0), stats.f.logsf(one.square, 2, 2 * freedom), rtol=1e-9
-        )
-
-
-def test_exact_points_have_no_outliers():
-    """Rounding makes no outlier; and points that determine just the model tell of none."""
-    points = ControlPoints(grid(4), grid(4) @ [[900.0, 100.0], [-30.0, 950.0]])
-    assert old_map(points, model="affine").outliers == ()
-    three = old_map(ControlPoints(points.old[[0, 1, 5]], points.new[[0, 1, 5]]), model="affine")
-    assert three.outliers == ()
-    assert three.to_dict()["residual_left_out"] is None
+        truth = stats.f.logsf(one.square, 2, 2 * freedom)
+        np.testing.assert_allclose(fits._log_probability([one], 0.0), truth, rtol=1e-9)

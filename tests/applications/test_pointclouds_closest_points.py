@@ -8,12 +8,13 @@ import scipy.linalg
 from cloud_sets import EXACT, moved
 from refusals import refuses
 from scipy.spatial.transform import Rotation
+from tables import each
 
 from projdist.applications.pointclouds import correspondences, register
 from projdist.applications.pointclouds.correspondences import log_false_alarms
 
 
-@pytest.mark.parametrize("n", [2, 3, 5])
+@each("n", [2, 3, 5])
 def test_icp(n):
     """Clouds in no order, misplaced by a tenth of their size, come to the maps that made them, in any order."""
     rng = np.random.default_rng(n)
@@ -69,7 +70,7 @@ def test_icp_where_half_of_the_points_are_nearly_exact(n, missing, fine, pairs):
     assert hits == pairs
 
 
-@pytest.mark.parametrize("n", [1, 2, 3])
+@each("n", [1, 2, 3])
 def test_false_alarms(n):
     """They are those of the definition, counted in whole numbers, and at random there are hardly any."""
     rng = np.random.default_rng(n)

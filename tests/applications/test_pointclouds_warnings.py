@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from cloud_sets import EXACT, made, moved
 from refusals import refuses
+from tables import each
 
 from projdist.applications.pointclouds import affine_fit, register
 from projdist.applications.pointclouds.affine import consensus
@@ -134,7 +135,7 @@ def test_right_partners_are_seldom_named(count, size, n, noise):
     assert named <= 21
 
 
-@pytest.mark.parametrize("count", [2, 3])
+@each("count", [2, 3])
 def test_wrong_partners_are_named_and_left_out(count):
     """Exchanged rows are named, and no others; the robust fit is that without them."""
     rng = np.random.default_rng(3)
