@@ -114,11 +114,19 @@ def test_csv(file, text, columns, ids):
     assert cloud.ids == ids
 
 
-def test_rows_of_csv(file):
+def test_rows_of_points(file):
     """There may be any number of coordinates; a row of empty cells is a missing point, one may end before its id."""
     cloud = file("a.csv", "1,2,3,4,5\n,,,,\n")
     np.testing.assert_array_equal(cloud.points, [[1, 2, 3, 4, 5], [np.nan] * 5])
     assert file("a.csv", "x,y,id\n1,2,a\n3,4\n").ids == ("a", "")
+    # They are missing, which is told with their number.
+    with pytest.warns(Notice, match=r"^2 point\(s\) of '.*' lack a coordinate and are taken as missing: 2, 4\.$"):
+        cloud = file("a.csv", "x,y,z\n1,2,3\n6,,8\n,,\n1,2,\n")
+    np.testing.assert_array_equal(cloud.points, [[1, 2, 3], *[[np.nan] * 3] * 3])
+    nan = [[0.0, 1.0, 2.0], [3.0, np.nan, 4.0], [5.0, 6.0, 7.0]]
+    with pytest.warns(Notice, match=r"^1 point\(s\) .*: 2\.$"):
+        cloud = file("a.ply", ply("binary_little_endian", points=np.array(nan)))
+    np.testing.assert_array_equal(cloud.points, [nan[0], [np.nan] * 3, nan[2]])
 
 
 def test_weights(tmp_path):
@@ -137,18 +145,7 @@ def test_weights(tmp_path):
         assert (found.weights, found.columns) == (None, columns)
 
 
-def test_points_that_lack_a_coordinate(file):
-    """They are missing, which is told with their number."""
-    with pytest.warns(Notice, match=r"^2 point\(s\) of '.*' lack a coordinate and are taken as missing: 2, 4\.$"):
-        cloud = file("a.csv", "x,y,z\n1,2,3\n6,,8\n,,\n1,2,\n")
-    np.testing.assert_array_equal(cloud.points, [[1, 2, 3], *[[np.nan] * 3] * 3])
-    nan = [[0.0, 1.0, 2.0], [3.0, np.nan, 4.0], [5.0, 6.0, 7.0]]
-    with pytest.warns(Notice, match=r"^1 point\(s\) .*: 2\.$"):
-        cloud = file("a.ply", ply("binary_little_endian", points=np.array(nan)))
-    np.testing.assert_array_equal(cloud.points, [nan[0], [np.nan] * 3, nan[2]])
-
-
-def test_csv_is_written(file, tmp_path):
+def test_files_are_written(file, tmp_path):
     """Moved points stand in the place of the old ones, in full precision; missing ones and other columns stay."""
     refuses(r"^Invalid cloud '.*a\.csv'\. The file cannot be read: No such file", read_cloud, tmp_path / "a.csv")
     cloud = file("a.csv", "id,x,text,y,z\n1,0.1,b,-2,3e5\n2,,c,,\n3,7.25,d,8,9\n")
@@ -158,10 +155,7 @@ def test_csv_is_written(file, tmp_path):
         cloud.write(tmp_path / "b.csv", A, SHIFT)
     cloud.write(tmp_path / "b.csv", A, SHIFT + 1, overwrite=True)
     assert "6.0,b,3.1" in (tmp_path / "b.csv").read_text()
-
-
-def test_missing_points_without_a_header_stay_missing(file, tmp_path):
-    """They are nan: without anything the cells behind them would take their place, or the row be a header."""
+    # They are nan: without anything the cells behind them would take their place, or the row be a header.
     for name, text, written in (
         ("a.csv", ",\n4,5\n7,8\n", "nan,nan\n-9.0,6.0\n-15.0,9.0\n"),
         ("a.xyz", "nan nan nan 1\n4 5 6 2\n", "nan nan nan 1\n-9.0 6.0 6.0 2\n"),
@@ -170,6 +164,12 @@ def test_missing_points_without_a_header_stay_missing(file, tmp_path):
         n = cloud.points.shape[1]
         cloud.write(tmp_path / f"new-{name}", A[:n, :n], SHIFT[:n])
         assert (tmp_path / f"new-{name}").read_text() == written
+    # XYZ has three coordinates in each line, whatever follows them.
+    cloud = file("a.xyz", "# scan\n0.1 -2  3e5 255 0\n\n4 5.5 6 0 0\n7.25\t8 9 0 1\n")
+    np.testing.assert_array_equal(cloud.points, POINTS)
+    cloud.write(tmp_path / "b.xyz", A, SHIFT)
+    written = "# scan\n5.0 2.1 150003.0 255 0\n-10.0 6.0 6.0 0 0\n-15.0 9.25 7.5 0 1\n"
+    assert (tmp_path / "b.xyz").read_text() == written
 
 
 def test_normals(file, tmp_path):
@@ -180,15 +180,6 @@ def test_normals(file, tmp_path):
     np.testing.assert_allclose(normals, [np.array(TURNED) / np.linalg.norm(TURNED), [0, 0, 0]], rtol=1e-15)
     along = A @ [-0.8, 0.6, 5.0]
     assert normals[0] @ along == pytest.approx(0.0, abs=1e-15)
-
-
-def test_xyz(file, tmp_path):
-    """XYZ has three coordinates in each line, whatever follows them."""
-    cloud = file("a.xyz", "# scan\n0.1 -2  3e5 255 0\n\n4 5.5 6 0 0\n7.25\t8 9 0 1\n")
-    np.testing.assert_array_equal(cloud.points, POINTS)
-    cloud.write(tmp_path / "b.xyz", A, SHIFT)
-    written = "# scan\n5.0 2.1 150003.0 255 0\n-10.0 6.0 6.0 0 0\n-15.0 9.25 7.5 0 1\n"
-    assert (tmp_path / "b.xyz").read_text() == written
 
 
 @pytest.mark.parametrize("order", ORDERS)

@@ -127,6 +127,10 @@ def test_coordinates_of_a_crs(read):
     found = read("0,0,6500000,1900000\n10,0,6500100,1900000\n0,10,6500000,1900100\n", crs="EPSG:2230")
     np.testing.assert_allclose(found.new[1] / FOOT, [6500100, 1900000], rtol=1e-12)
     refuses(r"Its lat is .480", read, "0,0,7,47\n10,0,8,47\n0,10,7,48\n10,10,8,480\n", crs="EPSG:32632")
+    # It is that of the points.
+    words = " ".join(f"-gcp {a} {b} {c} {d}" for a, b, c, d in FEET)
+    found = read(f'gdal_translate -a_srs "EPSG:2230" {words} in.tif out.tif\n')
+    np.testing.assert_allclose(found.new[1] / FOOT, [6500100, 1900000], rtol=1e-12)
 
 
 def stating(crs, rows=FEET):
@@ -197,10 +201,3 @@ def test_points_of_gdal(text, read):
     points = read(text)
     np.testing.assert_array_equal(np.hstack([points.old, points.new]), ROWS)
     assert points.crs is None
-
-
-def test_the_crs_of_a_command_of_gdal(read):
-    """It is that of the points."""
-    words = " ".join(f"-gcp {a} {b} {c} {d}" for a, b, c, d in FEET)
-    found = read(f'gdal_translate -a_srs "EPSG:2230" {words} in.tif out.tif\n')
-    np.testing.assert_allclose(found.new[1] / FOOT, [6500100, 1900000], rtol=1e-12)

@@ -290,7 +290,7 @@ def test_unreadable(tmp_path):
     refuses(r"Invalid image '.*bomb\.png'\. It cannot be read: 10001 x 10000 pixels are more", open_pictures, [bomb])
 
 
-def test_names(tmp_path):
+def test_names_and_points_of_files(tmp_path):
     """Images are called by their files, and by their paths where that is not enough."""
     pictures = [np.zeros((5, 5), np.uint8)] * 2
     first = save(tmp_path, pictures)
@@ -298,10 +298,7 @@ def test_names(tmp_path):
     second = save(tmp_path / "b", pictures)
     assert [one.name for one in open_pictures(first)] == ["sheet0.png", "sheet1.png"]
     assert [one.name for one in open_pictures([first[0], second[0]])] == [str(first[0]), str(second[0])]
-
-
-def test_points_of_reduced_images(tmp_path):
-    """Points that were measured in reduced images are those of the images at hand."""
+    # Points that were measured in reduced images are those of the images at hand.
     pictures = open_pictures([np.zeros((60, 90), np.uint8)] * 2)
     half = Correspondences(i=[0], j=[1], xi=[[10.0, 20.0]], xj=[[30.0, 15.0]], sizes=[[45.0, 30.0]] * 2)
     found = correspondences_of(pictures, write_csv(tmp_path / "half.csv", half))

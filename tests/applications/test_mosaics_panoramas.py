@@ -111,13 +111,21 @@ def test_homographies_that_are_no_rotations():
     assert found.notes[0].endswith("the camera also moved, or its lens bends lines.")
 
 
-def test_turns():
+def test_turns_and_a_camera_there_and_back():
     """Rodrigues' formula is the exponential, at small angles and large ones."""
     rng = np.random.default_rng(7)
     w = rng.normal(size=(50, 3)) * np.geomspace(1e-12, 3.0, 50)[:, None]
     np.testing.assert_allclose(turns(w), Rotation.from_rotvec(w).as_matrix(), atol=1e-15)
     np.testing.assert_array_equal(turns(np.zeros(3)), np.eye(3))
     np.testing.assert_allclose(turns(w[-1]), turned_by(w[-1]), atol=1e-14)
+    # Pixels go out and come back; what is behind has none.
+    view = Camera(turned_by([0.3, -0.2, 0.9]), 300.0, (640.0, 480.0))
+    x = np.random.default_rng(8).uniform(size=(40, 2)) * [640.0, 480.0]
+    np.testing.assert_allclose(view.pixels(view.directions(x)), x, atol=1e-9)
+    assert view.sees(view.directions(x)).all()
+    assert np.isnan(view.pixels(-view.directions(x))).all()
+    middle = directions(view.rotation, 300.0, 640, 480)
+    np.testing.assert_allclose(view.directions(np.array([[0.5, 0.5]]))[0], middle[0, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["150 degrees", "a full turn"])
@@ -133,17 +141,6 @@ def test_the_horizon_is_level(name):
     np.testing.assert_allclose(np.diff(turn), np.diff(SETS[name][0]), atol=1e-8)
     if name == "150 degrees":
         assert np.mean(turn) == pytest.approx(0.0, abs=1e-8)
-
-
-def test_a_camera_there_and_back():
-    """Pixels go out and come back; what is behind has none."""
-    view = Camera(turned_by([0.3, -0.2, 0.9]), 300.0, (640.0, 480.0))
-    x = np.random.default_rng(8).uniform(size=(40, 2)) * [640.0, 480.0]
-    np.testing.assert_allclose(view.pixels(view.directions(x)), x, atol=1e-9)
-    assert view.sees(view.directions(x)).all()
-    assert np.isnan(view.pixels(-view.directions(x))).all()
-    middle = directions(view.rotation, 300.0, 640, 480)
-    np.testing.assert_allclose(view.directions(np.array([[0.5, 0.5]]))[0], middle[0, 0], atol=1e-12)
 
 
 # Decibels against what the sphere has, of panoramas whose cameras are known exactly: two interpolations of a texture

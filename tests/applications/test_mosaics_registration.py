@@ -132,7 +132,7 @@ def test_wrong_points_do_not_count(model, share):
     np.testing.assert_array_equal(register(points, model=model, tolerance=0.5).matrices, found.matrices)
 
 
-def test_one_wrong_point():
+def test_what_does_not_count():
     """A point of twenty that is off by ten pixels does not count, and the maps are exact."""
     H = affine_maps(np.random.default_rng(9), count=2)
     points = common_points(H, SIZES[:2])
@@ -140,10 +140,7 @@ def test_one_wrong_point():
     found = register(points)
     np.testing.assert_allclose(relative(found.matrices), relative(H), rtol=1e-10, atol=1e-12)
     assert found.matches[0].agree == len(points.i) - 1
-
-
-def test_points_on_a_line_give_no_map():
-    """A pair whose points lie on a line is refused with that reason, and the images that it alone connects are left."""
+    # A pair whose points lie on a line is refused with that reason, and the images that it alone connects are left.
     H = np.tile(np.eye(3), (3, 1, 1))
     H[:, 0, 2] = [0.0, 150.0, 300.0]
     good = common_points(H, SIZES[:3], pairs=[(0, 1)])
@@ -153,6 +150,14 @@ def test_points_on_a_line_give_no_map():
     found = register(Correspondences(i=i, j=j, xi=xi, xj=xj, sizes=SIZES[:3]))
     assert (found.images, found.left_out) == ([0, 1], [2])
     assert found.matches[1].reason == "the points lie on a line"
+    # The largest group is registered; other groups and single images are reported, none silently.
+    H = np.tile(np.eye(3), (7, 1, 1))
+    H[:, 0, 2] = [0.0, 0.0, 150.0, 1000.0, 1150.0, 1300.0, 9000.0]
+    found = register(common_points(H, np.array([[300.0, 200.0]] * 7)))
+    assert found.components == [[0, 1, 2], [3, 4, 5]]
+    assert found.images == [0, 1, 2]
+    assert found.left_out == [3, 4, 5, 6]
+    np.testing.assert_allclose(relative(found.matrices)[:, :2, 2], [[0, 0], [0, 0], [150, 0]], atol=1e-9)
 
 
 def two_images(xi, xj, tolerance=4.0, model="affine"):
@@ -239,17 +244,6 @@ def test_torrs_criterion():
     for model, size in (("affine", 6), ("homography", 8)):
         gric = np.minimum(squares[model] / 4.0 / noise, 4.0).sum() + 2 * count * np.log(4) + size * np.log(4 * count)
         assert found.models[model].gric == pytest.approx(gric, rel=1e-6)
-
-
-def test_components():
-    """The largest group is registered; other groups and single images are reported, none silently."""
-    H = np.tile(np.eye(3), (7, 1, 1))
-    H[:, 0, 2] = [0.0, 0.0, 150.0, 1000.0, 1150.0, 1300.0, 9000.0]
-    found = register(common_points(H, np.array([[300.0, 200.0]] * 7)))
-    assert found.components == [[0, 1, 2], [3, 4, 5]]
-    assert found.images == [0, 1, 2]
-    assert found.left_out == [3, 4, 5, 6]
-    np.testing.assert_allclose(relative(found.matrices)[:, :2, 2], [[0, 0], [0, 0], [150, 0]], atol=1e-9)
 
 
 def test_nothing_matches():

@@ -96,17 +96,14 @@ def test_false_alarms(n):
     assert np.sum(np.array(by_chance) < np.log(0.01)) <= 10
 
 
-def test_icp_of_what_is_flat():
+def test_what_has_no_partners():
     """A flat cloud is left out with its reason; where all are flat there is nothing to register."""
     rng = np.random.default_rng(2)
     z = rng.normal(size=(30, 3))
     found = register([z, z[::-1], z * [1, 1, 0]], correspond="icp")
     assert [one.name for one in found.left_out] == ["2"]
     refuses(r"^Invalid clouds\. Fewer than two share points enough; ", register, [z * [1, 1, 0]] * 2, correspond="icp")
-
-
-def test_partners_are_mutual_and_near():
-    """Of two points that are near one of the other cloud the nearer has it, and what is far off has nobody."""
+    # Of two points that are near one of the other cloud the nearer has it, and what is far off has nobody.
     cloud = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [500.0, 0.0]])
     template = np.array([[0.1, 0.0], [0.3, 0.0], [10.2, 0.0], [20.1, 0.0], [90.0, 0.0]])
     assert correspondences._partners(cloud, template).tolist() == [0, -1, 1, 2, -1]

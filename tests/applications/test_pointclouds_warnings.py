@@ -42,7 +42,7 @@ def test_mirror_images():
     assert register(clouds).warnings == []
 
 
-def test_uncertain_and_nearly_singular():
+def test_notes():
     """A cloud whose thickness is noise, and one that is much flatter than the others, are named."""
     rng = np.random.default_rng(8)
     clouds, _ = made(rng, 3, noise=0.05)
@@ -51,10 +51,7 @@ def test_uncertain_and_nearly_singular():
     warnings = register(clouds, names=list("abcde")).warnings
     assert "Nearly singular beside the others: e." in warnings
     assert next(text for text in warnings if text.startswith("Uncertain")).endswith(": b.")
-
-
-def test_no_mean_orientation():
-    """Clouds that face all ways have no mean orientation, and that is said."""
+    # Clouds that face all ways have no mean orientation, and that is said.
     z = np.random.default_rng(9).normal(size=(20, 2))
     t = np.radians([0, 90, 180, 270])
     turns = np.moveaxis(np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]), -1, 0)

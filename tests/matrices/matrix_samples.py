@@ -1,10 +1,14 @@
-"""Random matrices for means, and their cost by the definition."""
+"""Random matrices for means and their cost by the definition, and matrices to be measured."""
+
+import math
 
 import numpy as np
 import scipy.linalg
 import scipy.optimize
 from hypothesis import given
 from hypothesis import strategies as st
+
+from projdist.matrices.measures import MEASURES, get_measure
 
 SEEDS = st.integers(0, 2**32 - 1)
 CASES = given(seed=SEEDS, n=st.sampled_from([2, 3, 5]))
@@ -67,3 +71,29 @@ def graded(n, condition, seed=1):
     """A lower triangular matrix whose rows grow to this condition."""
     rng = np.random.default_rng(seed)
     return np.tril(rng.normal(size=(n, n)), -1) * 0.3 + np.diag(np.geomspace(1.0, condition, n))
+
+
+MATRICES = np.random.default_rng(20240229).normal(size=(500, 2, 2))
+MATRICES = MATRICES[np.linalg.cond(MATRICES) < 100]
+POINTWISE = [name for name, measure in MEASURES.items() if not measure.needs_hessian]
+SECOND_ORDER = [name for name, measure in MEASURES.items() if measure.needs_hessian]
+MIRROR = np.diag([1.0, -1.0])
+
+
+def value(name, J, H=None):
+    return get_measure(name)(J, H)
+
+
+def rotation(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return np.moveaxis(np.array([[c, -s], [s, c]]), (0, 1), (-2, -1))
+
+
+@st.composite
+def jacobians(draw):
+    """Invertible matrices of condition up to 1e4, mirrored ones too."""
+    log_a, log_ratio = draw(st.floats(-5, 5)), draw(st.floats(0, 9))
+    left, right = draw(st.floats(0, 2 * math.pi)), draw(st.floats(0, 2 * math.pi))
+    sign = draw(st.sampled_from([1.0, -1.0]))
+    scales = np.diag([math.exp(log_a), sign * math.exp(log_a - log_ratio)])
+    return rotation(left) @ scales @ rotation(right)

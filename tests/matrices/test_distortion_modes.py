@@ -101,23 +101,19 @@ def test_words(E, words):
     assert modes(scipy.linalg.expm(-steps * E)).words[0] == words
 
 
-def test_nothing_distorted():
-    """Equal matrices have modes without a share, and these are told in order."""
-    pytest.importorskip("pandas")
-    found = modes(np.broadcast_to(np.diag([2.0, 3.0]), (4, 2, 2)))
-    np.testing.assert_array_equal(found.shares, 0.0)
-    assert sorted(found.words) == ["horizontal", "shear", "vertical"]
-    assert len(found.to_frame()) == 3
-    assert found.to_dict()["modes"][0]["share"] == 0.0
-
-
-def test_wrong_input():
-    """What is refused, in a line."""
+def test_nothing_distorted_and_wrong_input():
+    """Equal matrices have modes without a share, and these are told in order; what is refused is so in a line."""
     one = np.eye(2)[None]
     refuses(r"^Invalid shape \(2, 3, 2, 2\) of matrices\. It must be \(N, n, n\)\.", modes, np.ones((2, 3, 2, 2)))
     refuses(r"^Invalid T of shape \(3, 3\)\. It must be an invertible matrix of shape", modes, one, T=np.eye(3))
     match = r"^Invalid shape \(3, 3\) of matrices\. It must be \(\.\.\., 2, 2\)\."
     refuses(match, modes(one).scores, np.eye(3))
+    found = modes(np.broadcast_to(np.diag([2.0, 3.0]), (4, 2, 2)))
+    np.testing.assert_array_equal(found.shares, 0.0)
+    assert sorted(found.words) == ["horizontal", "shear", "vertical"]
+    assert found.to_dict()["modes"][0]["share"] == 0.0
+    pytest.importorskip("pandas")
+    assert len(found.to_frame()) == 3
 
 
 @each(("name", "words", "rms"), [("mercator", "size", 0.5958740917), ("eqc", "horizontal", 0.421346611)])

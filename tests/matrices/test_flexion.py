@@ -5,7 +5,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from measured_matrices import MATRICES, MIRROR, SECOND_ORDER, rotation, value
+from matrix_samples import MATRICES, MIRROR, SECOND_ORDER, rotation, value
 from tables import each
 
 from projdist.matrices.flexion import flexion, skewness

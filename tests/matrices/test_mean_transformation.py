@@ -233,11 +233,23 @@ def test_exact_means_in_any_position(n, condition):
     assert error < min(1e-10, rounding + 2e-16 * condition**0.5)
 
 
-def test_far_apart_matrices():
+def test_far_apart_close_and_many():
     """Conditions of 1e6, as at the end of a pole line, are no obstacle: Karcher's equation holds."""
     rng = np.random.default_rng(5)
     A = random_orthogonal(rng, 40) @ (np.exp(rng.uniform(-7, 7, size=(40, 1, 2))) * random_orthogonal(rng, 40))
     np.testing.assert_allclose(karcher(mdt(A).T, A), 0.0, atol=1e-8)
+    # Of matrices that differ by 1e-9 the mean is theirs, and the cost is their variance, not rounding.
+    for n in (2, 3):
+        V = RNG.normal(size=(10, n, n))
+        V = V + transposed(V)
+        V -= V.mean(axis=0)
+        result = mdt(np.eye(n) + 1e-9 * V)
+        np.testing.assert_allclose(result.T, np.eye(n), atol=1e-15)
+        assert result.cost == pytest.approx(1e-18 * np.mean(np.sum(V * V, axis=(1, 2))), rel=1e-5)
+    # A hundred thousand matrices, as the samples of a globe, take no special care.
+    rng = np.random.default_rng(3)
+    A = np.exp(rng.normal(size=(100_000, 1, 2))) * np.eye(2)
+    np.testing.assert_allclose(mdt(A).T, np.diag(np.exp(np.log(np.einsum("nii->ni", A)).mean(axis=0))), rtol=1e-12)
 
 
 @each("method", EXACT)
@@ -250,17 +262,6 @@ def test_no_spread_makes_it_diverge(n, spread, method):
     assert np.linalg.cond(A).max() > 1e8
     found = mdt(A, w, method=method)
     assert factor_distance(G, found.T) < found.gradient_norm + found.floor < 5 * found.floor < 2e-8
-
-
-def test_close_matrices():
-    """Of matrices that differ by 1e-9 the mean is theirs, and the cost is their variance, not rounding."""
-    for n in (2, 3):
-        V = RNG.normal(size=(10, n, n))
-        V = V + transposed(V)
-        V -= V.mean(axis=0)
-        result = mdt(np.eye(n) + 1e-9 * V)
-        np.testing.assert_allclose(result.T, np.eye(n), atol=1e-15)
-        assert result.cost == pytest.approx(1e-18 * np.mean(np.sum(V * V, axis=(1, 2))), rel=1e-5)
 
 
 @pytest.mark.slow
@@ -414,13 +415,6 @@ def test_many_sets(n):
     A, w, _ = around(np.eye(n), 12, 0.4)
     found = mdt(G[:, None] @ A, w)
     assert (factor_distance(G, found.T) < 1e-15 * (20 + np.linalg.cond(G))).all()
-
-
-def test_many_matrices():
-    """A hundred thousand matrices, as the samples of a globe, take no special care."""
-    rng = np.random.default_rng(3)
-    A = np.exp(rng.normal(size=(100_000, 1, 2))) * np.eye(2)
-    np.testing.assert_allclose(mdt(A).T, np.diag(np.exp(np.log(np.einsum("nii->ni", A)).mean(axis=0))), rtol=1e-12)
 
 
 @pytest.mark.slow

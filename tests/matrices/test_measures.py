@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from measured_matrices import MATRICES, MIRROR, POINTWISE, SECOND_ORDER, jacobians, rotation, value
+from matrix_samples import MATRICES, MIRROR, POINTWISE, SECOND_ORDER, jacobians, rotation, value
 from refusals import refuses
 from tables import each
 
@@ -172,15 +172,6 @@ def test_scales_and_angles(J, azimuth):
     assert b * (1 - 1e-10) - 1e-12 <= scale <= a * (1 + 1e-12)
 
 
-def test_scale_along_the_graticule():
-    """scale@0 is h and scale@90 is k; scale@45 of a shear is that of the north-east."""
-    np.testing.assert_allclose(value("scale@0", MATRICES), value("h", MATRICES), rtol=1e-14)
-    np.testing.assert_allclose(value("scale@-90", MATRICES), value("k", MATRICES), rtol=1e-13)
-    shear = [[1.0, 1.0], [0.0, 1.0]]
-    assert value("scale@45", shear) == pytest.approx(math.sqrt(2.5), rel=1e-14)
-    assert value("scale@-45", shear) == pytest.approx(math.sqrt(0.5), rel=1e-14)
-
-
 @given(J=jacobians())
 def test_largest_scale_error(J):
     """scale_error_ppm is the largest |scale - 1| over the azimuths, in millionths."""
@@ -197,7 +188,7 @@ def test_largest_scale_error(J):
 
 
 def test_closed_forms():
-    """The convergence of turned maps, the orientation of a rotation and a mirror, and Airy's term."""
+    """The convergence of turned maps, the orientation of a rotation and a mirror, Airy's term, and scales."""
     for angle in [-170.0, -90.0, -20.0, 0.0, 1.6786477, 45.0, 179.0]:
         # True north points up and to the left on the sheet, so grid north (up) is to its right: clockwise.
         assert value("convergence", 1.3 * rotation(math.radians(angle))) == pytest.approx(angle, abs=1e-13)
@@ -205,6 +196,12 @@ def test_closed_forms():
     assert value("orientation", MIRROR @ rotation(2.0)) == -1.0
     # Of scales 2 and 1/2 it is sqrt((1 + 1/4) / 2).
     assert value("airy", np.diag([0.5, -2.0])) == pytest.approx(math.sqrt(0.625), rel=1e-15)
+    # scale@0 is h and scale@90 is k; scale@45 of a shear is that of the north-east.
+    np.testing.assert_allclose(value("scale@0", MATRICES), value("h", MATRICES), rtol=1e-14)
+    np.testing.assert_allclose(value("scale@-90", MATRICES), value("k", MATRICES), rtol=1e-13)
+    shear = [[1.0, 1.0], [0.0, 1.0]]
+    assert value("scale@45", shear) == pytest.approx(math.sqrt(2.5), rel=1e-14)
+    assert value("scale@-45", shear) == pytest.approx(math.sqrt(0.5), rel=1e-14)
 
 
 # a, b: near 1, around the change of method at ((a - b) / (a + b))^2 = 0.05 (a / b = 1.576), and far.
@@ -316,12 +313,22 @@ def test_arguments_are_checked():
         refuses(match, get_measure(name), np.eye(2))
 
 
-def test_log_scales():
+def test_log_scales_shear_and_rotation():
     """ln^2 a + ln^2 b and ln(ab) of a diagonal matrix, NaN for a singular one."""
     square, area = log_scales(np.array([np.diag([2.0, 4.0]), np.diag([2.0, 0.0])]))
     assert square[0] == pytest.approx(5 * math.log(2) ** 2)
     assert area[0] == pytest.approx(3 * math.log(2))
     assert np.isnan([square[1], area[1]]).all()
+    # The shear is what the axes' images lack to a right angle, the rotation that of the vertical.
+    x, y = rotation(math.radians(50.0)) @ [0.0, 1.0], rotation(-math.radians(20.0)) @ [0.0, 1.0]
+    for mirror in (1.0, -1.0):
+        parts = decompose(np.column_stack([-mirror * x, 2.0 * y]))
+        assert abs(parts.shear) == pytest.approx(20.0, abs=1e-12)
+        assert parts.rotation == pytest.approx(20.0, abs=1e-12)
+    # Of a turn and a scale no direction is stretched; what is undefined is NaN.
+    parts = decompose(np.stack([2.0 * rotation(-math.radians(33.0)), np.full((2, 2), np.nan)]))
+    np.testing.assert_allclose(parts.stretch, [1.0, np.nan], rtol=1e-15)
+    assert np.isnan(parts.stretch_azimuth).all()
 
 
 @each("azimuth", [0.0, 30.0, 90.0, 135.0, 179.0])
@@ -333,16 +340,3 @@ def test_stretch(azimuth, turned):
     assert parts.scale == pytest.approx(0.3 * np.sqrt(1.5), rel=1e-14)
     assert parts.stretch == pytest.approx(1.5, rel=1e-14)
     assert parts.stretch_azimuth == pytest.approx(azimuth, abs=1e-12)
-
-
-def test_shear_and_rotation():
-    """The shear is what the axes' images lack to a right angle, the rotation that of the vertical."""
-    x, y = rotation(math.radians(50.0)) @ [0.0, 1.0], rotation(-math.radians(20.0)) @ [0.0, 1.0]
-    for mirror in (1.0, -1.0):
-        parts = decompose(np.column_stack([-mirror * x, 2.0 * y]))
-        assert abs(parts.shear) == pytest.approx(20.0, abs=1e-12)
-        assert parts.rotation == pytest.approx(20.0, abs=1e-12)
-    # Of a turn and a scale no direction is stretched; what is undefined is NaN.
-    parts = decompose(np.stack([2.0 * rotation(-math.radians(33.0)), np.full((2, 2), np.nan)]))
-    np.testing.assert_allclose(parts.stretch, [1.0, np.nan], rtol=1e-15)
-    assert np.isnan(parts.stretch_azimuth).all()

@@ -119,7 +119,7 @@ def test_more_than_half_at_one_place(n):
     assert factor_distance(G, median(A[5:], [6, 1, 1, 1, 1, 1]).T) < 1e-13
 
 
-def test_small_sets():
+def test_sets():
     """Of one matrix it is that matrix; what has no weight does not count, and has its distance."""
     A = random_matrices(np.random.default_rng(1), 4, 3)
     alone = median(A[:1])
@@ -128,6 +128,18 @@ def test_small_sets():
     found = median(A, [1, 1, 1, 0])
     np.testing.assert_allclose(found.T, median(A[:3]).T, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(found.distances, fisher_squares(found.T, A), rtol=1e-11)
+    # Sets on leading axes have each its own median and numbers.
+    pytest.importorskip("pandas")
+    rng = np.random.default_rng(4)
+    A, w = random_matrices(rng, 72, 2, 0.5).reshape(2, 3, 12, 2, 2), rng.uniform(size=(2, 3, 12))
+    A[0, 1] = [[2.0, 0.0], [0.0, 1.0]] * np.exp(np.arange(12.0))[:, None, None]
+    w[0, 1] = 1.0
+    found = median(A, w)
+    assert found.unique.tolist() == [[True, False, True], [True, True, True]]
+    assert mdt(A, w).unique.all()
+    for k in np.ndindex(2, 3):
+        np.testing.assert_allclose(found.T[k], median(A[k], w[k]).T, rtol=1e-13)
+    assert len(found.to_frame()) == 6
 
 
 @pytest.mark.slow
@@ -181,21 +193,6 @@ def test_far_apart_near_and_many():
     logs = np.log([2.0, 3.0]) + np.concatenate([V, -V])
     found = median(np.exp(logs)[:, None, :] * np.eye(2))
     np.testing.assert_allclose(found.T, np.diag([2.0, 3.0]), rtol=1e-10, atol=1e-10)
-
-
-def test_sets_of_sets():
-    """Sets on leading axes have each its own median and numbers."""
-    pytest.importorskip("pandas")
-    rng = np.random.default_rng(4)
-    A, w = random_matrices(rng, 72, 2, 0.5).reshape(2, 3, 12, 2, 2), rng.uniform(size=(2, 3, 12))
-    A[0, 1] = [[2.0, 0.0], [0.0, 1.0]] * np.exp(np.arange(12.0))[:, None, None]
-    w[0, 1] = 1.0
-    found = median(A, w)
-    assert found.unique.tolist() == [[True, False, True], [True, True, True]]
-    assert mdt(A, w).unique.all()
-    for k in np.ndindex(2, 3):
-        np.testing.assert_allclose(found.T[k], median(A[k], w[k]).T, rtol=1e-13)
-    assert len(found.to_frame()) == 6
 
 
 @pytest.mark.skipif(not hasattr(np.ndarray, "mT"), reason="pyRiemann needs numpy 2")

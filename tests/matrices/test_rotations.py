@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 import scipy.linalg
-from matrix_samples import CASES
+from matrix_samples import CASES, MIRROR, rotation
 from refusals import refuses
 from scipy.spatial.transform import Rotation
 from tables import each
@@ -14,13 +14,10 @@ from projdist.matrices.mean_transformation import mdt
 from projdist.matrices.rotations import ROTATIONS, Affine, axes_shift, mean_rotation
 from projdist.matrices.spd import lq
 
-MIRROR = np.diag([1.0, -1.0])
-
 
 def turns(degrees):
     """Rotations of the plane."""
-    t = np.radians(degrees)
-    return np.moveaxis(np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]), -1, 0)
+    return rotation(np.radians(degrees))
 
 
 def angle(q):
@@ -93,12 +90,18 @@ def test_the_chordal_mean_is_gauge_invariant(seed, n):
     np.testing.assert_allclose(corrected(axes @ A), corrected(A), atol=1e-12)
 
 
-def test_the_logarithmic_mean_depends_on_the_axes():
+def test_the_logarithmic_mean_of_angles():
     """The source paper's correction, by the LQ factors, changes with the axes."""
     rng = np.random.default_rng(4)
     A, axes = random_matrices(rng, 2), turns([60.0])[0]
     change = np.abs(corrected(axes @ A, method="log") - corrected(A, method="log")).max()
     assert change > 1e-3
+    # Once 90 degrees and twice none: the logarithms' mean is 30, that of the matrices atan(1 / 2).
+    matrices = np.array([[[1.0, 0.0], [0.0, 1.0]], [[0.0, -1.0], [1.0, 0.0]]])
+    for method, angle in (("log", np.pi / 6), ("chordal", np.arctan(0.5))):
+        q = mean_rotation(matrices, [2.0, 1.0], T=np.eye(2), method=method).q
+        # The correction turns back.
+        assert np.arctan2(q[1, 0], q[0, 0]) == pytest.approx(-angle, abs=1e-12)
 
 
 @pytest.mark.slow
@@ -112,7 +115,7 @@ def test_the_logarithmic_mean(seed, n):
     np.testing.assert_allclose(mean_rotation(A, w, method="log").q, scipy.linalg.expm(-mean), atol=1e-11)
 
 
-def test_the_logarithmic_mean_is_none_in_space():
+def test_means_in_space():
     """In space exp of the mean logarithm is degrees off the mean rotation: why it is not the default."""
     rotations = Rotation.from_rotvec(np.random.default_rng(1).normal(scale=1.0, size=(20, 3)))
     off = {}
@@ -121,10 +124,7 @@ def test_the_logarithmic_mean_is_none_in_space():
         off[method] = np.degrees((Rotation.from_matrix(q).inv() * rotations.mean().inv()).magnitude())
     assert off["chordal"] < 1e-10
     assert off["log"] > 1.0
-
-
-def test_chordal_mean_in_space():
-    """In space the chordal mean is scipy's mean of rotations (there by quaternions)."""
+    # In space the chordal mean is scipy's mean of rotations (there by quaternions).
     rng = np.random.default_rng(1)
     rotations, w = Rotation.from_rotvec(rng.normal(scale=0.4, size=(20, 3))), rng.uniform(size=20)
     found = mean_rotation(rotations.as_matrix(), w, T=np.eye(3))
@@ -137,15 +137,21 @@ def test_resultant_length():
     assert none.mean_resultant_length == pytest.approx(0.0, abs=1e-12)
     assert none.note.startswith("There is no meaningful mean orientation: the mean resultant length is ")
     equal = mean_rotation(turns([40.0, 40.0]))
-    pytest.importorskip("pandas")
     np.testing.assert_allclose(json.loads(equal.to_json())["q"], turns([-40.0])[0], atol=1e-12)
-    assert equal.to_frame()["mean_resultant_length"][0] == pytest.approx(1.0)
     assert equal.mean_resultant_length == pytest.approx(1.0, abs=1e-12)
     assert equal.note == ""
     # Directional statistics (Mardia & Jupp 2000, equation 2.2.8): |sum of e^it| / N.
     degrees = np.array([10.0, 50.0, 170.0])
     found = mean_rotation(turns(degrees), T=np.eye(2)).mean_resultant_length
     assert found == pytest.approx(abs(np.mean(np.exp(1j * np.radians(degrees)))), rel=1e-12)
+    # Their mean is -1/3 of the identity, which mirrors: no rotation has more in common with them than 1/9.
+    matrices = np.array([np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0]), np.diag([-1.0, -1.0, 1.0])])
+    found = mean_rotation(matrices)
+    assert found.mean_resultant_length == pytest.approx(1.0 / 9.0, abs=1e-12)
+    assert np.linalg.det(found.q) == pytest.approx(1.0)
+    assert np.mean([np.trace(found.q @ turn) / 3.0 for turn in matrices]) == pytest.approx(1.0 / 9.0, abs=1e-12)
+    pytest.importorskip("pandas")
+    assert equal.to_frame()["mean_resultant_length"][0] == pytest.approx(1.0)
 
 
 @each("method", ROTATIONS)
@@ -201,34 +207,13 @@ def test_leading_axes(method, n):
     np.testing.assert_allclose(found.q[1, 2], mean_rotation(A[1, 2], method=method).q, atol=1e-12)
 
 
-def test_shift():
+def test_shifts():
     """The shift brings the least of each coordinate to zero, for each set of points."""
     points = np.array([[[1.0, 5.0], [3.0, -2.0]], [[0.0, 0.0], [-1.0, 7.0]]])
     np.testing.assert_array_equal(axes_shift(points[0]), [-1.0, 2.0])
     np.testing.assert_array_equal((points + axes_shift(points)[:, None]).min(axis=1), np.zeros((2, 2)))
     refuses(r"^Invalid shape \(0, 2\) of points\. It must be \(\.\.\., M, n\)", axes_shift, np.ones((0, 2)))
     refuses(r"^Invalid point at index 1\. It must be finite\.$", axes_shift, [[0.0, 0.0], [np.nan, 1.0]])
-
-
-def test_mean_of_angles_with_weights():
-    """Once 90 degrees and twice none: the logarithms' mean is 30, that of the matrices atan(1 / 2)."""
-    matrices = np.array([[[1.0, 0.0], [0.0, 1.0]], [[0.0, -1.0], [1.0, 0.0]]])
-    for method, angle in (("log", np.pi / 6), ("chordal", np.arctan(0.5))):
-        q = mean_rotation(matrices, [2.0, 1.0], T=np.eye(2), method=method).q
-        # The correction turns back.
-        assert np.arctan2(q[1, 0], q[0, 0]) == pytest.approx(-angle, abs=1e-12)
-
-
-def test_half_turns_about_three_axes():
-    """Their mean is -1/3 of the identity, which mirrors: no rotation has more in common with them than 1/9."""
-    matrices = np.array([np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0]), np.diag([-1.0, -1.0, 1.0])])
-    found = mean_rotation(matrices)
-    assert found.mean_resultant_length == pytest.approx(1.0 / 9.0, abs=1e-12)
-    assert np.linalg.det(found.q) == pytest.approx(1.0)
-    assert np.mean([np.trace(found.q @ turn) / 3.0 for turn in matrices]) == pytest.approx(1.0 / 9.0, abs=1e-12)
-
-
-def test_affine_maps_shift_after_the_matrix() -> None:
-    """The map of p is matrix p + shift, by hand."""
+    # The map of p is matrix p + shift, by hand.
     there = Affine(np.array([[2.0, 1.0], [0.0, 4.0]]), np.array([1.0, -3.0]))
     np.testing.assert_array_equal(there(np.array([[3.0, 5.0], [0.0, 0.0]])), [[12.0, 17.0], [1.0, -3.0]])
