@@ -257,7 +257,7 @@ def test_no_orientation_is_said():
     assert found.notes[0].startswith("There is no meaningful mean orientation")
 
 
-def test_canvas():
+def test_canvas_and_arguments():
     """The canvas holds all corners; a huge one is reduced to so many pixels, and that is said."""
     points = common_points(affine_maps(np.random.default_rng(10)))
     found = mosaic(points, frame="first")
@@ -270,10 +270,7 @@ def test_canvas():
         assert canvas.scale == scale or canvas.width * canvas.height < 1.05 * most
     assert canvas.note.startswith("The canvas would have ")
     assert found.notes == []
-
-
-def test_arguments_are_checked():
-    """Frames, rotations and weights that cannot be."""
+    # Frames, rotations and weights that cannot be.
     points = common_points(affine_maps(np.random.default_rng(11), count=3), SIZES)
     for frame in ("middle", 6, "6", -1):
         match = rf"^Invalid frame '{frame}'\. It must be mdt, .*, or the number of an image, 0"

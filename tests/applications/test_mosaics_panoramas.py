@@ -195,7 +195,7 @@ def test_the_panorama_is_the_sphere(name, projection, blend, size):
 
 
 @pytest.mark.slow
-def test_directions_between_nodes():
+def test_directions_between_nodes_and_regions():
     """Directions that are interpolated are the map's own to a twentieth of a pixel, NaN where it has none."""
     found = panorama(seen_by(*turned("a full turn")))
     canvas = found.mapped("mollweide").canvas()
@@ -206,6 +206,17 @@ def test_directions_between_nodes():
     assert canvas._lattice[0] > 1
     gap = np.linalg.norm(quick - exact, axis=-1)
     assert np.nanmax(gap) * FOCAL < 0.05
+    # A panorama stands for what it shows: all round the sphere, and of an image the solid angle of a pyramid.
+    found = panorama(seen_by(*turned("all round")))
+    assert projdist.get_region(found).geometry.area == pytest.approx(360.0 * 180.0, rel=1e-9)
+    found = panorama(seen_by(*turned("150 degrees")))
+    one = {"type": "Polygon", "coordinates": found.__geo_interface__["coordinates"][0]}
+    a, b = WIDTH / 2 / FOCAL, HEIGHT / 2 / FOCAL
+    angle = 4.0 * np.arcsin(a * b / np.sqrt((1 + a * a) * (1 + b * b)))
+    outline = shapely.segmentize(projdist.get_region(one).geometry, 0.1)
+    # In longitude and the sine of latitude areas are those of the sphere.
+    plane = shapely.transform(outline, lambda xy: np.column_stack([np.radians(xy[:, 0]), np.sin(np.radians(xy[:, 1]))]))
+    assert plane.area == pytest.approx(angle, rel=2e-4)
 
 
 @pytest.mark.slow
@@ -219,21 +230,6 @@ def test_from_pictures(name, degrees, share):
     assert off_by(found.cameras.rotations, R) < degrees
     assert found.cameras.focals[0] == pytest.approx(f, rel=share)
     assert found.notes == []
-
-
-@pytest.mark.slow
-def test_it_is_a_region():
-    """A panorama stands for what it shows: all round the sphere, and of an image the solid angle of a pyramid."""
-    found = panorama(seen_by(*turned("all round")))
-    assert projdist.get_region(found).geometry.area == pytest.approx(360.0 * 180.0, rel=1e-9)
-    found = panorama(seen_by(*turned("150 degrees")))
-    one = {"type": "Polygon", "coordinates": found.__geo_interface__["coordinates"][0]}
-    a, b = WIDTH / 2 / FOCAL, HEIGHT / 2 / FOCAL
-    angle = 4.0 * np.arcsin(a * b / np.sqrt((1 + a * a) * (1 + b * b)))
-    outline = shapely.segmentize(projdist.get_region(one).geometry, 0.1)
-    # In longitude and the sine of latitude areas are those of the sphere.
-    plane = shapely.transform(outline, lambda xy: np.column_stack([np.radians(xy[:, 0]), np.sin(np.radians(xy[:, 1]))]))
-    assert plane.area == pytest.approx(angle, rel=2e-4)
 
 
 @pytest.mark.slow

@@ -246,16 +246,6 @@ def test_torrs_criterion():
         assert found.models[model].gric == pytest.approx(gric, rel=1e-6)
 
 
-def test_nothing_matches():
-    """Random points connect nothing, and the message says how many agree."""
-    x = np.random.default_rng(6).uniform(size=(2, 60, 2)) * [300.0, 200.0]
-    points = Correspondences(i=np.zeros(60), j=np.ones(60), xi=x[0], xj=x[1], sizes=SIZES[:2])
-    match = r"^Invalid correspondences\. No two images match: 0 and 1, \d+ of 60 points agr"
-    refuses(match, register, points, tolerance=1.0)
-    few = Correspondences(i=[0, 0], j=[1, 1], xi=x[0, :2], xj=x[0, :2], sizes=SIZES[:2])
-    refuses(r"0 and 1, 2 points; it takes 3\.$", register, few)
-
-
 @MODELS
 def test_mirrored_images_are_named(model):
     """Images that mirror the others are refused by name, whichever is the first."""
@@ -350,3 +340,10 @@ def test_arguments_are_checked(tmp_path):
     ):
         refuses(match, dataclasses.replace, points, **wrong)
     refuses(r"^Invalid tolerance 0\. It must be a number of pixels above 0\.$", register, points, tolerance=0)
+    # Random points connect nothing, and the message says how many agree.
+    x = np.random.default_rng(6).uniform(size=(2, 60, 2)) * [300.0, 200.0]
+    points = Correspondences(i=np.zeros(60), j=np.ones(60), xi=x[0], xj=x[1], sizes=SIZES[:2])
+    match = r"^Invalid correspondences\. No two images match: 0 and 1, \d+ of 60 points agr"
+    refuses(match, register, points, tolerance=1.0)
+    few = Correspondences(i=[0, 0], j=[1, 1], xi=x[0, :2], xj=x[0, :2], sizes=SIZES[:2])
+    refuses(r"0 and 1, 2 points; it takes 3\.$", register, few)

@@ -147,7 +147,7 @@ def test_vignettes(H, cuts, found):
 
 
 @pytest.mark.slow
-def test_small_canvas(H, pictures, found):
+def test_small_canvas_and_crop(H, pictures, found):
     """A canvas that would be too large is reduced without aliasing, and that is said."""
     capped = mosaic(found.points, most_pixels=2e4)
     drawn = render(capped, pictures)
@@ -160,11 +160,7 @@ def test_small_canvas(H, pictures, found):
     gap = (drawn.pixels[..., :3] - means)[drawn.pixels[..., 3] > 0]
     assert 10.0 * np.log10(255.0**2 / np.mean(gap**2)) > 30.0
     assert render(found, pictures, most_pixels=2e4).canvas.width == drawn.canvas.width
-
-
-@pytest.mark.slow
-def test_crop(H, pictures, found):
-    """A cropped mosaic has no gaps and is in its place."""
+    # A cropped mosaic has no gaps and is in its place.
     drawn = render(found, pictures, crop=True)
     assert (drawn.pixels[..., 3] == 255).all()
     assert drawn.pixels.shape[:2] == (drawn.canvas.height, drawn.canvas.width)

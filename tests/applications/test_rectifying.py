@@ -153,7 +153,7 @@ def test_the_mean_of_conformal_maps():
 
 
 @pytest.mark.slow
-def test_units_and_axes_do_not_count():
+def test_common_ground():
     """A mirrored, stretched and turned copy of a sheet has the same field: the mean is the sheet's own."""
     plain, other = conformal(0.4), conformal(0.4, change=((30.0, -80.0), (-50.0, -20.0)))
     ground = common_ground([plain, other])
@@ -161,11 +161,7 @@ def test_units_and_axes_do_not_count():
     np.testing.assert_allclose(distortion[0], distortion[1], rtol=1e-6)
     mean = mean_plane_map(ground.x, ground.y, ground.jacobians, area=ground.area, degree=5)
     assert mean.total < 1e-4
-
-
-@pytest.mark.slow
-def test_common_ground():
-    """It is where the hulls overlap, in truth."""
+    # It is where the hulls overlap, in truth.
     ground = common_ground([conformal(0.4), conformal(0.3j, ground=(0.6, 1.8))])
     assert (ground.x.min() > 600.0, ground.x.max() < 1000.0) == (True, True)
     assert ground.jacobians.shape == (2, ground.x.size, 2, 2)

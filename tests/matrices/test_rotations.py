@@ -50,7 +50,7 @@ def test_mean_angle(method):
 
 @pytest.mark.slow
 @CASES
-def test_it_is_a_rotation_that_costs_nothing(seed, n):
+def test_it_is_a_rotation_that_leaves_no_mean_orientation(seed, n):
     """q is orthogonal of determinant 1, stands outside, and leaves each Dist_F as it is."""
     rng = np.random.default_rng(seed)
     A, w = random_matrices(rng, n), rng.uniform(size=8)
@@ -61,20 +61,17 @@ def test_it_is_a_rotation_that_costs_nothing(seed, n):
         assert np.linalg.det(q) == pytest.approx(1.0, rel=1e-13)
         scales = np.linalg.svd(corrected(A, w, method=method), compute_uv=False)
         np.testing.assert_allclose(np.sum(np.log(scales) ** 2, axis=-1), found.distances, rtol=1e-9, atol=1e-12)
-
-
-@pytest.mark.slow
-@CASES
-def test_no_mean_orientation_is_left(seed, n):
-    """The polar factors of q T^-1 A_i have the chordal mean 1, the nearest rotation to their arithmetic mean."""
-    rng = np.random.default_rng(seed)
-    A, w = random_matrices(rng, n), rng.uniform(size=8)
+    # The polar factors of q T^-1 A_i have the chordal mean 1, the nearest rotation to their arithmetic mean.
     again = mean_rotation(corrected(A, w), w, T=np.eye(n))
     np.testing.assert_allclose(again.q, np.eye(n), atol=1e-13)
     polar = [scipy.linalg.polar(B)[0] for B in corrected(A, w)]
     mean = np.average(polar, axis=0, weights=w)
     np.testing.assert_allclose(mean, mean.T, atol=1e-13)
     assert again.mean_resultant_length == pytest.approx(np.trace(mean) / n, rel=1e-12)
+    # It is exp of minus the mean of ln q_i, the LQ factors of T^-1 A_i, here by scipy's logm and expm.
+    Q = lq(np.linalg.solve(mdt(A, w).T, A))[1]
+    mean = np.average([scipy.linalg.logm(q).real for q in Q], axis=0, weights=w)
+    np.testing.assert_allclose(mean_rotation(A, w, method="log").q, scipy.linalg.expm(-mean), atol=1e-11)
 
 
 @pytest.mark.slow
@@ -102,17 +99,6 @@ def test_the_logarithmic_mean_of_angles():
         q = mean_rotation(matrices, [2.0, 1.0], T=np.eye(2), method=method).q
         # The correction turns back.
         assert np.arctan2(q[1, 0], q[0, 0]) == pytest.approx(-angle, abs=1e-12)
-
-
-@pytest.mark.slow
-@CASES
-def test_the_logarithmic_mean(seed, n):
-    """It is exp of minus the mean of ln q_i, the LQ factors of T^-1 A_i, here by scipy's logm and expm."""
-    rng = np.random.default_rng(seed)
-    A, w = random_matrices(rng, n), rng.uniform(size=8)
-    Q = lq(np.linalg.solve(mdt(A, w).T, A))[1]
-    mean = np.average([scipy.linalg.logm(q).real for q in Q], axis=0, weights=w)
-    np.testing.assert_allclose(mean_rotation(A, w, method="log").q, scipy.linalg.expm(-mean), atol=1e-11)
 
 
 def test_means_in_space():

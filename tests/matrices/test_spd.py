@@ -39,21 +39,17 @@ def distance(P, Q):
 
 
 @CASES
-def test_lq_is_the_unique_factorisation(seed, n):
+def test_lq_and_the_cholesky_map(seed, n):
     """A = L Q, L lower triangular with a positive diagonal, Q orthogonal; L is the Cholesky factor of A A^T."""
-    A = random_matrices(np.random.default_rng(seed), 6, n)
+    rng = np.random.default_rng(seed)
+    A = random_matrices(rng, 6, n)
     L, Q = spd.lq(A)
     np.testing.assert_allclose(L @ Q, A, rtol=1e-13, atol=1e-13)
     np.testing.assert_array_equal(L, np.tril(L))
     assert (np.einsum("ikk->ik", L) > 0).all()
     np.testing.assert_allclose(Q @ np.swapaxes(Q, 1, 2), np.broadcast_to(np.eye(n), Q.shape), atol=1e-14)
     np.testing.assert_allclose(L, np.linalg.cholesky(A @ np.swapaxes(A, 1, 2)), rtol=1e-9, atol=1e-11)
-
-
-@CASES
-def test_the_cholesky_map_has_an_inverse(seed, n):
-    """`to_lower` and `from_lower` undo each other, both ways."""
-    rng = np.random.default_rng(seed)
+    # `to_lower` and `from_lower` undo each other, both ways.
     P = random_spd(rng, 4, n)
     np.testing.assert_allclose(spd.from_lower(spd.to_lower(P)), P, rtol=1e-13, atol=1e-13)
     L = np.tril(rng.normal(size=(4, n, n)), -1) + np.exp(rng.normal(size=(4, n, 1))) * np.eye(n)
