@@ -59,9 +59,8 @@ def cameras(rng, longitudes, latitudes=0.0, wobble=2.0):
     """Rotations that look at longitudes and latitudes in degrees, off by a wobble of a few degrees about all axes."""
     lon, lat = np.radians(np.broadcast_arrays(np.asarray(longitudes, float), latitudes))
     off = np.radians(wobble) * rng.normal(size=(len(lon), 3))
-    return np.stack(
-        [turned_by([0, a, 0]) @ turned_by([b, 0, 0]) @ turned_by(w) for a, b, w in zip(lon, lat, off, strict=True)]
-    )
+    angles = zip(lon, lat, off, strict=True)
+    return np.stack([turned_by([0, a, 0]) @ turned_by([b, 0, 0]) @ turned_by(w) for a, b, w in angles])
 
 
 def common_directions(R, f, width, height, rng, noise=0.0, count=4000):

@@ -333,10 +333,7 @@ def test_arguments_are_checked(tmp_path):
     for match, wrong in (
         (r"^Invalid names of images\. There are 1; there must be 6, as sizes\.$", {"names": ("a",)}),
         (r"^Invalid correspondences\. There must be as many i and j as points", {"i": points.i[1:]}),
-        (
-            r"^Invalid reductions of correspondences\. There must be one a point",
-            {"reductions": np.zeros(len(points.i))},
-        ),
+        (r"^Invalid reductions of correspondences\. There must be one a point", {"reductions": 0.0 * points.i}),
     ):
         refuses(match, dataclasses.replace, points, **wrong)
     refuses(r"^Invalid tolerance 0\. It must be a number of pixels above 0\.$", register, points, tolerance=0)

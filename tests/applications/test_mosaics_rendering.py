@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from gis_files import some_slow
 from mosaic_pictures import HEIGHT, WIDTH, cut, maps, relief, sampled, save
 from mosaic_sets import common_points, moved
 from PIL import Image
@@ -68,9 +69,7 @@ def found(H):
     return mosaic(common_points(H, SIZES))
 
 
-some_blends = pytest.mark.parametrize(
-    "blend", [blend if blend == "feather" else pytest.param(blend, marks=pytest.mark.slow) for blend in BLENDS]
-)
+some_blends = pytest.mark.parametrize("blend", some_slow(BLENDS, {*BLENDS} - {"feather"}))
 
 
 @some_blends
@@ -239,11 +238,10 @@ def test_left_out_is_not_drawn(pictures, found):
 
 def test_refused(pictures, found):
     """Wrong words and wrong images are refused in one line."""
-    for options, message in (
-        ({"blend": "soft"}, r"^Invalid blend 'soft'. It must be one of multiband, feather, none.$"),
-        ({"exposure": "auto"}, r"^Invalid exposure 'auto'. It must be one of gain, blocks, none.$"),
-    ):
-        refuses(message, render, found, pictures, **options)
+    message = r"^Invalid blend 'soft'. It must be one of multiband, feather, none.$"
+    refuses(message, render, found, pictures, blend="soft")
+    message = r"^Invalid exposure 'auto'. It must be one of gain, blocks, none.$"
+    refuses(message, render, found, pictures, exposure="auto")
     refuses(r"^Invalid images. They must be those of the correspondences", render, found, pictures[:5])
 
 

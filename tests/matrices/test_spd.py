@@ -154,7 +154,10 @@ def test_leading_axes():
         stack = function(P, other)
         assert stack.shape == (2, 3, 3, 3)
         np.testing.assert_allclose(stack[1, 2], function(P[1, 2], other[2]), rtol=1e-12, atol=1e-12)
-    # At the identity it is the matrix exponential.
+    # Diagonal matrices are flat: the distance is the Euclidean one of the logarithms.
+    flat = spd.distance(np.diag([1.0, 2.0, 5.0]), np.diag([3.0, 0.5, 5.0]))
+    assert flat == pytest.approx(np.sqrt(np.log(3) ** 2 + np.log(4) ** 2), rel=1e-14)
+    # At the identity exp is the matrix exponential.
     np.testing.assert_allclose(spd.exp(np.eye(3), V[0]), scipy.linalg.expm(V[0]), rtol=1e-12)
     assert spd.geodesic(P, Q, 0.5).shape == (2, 3, 3, 3)
     assert spd.metric(P, V, V).shape == spd.lower_metric(P, V, V).shape == (2, 3)
