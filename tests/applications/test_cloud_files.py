@@ -200,6 +200,14 @@ def test_ply(file, order, tmp_path):
     np.testing.assert_array_equal(back.content.vertices["red"], [0, 1, 2])
     assert back.content.header == HEADER.format(order=order, kind="double").encode()
     assert back.content.tail == cloud.content.tail != b""
+    # The vertices may stand behind other elements, which stay what they are.
+    data = faces_first(order)
+    cloud = file("a.ply", data)
+    np.testing.assert_array_equal(cloud.points, POINTS)
+    cloud.write(tmp_path / "d.ply", np.eye(3), np.zeros(3))
+    assert (tmp_path / "d.ply").read_bytes() == data
+    cloud.write(tmp_path / "e.ply", A, SHIFT)
+    np.testing.assert_allclose(read_cloud(tmp_path / "e.ply").points, MOVED, rtol=1e-15)
 
 
 # Turk 1994, and the names with sizes that followed: the struct module's letter and the ends of each type's range.
@@ -289,18 +297,6 @@ TEXT, SINGLE, HALF = ply("ascii"), ply("ascii", "float"), HEADER.format(order="a
 def test_refused(file, name, data, said):
     """What cannot be read is one line with the file's name."""
     refuses(rf"^Invalid cloud '.*{name}'\. {said}", file, name, data)
-
-
-@pytest.mark.parametrize("order", ORDERS)
-def test_ply_with_its_faces_first(file, order, tmp_path):
-    """The vertices may stand behind other elements, which stay what they are."""
-    data = faces_first(order)
-    cloud = file("a.ply", data)
-    np.testing.assert_array_equal(cloud.points, POINTS)
-    cloud.write(tmp_path / "b.ply", np.eye(3), np.zeros(3))
-    assert (tmp_path / "b.ply").read_bytes() == data
-    cloud.write(tmp_path / "c.ply", A, SHIFT)
-    np.testing.assert_allclose(read_cloud(tmp_path / "c.ply").points, MOVED, rtol=1e-15)
 
 
 @pytest.mark.parametrize("form", ["ascii", "binary"])

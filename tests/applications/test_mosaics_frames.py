@@ -37,7 +37,7 @@ def square(A):
     return float(np.sum(np.log(np.linalg.svd(A, compute_uv=False)) ** 2))
 
 
-def test_scales_along_the_axes():
+def test_known_means():
     """Of diagonal matrices the MDT is the geometric mean: closed forms of all figures."""
     scales = np.array([[1.0, 1.0], [2.0, 1.0], [4.0, 3.0]])
     H = np.tile(np.eye(3), (3, 1, 1))
@@ -52,10 +52,7 @@ def test_scales_along_the_axes():
     mean = found.frames["mdt"]
     np.testing.assert_allclose(mean.matrices[:, [0, 1], [0, 1]], scales / np.exp(logs.mean(axis=0)), rtol=1e-12)
     np.testing.assert_allclose(mean.distortions, np.linalg.norm(logs - logs.mean(axis=0), axis=1), rtol=1e-12)
-
-
-def test_known_mean():
-    """A_i = G exp(V_i / 2) Q_i with V_i of mean 0 has the MDT G: T^-1 A_i has the distances |V_i| / 2."""
+    # A_i = G exp(V_i / 2) Q_i with V_i of mean 0 has the MDT G: T^-1 A_i has the distances |V_i| / 2.
     rng = np.random.default_rng(1)
     V = rng.normal(size=(6, 2, 2))
     V = 0.1 * (V + V.swapaxes(1, 2))

@@ -27,7 +27,7 @@ def found(H):
     return mosaics.mosaic(common_points(H, SIZES))
 
 
-def test_the_mosaic_of_sheets_that_agree(H, found):
+def test_the_mean_of_sheets(H, found):
     """Sheets with true georeferences give the mosaic the true one, whatever its frame."""
     canvas = found.canvas()
     place = mosaics.mean_georeference(canvas, SIZES, [mosaics.Georeference(PLANE @ one, "") for one in H])
@@ -36,11 +36,7 @@ def test_the_mosaic_of_sheets_that_agree(H, found):
     assert np.abs(moved(place.matrix, corners) - moved(truth, corners)).max() < MICROMETRE
     assert place.rms < MICROMETRE
     assert place.sheets == 6
-
-
-def test_the_mean_of_sheets_that_do_not(H, found):
-    """Two sheets that are apart by a shift meet in the middle, and the RMS says how far they are."""
-    canvas = found.canvas()
+    # Two sheets that are apart by a shift meet in the middle, and the RMS says how far they are.
     shift = np.array([[1.0, 0.0, 8.0], [0.0, 1.0, 6.0], [0.0, 0.0, 1.0]])
     # The same sheet twice, once shifted by 10 m: either is 5 m off.
     twice = canvas._replace(matrices=canvas.matrices[[0, 0]])
@@ -49,11 +45,7 @@ def test_the_mean_of_sheets_that_do_not(H, found):
     assert place.rms == pytest.approx(5.0, abs=MICROMETRE)
     apart = moved(place.matrix @ canvas.matrices[0], SIZES[:1]) - moved(PLANE @ H[0], SIZES[:1])
     assert apart == pytest.approx(np.array([[4.0, 3.0]]), abs=MICROMETRE)
-
-
-def test_some_sheets(H, found):
-    """Sheets without a georeference do not matter; without any there is none; two CRSs are refused."""
-    canvas = found.canvas()
+    # Sheets without a georeference do not matter; without any there is none; two CRSs are refused.
     one = mosaics.mean_georeference(canvas, SIZES, [None, mosaics.Georeference(PLANE @ H[1], "X"), *[None] * 4])
     assert (one.sheets, one.crs) == (1, "X")
     assert one.rms < MICROMETRE

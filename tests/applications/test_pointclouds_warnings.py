@@ -109,6 +109,20 @@ def test_arguments_are_checked():
     refuses(r"^Invalid shapes \(6, 2\) and \(5, 2\) of points\. Both must be \(M, n\)\.$", affine_fit, a, a[1:])
     refuses(r"^Invalid points\. They must span 2 dimensions, and span 1\.$", affine_fit, a, a[:, :1] * [1, 2])
     refuses(r"^Invalid points\. They must be finite\.$", affine_fit, a, a * np.nan)
+    one = "Invalid weights of cloud '0'"
+    for match, weights in {
+        rf"^{one}\. That of point 2 is -1; it must be finite and not negative\.$": [1, -1, 1, 1, 1, 1],
+        rf"^{one}\. That of point 1 is nan; ": [np.nan, 1, 1, 1, 1, 1],
+        rf"^{one}\. That of point 1 is inf; ": [np.inf, 1, 1, 1, 1, 1],
+        rf"^{one}\. They must not all be 0\.$": np.zeros(6),
+        r"^Invalid weights of cloud '1'\. They must not all be 0\.$": [np.ones(6), np.zeros(6)],
+        rf"^{one}\. There must be one a point, 6; their shape is \(5,\)\.$": np.ones(5),
+        rf"^{one}\. There must be one a point, 6; their shape is \(1,\)\.$": 3.0,
+        rf"^{one}\. They must be numbers\.$": "abcdef",
+        rf"^Invalid weights\. {PER_ROW}; there are 3 arrays\.$": np.ones((3, 6)),
+    }.items():
+        refuses(match, register, [a, a + 1.0], weights=weights)
+    refuses(r"^Invalid weights\. They must not all be 0\.$", affine_fit, a, a, weights=np.zeros(6))
 
 
 def noisy_clouds(rng, count, size, n, noise):
@@ -258,22 +272,3 @@ def test_weights_are_inverse_variances():
     robust = register([first, second], weights=sigma[:, 0] ** -2, robust=True)
     assert {one.point for one in robust.wrong} == {"3"}
     assert "3" not in {one.point for one in register([first, second]).wrong}
-
-
-def test_weights_are_checked():
-    """Weights that are none are one line."""
-    a = np.random.default_rng(1).normal(size=(6, 2))
-    one = "Invalid weights of cloud '0'"
-    for match, weights in {
-        rf"^{one}\. That of point 2 is -1; it must be finite and not negative\.$": [1, -1, 1, 1, 1, 1],
-        rf"^{one}\. That of point 1 is nan; ": [np.nan, 1, 1, 1, 1, 1],
-        rf"^{one}\. That of point 1 is inf; ": [np.inf, 1, 1, 1, 1, 1],
-        rf"^{one}\. They must not all be 0\.$": np.zeros(6),
-        r"^Invalid weights of cloud '1'\. They must not all be 0\.$": [np.ones(6), np.zeros(6)],
-        rf"^{one}\. There must be one a point, 6; their shape is \(5,\)\.$": np.ones(5),
-        rf"^{one}\. There must be one a point, 6; their shape is \(1,\)\.$": 3.0,
-        rf"^{one}\. They must be numbers\.$": "abcdef",
-        rf"^Invalid weights\. {PER_ROW}; there are 3 arrays\.$": np.ones((3, 6)),
-    }.items():
-        refuses(match, register, [a, a + 1.0], weights=weights)
-    refuses(r"^Invalid weights\. They must not all be 0\.$", affine_fit, a, a, weights=np.zeros(6))

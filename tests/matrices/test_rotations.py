@@ -42,10 +42,17 @@ def corrected(A, w=None, *, T=None, method="chordal"):
 
 
 @each("method", ROTATIONS)
-def test_mean_angle(method):
+def test_mean_angle_and_reflection(method):
     """170, -170 and 175 degrees have the mean 178.3, not 58.3: no branch of the logarithm shows."""
     found = mean_rotation(turns([170.0, -170.0, 175.0]), T=np.eye(2), method=method)
     assert -angle(found.q) % 360 == pytest.approx({"log": 178 + 1 / 3, "chordal": 178.3}[method], abs=0.05)
+    # Matrices that all mirror turn like those they are mirrored from, and it is said that they mirror.
+    R = turns([20.0, 30.0, 70.0])
+    plain, mirrored = (mean_rotation(A, T=np.eye(2), method=method) for A in (R, R @ MIRROR))
+    assert not plain.reflection
+    assert mirrored.reflection
+    np.testing.assert_allclose(mirrored.q, plain.q, atol=1e-14)
+    np.testing.assert_allclose(plain.q, turns([-40.0])[0], atol=0.02)
 
 
 @pytest.mark.slow
@@ -138,17 +145,6 @@ def test_resultant_length():
     assert np.mean([np.trace(found.q @ turn) / 3.0 for turn in matrices]) == pytest.approx(1.0 / 9.0, abs=1e-12)
     pytest.importorskip("pandas")
     assert equal.to_frame()["mean_resultant_length"][0] == pytest.approx(1.0)
-
-
-@each("method", ROTATIONS)
-def test_a_common_reflection_is_factored_out(method):
-    """Matrices that all mirror turn like those they are mirrored from, and it is said that they mirror."""
-    R = turns([20.0, 30.0, 70.0])
-    plain, mirrored = (mean_rotation(A, T=np.eye(2), method=method) for A in (R, R @ MIRROR))
-    assert not plain.reflection
-    assert mirrored.reflection
-    np.testing.assert_allclose(mirrored.q, plain.q, atol=1e-14)
-    np.testing.assert_allclose(plain.q, turns([-40.0])[0], atol=0.02)
 
 
 def test_mixed_orientations():
