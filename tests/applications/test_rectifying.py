@@ -128,7 +128,7 @@ def conformal(slope, ground=(0.0, 1.0), change=((1.0, 0.0), (0.0, 1.0)), side=17
 
 
 @pytest.mark.slow
-def test_the_way_back():
+def test_the_way_back_and_the_mean():
     """What the fit brings to a place is where that is on the old map; beyond folds there is nothing."""
     found = conformal(0.4)
     old = np.random.default_rng(1).uniform(0.1, 0.9, (50, 2))
@@ -136,11 +136,7 @@ def test_the_way_back():
     x, y = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 11)] * 2), axis=-1).reshape(-1, 2).T
     folded = old_map(ControlPoints(np.stack([x, y], -1), np.stack([x, y - 0.625 * y * y], -1)), model="polynomial2")
     assert np.isnan(old_places(folded, np.array([[0.5, 0.5]]))).all()
-
-
-@pytest.mark.slow
-def test_the_mean_of_conformal_maps():
-    """It has the geometric mean of their scales, and the mean of their turns: exp of the mean slope."""
+    # The mean of conformal maps has the geometric mean of the scales, and the mean turn: exp of the mean slope.
     ground = common_ground([conformal(slope) for slope in SLOPES])
     mean = mean_plane_map(ground.x, ground.y, ground.jacobians, area=ground.area, degree=5)
     J = mean.jacobian(ground.x, ground.y)

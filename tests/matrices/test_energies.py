@@ -1,9 +1,7 @@
 """Energies of Jacobians against central differences, the Fisher distortion, and known limits of ellipticity."""
 
-from collections.abc import Callable
-
 import numpy as np
-import pytest
+from tables import each
 
 from projdist.matrices import EXPONENT, Energy, fisher
 
@@ -15,12 +13,15 @@ STEP = 1e-4
 FIRST, SECOND = 1e-6, 1e-6  # of central differences: the step's square times third and fourth derivatives of about 100
 
 
-def test_the_mean_is_the_square_of_the_fisher_distortion() -> None:
-    """With weights 1 and 1; to rounding."""
+def test_values() -> None:
+    """With weights 1 and 1 the square of the Fisher distortion, to rounding; what turns over costs infinitely much."""
     np.testing.assert_allclose(Energy().value(JACOBIANS), fisher(JACOBIANS) ** 2, rtol=1e-12, atol=1e-15)
+    # So that a search stays among maps that do not fold.
+    turned = np.array([np.diag([1.0, -1.0]), np.diag([1.0, 0.0]), np.full((2, 2), np.nan)])
+    assert np.isinf(Energy().value(turned)).all()
 
 
-@pytest.mark.parametrize("energy", ENERGIES)
+@each("energy", ENERGIES)
 def test_derivatives(energy: Energy) -> None:
     """Gradients and Hessians in random directions, also at similarities, where a = b."""
     found = energy.expansion(JACOBIANS)
@@ -36,20 +37,10 @@ def test_derivatives(energy: Energy) -> None:
         np.testing.assert_allclose(bend, second, rtol=SECOND * 100, atol=SECOND * 10)
 
 
-def test_what_turns_over_costs_infinitely_much() -> None:
-    """So that a search stays among maps that do not fold."""
-    assert np.isinf(
-        Energy().value(np.array([np.diag([1.0, -1.0]), np.diag([1.0, 0.0]), np.full((2, 2), np.nan)]))
-    ).all()
-
-
-LIMITS = [(lambda a: 1.0 / a, 2.28723), (lambda a: 0.5, 2.44519), (lambda a: a, np.e)]
-
-
-@pytest.mark.parametrize(("b_of", "limit"), LIMITS)
-def test_where_it_is_elliptic(b_of: Callable[[float], float], limit: float) -> None:
+@each(("power", "factor", "limit"), [(-1.0, 1.0, 2.28723), (0.0, 0.5, 2.44519), (1.0, 1.0, np.e)])
+def test_where_it_is_elliptic(power: float, factor: float, limit: float) -> None:
     """Up to a limit of a that is known to five digits, for b = 1/a and 1/2; here to the azimuths tried."""
     # With a = b the energy is 2 ln^2 a, whose second derivative along a vanishes at e.
-    J = np.stack([np.diag([a, b_of(a)]) for a in (limit * 0.998, limit * 1.002)])
+    J = np.stack([np.diag([a, factor * a**power]) for a in (limit * 0.998, limit * 1.002)])
     assert Energy().expansion(J).is_elliptic().tolist() == [True, False]
     assert Energy(exponent=EXPONENT).expansion(J).is_elliptic().all()

@@ -66,7 +66,7 @@ def test_even_weights_on_a_geodesic(n):
 
 
 @SIZES
-def test_sets_that_are_symmetric_about_a_point(n):
+def test_symmetric_sets_and_more_than_half_at_one_place(n):
     """Pairs of points, each as far from a point as its partner and opposite, have it for their median."""
     rng = np.random.default_rng(n)
     G, V = graded(n, 20.0), np.array([length * direction(rng, n) for length in (0.1, 1.0, 3.0, 0.5)])
@@ -75,6 +75,15 @@ def test_sets_that_are_symmetric_about_a_point(n):
         assert found.unique
         assert factor_distance(G, found.T) < 1e-12
     assert found.cost == pytest.approx(0.5 * np.mean(np.linalg.norm(V, axis=(1, 2))), rel=1e-12)
+    # A matrix with more than half of the weight is the median, wherever the others are: the mean is nowhere near.
+    rng = np.random.default_rng(n)
+    G = graded(n, 5.0)
+    V = np.array([0.0 * np.eye(n)] * 6 + [20.0 * direction(rng, n) for _ in range(5)])
+    A = reached(G, V, rng)
+    assert factor_distance(G, median(A).T) < 1e-13
+    assert median(A).unique
+    assert factor_distance(G, mdt(A).T) > 1.0
+    assert factor_distance(G, median(A[5:], [6, 1, 1, 1, 1, 1]).T) < 1e-13
 
 
 def rays(angles, lengths):
@@ -98,19 +107,6 @@ def test_three_points():
         assert (factor_distance(G, found.T) < 1e-14) == is_vertex
         assert (found.distances.min() < 1e-28) == is_vertex
         assert found.gradient_norm <= found.floor
-
-
-@SIZES
-def test_more_than_half_at_one_place(n):
-    """A matrix with more than half of the weight is the median, wherever the others are: the mean is nowhere near."""
-    rng = np.random.default_rng(n)
-    G = graded(n, 5.0)
-    V = np.array([0.0 * np.eye(n)] * 6 + [20.0 * direction(rng, n) for _ in range(5)])
-    A = reached(G, V, rng)
-    assert factor_distance(G, median(A).T) < 1e-13
-    assert median(A).unique
-    assert factor_distance(G, mdt(A).T) > 1.0
-    assert factor_distance(G, median(A[5:], [6, 1, 1, 1, 1, 1]).T) < 1e-13
 
 
 def test_sets():
