@@ -91,28 +91,18 @@ ELSEWHERE = (
     "Its coordinates must be longitudes within -360 and 360 and latitudes within -90 and 90, or the file must state "
     "another CRS; it has"
 )
-WRONG_RINGS = {
-    "unclosed": (SQUARE[:-1], UNCLOSED),
-    "short": ([[0, 0], [10, 0], [0, 0]], "Each of its rings must have four positions or more; one has 3."),
-    "metres": ([[26e5, 12e5], [27e5, 12e5], [27e5, 13e5], [26e5, 12e5]], f"{ELSEWHERE} 2600000, 1200000."),
-    "swapped": ([[45, 170], [45, 175], [50, 175], [45, 170]], f"{ELSEWHERE} 45, 170."),
-    "nan": ([[0, 0], [math.nan, 0], [10, 10], [0, 0]], "Its coordinates must be finite numbers."),
-    "words": ([["a", "b"], [1, 0], [10, 10], ["a", "b"]], "Its coordinates must be numbers."),
-    "flat": ([[0, 0], [10, 10], [5, 5], [0, 0]], "Its polygons have no area."),
-}
 
 
-@pytest.mark.parametrize("kind", WRONG_RINGS)
-def test_wrong_rings(tmp_path, kind):
-    """What is no polygon in longitude and latitude is refused in one line."""
-    ring, reason = WRONG_RINGS[kind]
-    path = geojson(tmp_path / "wrong.geojson", ring)
-    assert refused(f"file:{path}") == f"Invalid region file '{path}'. {reason}"
-
-
-@pytest.mark.parametrize(
-    ("text", "reason"),
+@each(
+    ("content", "reason"),
     [
+        (SQUARE[:-1], UNCLOSED),
+        ([[0, 0], [10, 0], [0, 0]], "Each of its rings must have four positions or more; one has 3."),
+        ([[26e5, 12e5], [27e5, 12e5], [27e5, 13e5], [26e5, 12e5]], f"{ELSEWHERE} 2600000, 1200000."),
+        ([[45, 170], [45, 175], [50, 175], [45, 170]], f"{ELSEWHERE} 45, 170."),
+        ([[0, 0], [math.nan, 0], [10, 10], [0, 0]], "Its coordinates must be finite numbers."),
+        ([["a", "b"], [1, 0], [10, 10], ["a", "b"]], "Its coordinates must be numbers."),
+        ([[0, 0], [10, 10], [5, 5], [0, 0]], "Its polygons have no area."),
         ("", "It must be GeoJSON: Expecting value: line 1 column 1 (char 0)."),
         ("[1]", "It must be GeoJSON; it has an object of type None."),
         ('{"type": "Topology"}', "It must be GeoJSON; it has an object of type 'Topology'."),
@@ -121,22 +111,18 @@ def test_wrong_rings(tmp_path, kind):
         ('{"type": "Point", "coordinates": [1, 2]}', "It must hold polygons only; it holds a Point."),
     ],
 )
-def test_wrong_files(tmp_path, text, reason):
-    """So is a file that is empty, no GeoJSON, or without polygons."""
-    path = tmp_path / "wrong.json"
-    path.write_text(text)
+def test_wrong_files(tmp_path, content, reason):
+    """A ring that is no polygon in longitude and latitude, or a text without one, is refused in one line."""
+    path = tmp_path / "wrong.geojson"
+    path.write_text(content) if isinstance(content, str) else geojson(path, content)
     assert refused(f"file:{path}") == f"Invalid region file '{path}'. {reason}"
 
 
-def test_missing_files(tmp_path):
-    """And a file that is not there, or whose format needs what is not installed."""
+def test_files_that_cannot_be_read(tmp_path, monkeypatch):
+    """One that is not there or not named, and one whose format needs an extra, which is named."""
     path = tmp_path / "none.geojson"
     assert refused(f"file:{path}") == f"Invalid region file '{path}'. It cannot be read: No such file or directory."
     assert refused("file:") == "Invalid region 'file:'. It must have the path of a file behind the colon."
-
-
-def test_without_pyogrio(tmp_path, monkeypatch):
-    """Other formats name the extra that reads them."""
     monkeypatch.setitem(sys.modules, "pyogrio", None)
     assert refused("file:a.gpkg#roads") == (
         "Invalid region file 'a.gpkg'. Without pyogrio only GeoJSON can be read: pip install 'projdist[gis]' reads "

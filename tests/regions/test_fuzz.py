@@ -269,11 +269,7 @@ def crs(value: Any) -> dict[str, Any]:
 UNNAMED = "It must be GeoJSON; its crs must have properties with the name of a CRS, a text."
 NO_RINGS = "Its polygons must have coordinates, lists of rings."
 NO_CRS = (
-    {},
-    {"foo": 1},
-    {"type": "name"},
-    {"type": "link", "properties": {"href": "x"}},
-    {"properties": {"name": [1]}},
+    *({}, {"foo": 1}, {"type": "name"}, {"type": "link", "properties": {"href": "x"}}, {"properties": {"name": [1]}}),
 )
 LISTLESS = {"type": "FeatureCollection", "features": 5}
 ODD: dict[str, tuple[str, Any, str]] = {

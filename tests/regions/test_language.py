@@ -190,13 +190,10 @@ def test_refusals(text):
 @each(
     ("text", "title"),
     [
-        ("country:DE", "Germany (DE)"),
-        ("country:Fiji", "Fiji (FJ)"),
+        *(("country:DE", "Germany (DE)"), ("country:Fiji", "Fiji (FJ)")),
         ("country:DE + country:AT", "Germany (DE) + Austria (AT)"),
-        ("country:FR@all", "France (FR)"),
-        ("country:NO@main", "Norway (NO), main part"),
-        ("country:Somaliland", "Somaliland"),
-        ("continent:North America", "North America"),
+        *(("country:FR@all", "France (FR)"), ("country:NO@main", "Norway (NO), main part")),
+        *(("country:Somaliland", "Somaliland"), ("continent:North America", "North America")),
         ("state:california", "California (CA)"),
         ("state:WA + state:OR", "Washington (WA) + Oregon (OR)"),
         ("box:170,-20,-170,-10", "170°E to 170°W, 20°S to 10°S"),
@@ -212,14 +209,8 @@ def test_titles(text: str, title: str) -> None:
 @each(
     ("value", "text"),
     [
-        (10.0, "10°E"),
-        (-10.5, "10°30′W"),
-        (190.0, "170°W"),
-        (180.0, "180°"),
-        (-180.0, "180°"),
-        (0.0, "0°"),
-        (7 + 5 / 60 + 20 / 3600, "7°05′20″E"),
-        (359 + 59.9999 / 60, "0°00′00.01″W"),
+        *((10.0, "10°E"), (-10.5, "10°30′W"), (190.0, "170°W"), (180.0, "180°"), (-180.0, "180°"), (0.0, "0°")),
+        *((7 + 5 / 60 + 20 / 3600, "7°05′20″E"), (359 + 59.9999 / 60, "0°00′00.01″W")),
     ],
 )
 def test_longitudes(value: float, text: str) -> None:

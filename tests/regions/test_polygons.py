@@ -149,9 +149,7 @@ def test_land_and_ocean_make_up_the_globe(projection, resolution):
     "projection",
     [
         "+proj=ob_tran +o_proj=moll +o_lon_p=40 +o_lat_p=50 +lon_0=60",
-        "+proj=moll +lon_0=-170.3",
-        "igh",
-        "+proj=ortho +lat_0=50",
+        *("+proj=moll +lon_0=-170.3", "igh", "+proj=ortho +lat_0=50"),
     ],
 )
 def test_seams_and_edges_across_polygons(projection):

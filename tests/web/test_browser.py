@@ -1,6 +1,5 @@
 """Pages in a browser: maps are drawn, answer, and say nothing wrong on the console."""
 
-import re
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
@@ -8,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from browser_pages import read
 
 import projdist
 from projdist.matrices import MEASURES, get_measure
@@ -47,16 +47,6 @@ def point(page: Any, across: float, up: float) -> list[str]:
     box = page.locator("canvas.map").first.bounding_box()
     page.mouse.move(box["x"] + across * box["width"], box["y"] + up * box["height"])
     return page.locator(".told").all_inner_texts()
-
-
-def read(told: str) -> tuple[float, float, dict[str, str]]:
-    """Longitude, latitude and the figures of what is told; beside a cut they stand behind a ~."""
-    place = re.match(r"([\d.]+)° ([NS]) ([\d.]+)° ([EW]): ", told)
-    assert place, told
-    lat, lon = float(place[1]), float(place[3])
-    texts = told[place.end() :].removeprefix("~ ").replace("°", "").split(", ")
-    figures = dict(text.rsplit("\N{NO-BREAK SPACE}", 1) for text in texts)
-    return -lon if place[4] == "W" else lon, -lat if place[2] == "S" else lat, figures
 
 
 def test_the_pointer_tells_the_factors_of_all_maps(page: Any) -> None:

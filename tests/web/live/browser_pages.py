@@ -90,7 +90,7 @@ Opener = Callable[..., Live]
 
 
 def read(told: str) -> tuple[float, float, dict[str, str]]:
-    """Longitude, latitude and the figures of what is told."""
+    """Longitude, latitude and the figures of what is told; beside a cut they stand behind a ~."""
     place = re.match(r"([\d.]+)° ([NS]) ([\d.]+)° ([EW]): ", told)
     assert place, told
     texts = told[place.end() :].removeprefix("~ ").replace("°", "").split(", ")

@@ -74,11 +74,9 @@ WKT += 'LENGTHUNIT["metre",1]]'
 @pytest.mark.parametrize(
     ("typed", "shown"),
     [
-        ("mollweide", "Mollweide"),
-        ("EPSG:2154", "EPSG:2154"),
+        *(("mollweide", "Mollweide"), ("EPSG:2154", "EPSG:2154")),
         ("+proj=lcc +lat_1=44 +lat_2=49 +lon_0=3", "Lambert"),
-        ("  +proj=eqc   +lat_ts=40 ", "qui"),
-        (WKT, "x"),
+        *(("  +proj=eqc   +lat_ts=40 ", "qui"), (WKT, "x")),
     ],
     ids=lambda text: str(text)[:20],
 )

@@ -58,12 +58,8 @@ def test_maps_are_corrected_and_designed_beside(live: Opener) -> None:
 def test_texts_are_copied(live: Opener) -> None:
     page = live("robinson", region=GERMANY, permissions=["clipboard-read", "clipboard-write"])
     page.card().get_by_text("Copy and save").click()
-    for name, start in (
-        ("Command", "projdist heatmap"),
-        ("PROJ", "+proj=robin"),
-        ("WKT2", "PROJCRS["),
-        ("PROJJSON", "{"),
-    ):
+    starts = {"Command": "projdist heatmap", "PROJ": "+proj=robin", "WKT2": "PROJCRS[", "PROJJSON": "{"}
+    for name, start in starts.items():
         page.page.get_by_role("button", name=f"Copy {name}", exact=True).click()
         page.until("[...document.querySelectorAll('.copied button')].some((one) => one.textContent === 'Copied')")
         assert page.page.evaluate("navigator.clipboard.readText()").startswith(start)
@@ -77,10 +73,7 @@ def test_texts_are_copied(live: Opener) -> None:
 @pytest.mark.parametrize(
     ("button", "start"),
     [
-        ("Save what is seen", b"\x89PNG"),
-        ("Save PNG", b"\x89PNG"),
-        ("Save SVG", b"<?xml"),
-        ("Save PDF", b"%PDF"),
+        *(("Save what is seen", b"\x89PNG"), ("Save PNG", b"\x89PNG"), ("Save SVG", b"<?xml"), ("Save PDF", b"%PDF")),
         ("Save HTML", b"<!DOCTYPE html>"),
     ],
 )

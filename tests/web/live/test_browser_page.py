@@ -85,10 +85,7 @@ def test_two_pages_do_not_know_of_each_other(live: Opener) -> None:
 
 
 SCREENS: list[dict[str, Any]] = [
-    {},
-    {"color_scheme": "dark"},
-    {"viewport": {"width": 390, "height": 800}},
-    {"forced_colors": "active"},
+    *({}, {"color_scheme": "dark"}, {"viewport": {"width": 390, "height": 800}}, {"forced_colors": "active"}),
     {"reduced_motion": "reduce"},
 ]
 

@@ -49,12 +49,12 @@ def test_there_are_many_hostile_texts() -> None:
 
 
 def test_no_hostile_text_opens_a_file(tmp_path: Path) -> None:
-    """One in sixty of them; behind open policy PROJ asks for the files of every way to name one, and says so."""
+    """One in two hundred of them; behind open policy PROJ asks for the files of every way to name one, and says so."""
     path = "./h0stile.gsb"
     texts = [f"+proj={words.format('+', '=', path)}" for words in READERS]
     texts += [wrap("hgridshift +grids=./h0stile.gsb") for wrap in WRAPS.values()]
-    closed, asked = outcomes(TEXTS[::60], texts, tmp_path)
-    assert_nothing_is_opened(TEXTS[::60], closed)
+    closed, asked = outcomes(TEXTS[::200], texts, tmp_path)
+    assert_nothing_is_opened(TEXTS[::200], closed)
     opened = ["h0stile.gsb" in one["opened"] for one in asked]
     assert sum(opened[: len(READERS)]) >= 9
     assert sum(opened[len(READERS) :]) >= 15
@@ -139,8 +139,8 @@ def infos() -> list[object]:
 
 
 def test_crss_name_no_files() -> None:
-    """One in two hundred."""
-    assert_none_names_a_file(infos()[::200])
+    """One in six hundred."""
+    assert_none_names_a_file(infos()[::600])
 
 
 @pytest.mark.slow
@@ -149,7 +149,7 @@ def test_no_crs_names_a_file() -> None:
     assert_none_names_a_file(infos())
 
 
-@pytest.mark.parametrize("step", [900, pytest.param(150, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("step", [1800, pytest.param(150, marks=pytest.mark.slow)])
 def test_crss_are_maps_behind_closed_doors(step: int) -> None:
     """The same as elsewhere, by whatever text."""
     for info in infos()[::step]:
