@@ -1,4 +1,4 @@
-"""What texts of regions stand for, and what is said of those that stand for none."""
+"""What texts of regions stand for, what is said of those that stand for none, and rings of rectangles."""
 
 import pytest
 
@@ -13,3 +13,8 @@ def refused(text):
 
 def area(text):
     return get_region(text).area_km2
+
+
+def square(west, south, east, north):
+    """The corners of a rectangle in degrees, the first one twice."""
+    return [[west, south], [east, south], [east, north], [west, north], [west, south]]

@@ -166,18 +166,13 @@ def test_gaps_are_distances_on_the_ground(lon: float) -> None:
     assert three is region
 
 
-def test_gaps_near_a_pole() -> None:
-    """At 80 N five degrees of longitude are 97 km, whatever they are at the equator."""
+def test_gaps_near_a_pole_and_beside_long_edges() -> None:
+    """At 80 N five degrees are 97 km; an island beside the middle of a box without a vertex there belongs to it."""
     north, south = get_region(squares((0, 80), (7, 80))), get_region(squares((0, 0), (7, 0)))
     assert main_part(north, 100) is north
     assert main_part(south, 100) is not south
-
-
-def test_long_edges_count_between_their_ends() -> None:
-    """An island beside the middle of a box without a vertex there belongs to it."""
-    box = shapely.box(0, 0, 60, 20)
-    island = shapely.box(30, 21, 31, 22)
-    region = get_region(shapely.geometry.mapping(shapely.MultiPolygon([box, island])))
+    parts = shapely.MultiPolygon([shapely.box(0, 0, 60, 20), shapely.box(30, 21, 31, 22)])
+    region = get_region(shapely.geometry.mapping(parts))
     assert main_part(region, 112) is region
     assert main_part(region, 110) is not region
 
@@ -207,13 +202,9 @@ def test_names_are_texts(text: str) -> None:
 
 
 def test_suffixes_in_any_order() -> None:
-    """Detail and part may stand in either order."""
+    """Detail and part may stand in either order; all parts are the same polygons without the word on them."""
     assert get_region("country:FR@main:1300@110m").name == "country:FR@110m@main:1300"
     assert get_region("country:FR@all@110m").area_km2 == get_region("country:FR@110m").area_km2
-
-
-def test_all_parts_are_the_region() -> None:
-    """The same polygons without the word on them."""
     assert get_region("country:FR@all").geometry is get_region("country:FR").geometry
 
 
@@ -290,14 +281,10 @@ def test_share(box, region, share):
         assert found == pytest.approx(share, abs=1e-5)  # caps are round on the sphere, polygons to 0.1 m
 
 
-def test_share_of_points_is_that_of_their_weights():
-    """Whatever their number."""
+def test_share_of_other_regions():
+    """That of points is that of their weights; that of a region that someone has made, of its bounds."""
     points = PointSet(np.array([0.0, 10.0, 20.0]), np.array([50.0, 50.0, 50.0]), np.array([1.0, 2.0, 5.0]))
     assert share_in(Box(5, 40, 30, 60), points) == 7 / 8
-
-
-def test_share_of_another_kind_of_region_is_that_of_its_bounds():
-    """As of a region that someone has made."""
 
     class Other:
         bounds = (0.0, -10.0, 20.0, 10.0)

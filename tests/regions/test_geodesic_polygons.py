@@ -7,6 +7,7 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
+from region_texts import square
 
 from projdist.earth import WGS84
 from projdist.earth.natural_earth import chords
@@ -141,10 +142,6 @@ def test_small_caps_as_polygons(km: float) -> None:
 
 
 # ---- repairs --------------------------------------------------------------------------------
-
-
-def square(west: float, south: float, east: float, north: float) -> Ring:
-    return [[west, south], [east, south], [east, north], [west, north], [west, south]]
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import pyproj
 import pytest
 import scipy.integrate
 import shapely
+from region_texts import square
 from tables import each
 
 from projdist.answers.summaries import summarize
@@ -281,8 +282,6 @@ def country_area(code):
 
 
 COUNTRIES = "AQ AR AU BR CA CH CL CN DE FJ FR GL ID IN JP NO NZ RU US ZA".split()
-
-
 MANY_VERTICES = {"AU", "BR", "CA", "CL", "CN", "GL", "ID", "NO", "RU"}
 
 
@@ -382,15 +381,8 @@ def test_equal_polygons_have_one_hash():
 
 def test_across_the_antimeridian():
     """A polygon across the antimeridian, cut there as RFC 7946 asks or not, keeps together."""
-    cut = get_region(
-        {
-            "type": "MultiPolygon",
-            "coordinates": [
-                [[[170, 0], [180, 0], [180, 10], [170, 10], [170, 0]]],
-                [[[-180, 0], [-175, 0], [-175, 10], [-180, 10], [-180, 0]]],
-            ],
-        }
-    )
+    parts = [[square(170, 0, 180, 10)], [square(-180, 0, -175, 10)]]
+    cut = get_region({"type": "MultiPolygon", "coordinates": parts})
     across = polygon([(170, 0), (-175, 0), (-175, 10), (170, 10)])
     for region in (cut, across):
         assert region.bounds == pytest.approx((170, 0, 185, 10))
@@ -413,7 +405,7 @@ def test_round_a_pole():
 
 def test_holes_and_islands():
     """A hole takes away, an island in it adds, what overlaps counts once."""
-    ring = {size: [[-size, -size], [size, -size], [size, size], [-size, size], [-size, -size]] for size in (1, 2, 5)}
+    ring = {size: square(-size, -size, size, size) for size in (1, 2, 5)}
     lake = get_region({"type": "MultiPolygon", "coordinates": [[ring[5], ring[2]], [ring[1]]]})
     area = {size: Box(-size, -size, size, size).area_km2 for size in ring}
     assert lake.area_km2 == pytest.approx(area[5] - area[2] + area[1], rel=1e-12)
@@ -514,10 +506,8 @@ def test_what_is_of_no_height_is_tightened() -> None:
 
 def test_a_box_of_edges() -> None:
     """Two islands and a lake whose edges lie along the sides of panels and cells: areas in closed form."""
-    shell = [[0.0, 0.0], [16.0, 0.0], [16.0, 80.0], [0.0, 80.0], [0.0, 0.0]]
-    lake = [[4.0, 20.0], [4.0, 40.0], [8.0, 40.0], [8.0, 20.0], [4.0, 20.0]]
-    other = [[40.0, 81.0], [44.0, 81.0], [44.0, 90.0], [40.0, 90.0], [40.0, 81.0]]
-    region = get_region({"type": "MultiPolygon", "coordinates": [[shell, lake], [other]]})
+    parts = [[square(0, 0, 16, 80), square(4, 20, 8, 40)[::-1]], [square(40, 81, 44, 90)]]
+    region = get_region({"type": "MultiPolygon", "coordinates": parts})
     cells = cells_of(region, SPHERE, 300)
     s0, s20, s40, s80, s81, s90 = np.sin(np.radians([0.0, 20.0, 40.0, 80.0, 81.0, 90.0]))
     polar = cells.patch == 1
@@ -528,9 +518,8 @@ def test_a_box_of_edges() -> None:
 
 def test_a_far_island_has_its_place() -> None:
     """An island of a kilometre beside a continent is one cell, where it is."""
-    land = [[0.0, 0.0], [40.0, 0.0], [40.0, 30.0], [0.0, 30.0], [0.0, 0.0]]
-    island = [[70.0, -20.01], [70.01, -20.01], [70.01, -20.0], [70.0, -20.0], [70.0, -20.01]]
-    region = get_region({"type": "MultiPolygon", "coordinates": [[land], [island]]})
+    parts = [[square(0, 0, 40, 30)], [square(70.0, -20.01, 70.01, -20.0)]]
+    region = get_region({"type": "MultiPolygon", "coordinates": parts})
     cells = cells_of(region, SPHERE, 100)
     (far,) = np.flatnonzero(cells.u > 50.0)
     assert (cells.u[far], cells.v[far]) == pytest.approx((70.005, -20.005), abs=1e-6)

@@ -61,20 +61,25 @@ def with_maps() -> str:
     return page(copies={"PROJ": "+proj=robin", "WKT2": "\n".join("abcdefghijklmnop")}, maps=maps)
 
 
-def test_elements_end_in_order_and_have_names_of_their_own(with_maps: str) -> None:
+@pytest.fixture(scope="module")
+def parsed(with_maps: str) -> Read:
+    return Read(with_maps)
+
+
+def test_elements_end_in_order_and_have_names_of_their_own(parsed: Read) -> None:
     """Ids are there once, and what refers to one finds it."""
-    elements = Read(with_maps).elements
-    ids = [attrs["id"] for _, attrs in elements if "id" in attrs]
+    ids = [attrs["id"] for _, attrs in parsed.elements if "id" in attrs]
     assert len(set(ids)) == len(ids)
-    refers = [attrs[key] for _, attrs in elements for key in ("aria-labelledby", "aria-describedby") if key in attrs]
+    keys = ("aria-labelledby", "aria-describedby")
+    refers = [attrs[key] for _, attrs in parsed.elements for key in keys if key in attrs]
     assert set(refers) <= set(ids)
     assert {"title-1", "map-1", "told-1", "frame-1", "scales"} <= set(ids)
-    assert ("html", {"lang": "en"}) in elements
+    assert ("html", {"lang": "en"}) in parsed.elements
 
 
-def test_all_that_is_said_is_text(with_maps: str) -> None:
+def test_all_that_is_said_is_text(parsed: Read) -> None:
     """Title, lead, tables, notes and texts to copy are read without a script, and that maps need one."""
-    inside = Read(with_maps).inside
+    inside = parsed.inside
     assert inside["h1"] == inside["title"] == ["Maps"]
     assert inside["caption"] == ["The table"]
     assert inside["th"] == ["map", "figure & unit", "a", EVIL]
@@ -86,20 +91,17 @@ def test_all_that_is_said_is_text(with_maps: str) -> None:
     assert "runs none" in inside["noscript"][0]
 
 
-def test_what_users_give_is_no_markup(with_maps: str) -> None:
+def test_what_users_give_is_no_markup(parsed: Read) -> None:
     """A script in a title or a cell is shown and not run."""
-    parsed = Read(with_maps)
     kinds = [attrs.get("type") for tag, attrs in parsed.elements if tag == "script"]
     assert kinds == ["application/json", "text/plain", "text/plain", "module"]
-    evil = page_html(Page(title=EVIL, lead=[EVIL], notes=[EVIL], copies={EVIL: EVIL}))
-    read = Read(evil)
+    read = Read(page_html(Page(title=EVIL, lead=[EVIL], notes=[EVIL], copies={EVIL: EVIL})))
     assert read.inside["h1"] == read.inside["title"] == read.inside["li"] == read.inside["pre"] == [EVIL]
     assert [attrs for tag, attrs in read.elements if tag == "script"] == [{"type": "module"}]
 
 
-def test_the_policy_allows_the_own_style_and_script_only(with_maps: str) -> None:
+def test_the_policy_allows_the_own_style_and_script_only(parsed: Read) -> None:
     """Their hashes are those of what stands in the page; nothing else may be loaded."""
-    parsed = Read(with_maps)
     policy = next(attrs["content"] for tag, attrs in parsed.elements if "http-equiv" in attrs) or ""
     assert policy.startswith("default-src 'none'; ")
     for name, text in (("script", parsed.inside["script"][-1]), ("style", parsed.inside["style"][0])):
@@ -109,19 +111,17 @@ def test_the_policy_allows_the_own_style_and_script_only(with_maps: str) -> None
     assert not [attrs for _, attrs in parsed.elements if "style" in attrs or any(key.startswith("on") for key in attrs)]
 
 
-def test_nothing_comes_from_elsewhere(with_maps: str) -> None:
+def test_nothing_comes_from_elsewhere(with_maps: str, parsed: Read) -> None:
     """No address, and no element or rule that has one."""
     assert "://" not in with_maps
-    parsed = Read(with_maps)
     assert not [attrs for _, attrs in parsed.elements if {"src", "href", "action"} & set(attrs)]
     assert not re.search(r"url\(|@import|\bfetch\(|\bimport\b|\bexport\b", with_maps)
 
 
-def test_tables_have_heads_and_values_to_sort_by(with_maps: str) -> None:
+def test_tables_have_heads_and_values_to_sort_by(parsed: Read) -> None:
     """Heads with their scope; a number as it was computed, none where there is none."""
-    elements = Read(with_maps).elements
-    assert [attrs["scope"] for tag, attrs in elements if tag == "th"] == ["col", "col", "row", "row"]
-    assert [attrs.get("data-value") for tag, attrs in elements if tag == "td"] == ["0.5", None]
+    assert [attrs["scope"] for tag, attrs in parsed.elements if tag == "th"] == ["col", "col", "row", "row"]
+    assert [attrs.get("data-value") for tag, attrs in parsed.elements if tag == "td"] == ["0.5", None]
 
 
 def test_a_page_without_maps_is_small() -> None:

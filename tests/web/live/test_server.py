@@ -145,16 +145,24 @@ def test_addresses_at_port_80_have_none() -> None:
     assert sent == [200, 200, 400, 0]
 
 
+WRITING = ["PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"]
+OUTSIDE = ["../inputs.py", "..%2finputs.py", "inputs.py", "/etc/passwd", "../../page.py", "..\\inputs.py"]
+OUTSIDE += ["__init__.py", "live/start.js", "", "."]
+
+
 @each(
     ("path", "method", "host", "status"),
     [
         *(("/", "GET", OWN, 200), ("/static/start.js", "GET", OWN, 200), ("/static/none.js", "GET", OWN, 404)),
         *(("/none", "GET", OWN, 404), ("/", "POST", OWN, 405), ("/", "GET", "evil.example", 400)),
         *(("/", "HEAD", OWN, 200), ("/static/explore.css", "OPTIONS", OWN, 405), ("/socket", "GET", OWN, 404)),
+        *(("/", method, OWN, 405) for method in WRITING),
+        *(("/static/start.js", method, OWN, 405) for method in ["POST", *WRITING]),
+        *((f"/static/{name}", "GET", OWN, 404) for name in OUTSIDE),
     ],
 )
 def test_every_reply_has_the_headers_of_safety(site: LiveSite, path: str, method: str, host: str, status: int) -> None:
-    """Nothing of elsewhere is run or shown, nobody else reads it or frames it; no cookies."""
+    """Nothing of elsewhere is run, shown or framed; no cookies. Pages are read only, and no file but theirs is read."""
     found, headers = answer(site, path, method, host=host)
     assert found == status
     policy = dict(part.strip().partition(" ")[::2] for part in headers["content-security-policy"].split(";"))
@@ -166,21 +174,6 @@ def test_every_reply_has_the_headers_of_safety(site: LiveSite, path: str, method
     assert headers["cache-control"] == "no-store"
     assert headers["referrer-policy"] == "no-referrer"
     assert not {"set-cookie", "access-control-allow-origin", "server"} & set(headers)
-
-
-@each("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"])
-def test_pages_are_read_only(site: LiveSite, method: str) -> None:
-    """By GET and HEAD."""
-    assert answer(site, "/", method)[0] == answer(site, "/static/start.js", method)[0] == 405
-
-
-OUTSIDE = ["../inputs.py", "..%2finputs.py", "inputs.py", "/etc/passwd", "../../page.py", "..\\inputs.py"]
-
-
-@each("name", [*OUTSIDE, "__init__.py", "live/start.js", "", "."])
-def test_no_other_file_is_read(site: LiveSite, name: str) -> None:
-    """Than those of the page."""
-    assert answer(site, f"/static/{name}")[0] == 404
 
 
 def test_the_page_and_its_modules_are_there(site: LiveSite) -> None:
@@ -253,8 +246,6 @@ def test_it_is_bound_to_this_machine(port: int) -> None:
 
 
 READING = {"projection": "+proj=merc +nadgrids=x.gsb", "region": "file:x.geojson"}
-
-
 NAMING = [
     *((kind, "projection") for kind in sorted({*WORKER_OF_KIND} - {"recommend", "design", "scales", "outline"})),
     *((kind, "region") for kind in sorted({*WORKER_OF_KIND} - {"check"})),
