@@ -16,12 +16,9 @@ from projdist.decisions.data_edges import REPAIRED
 from projdist.gis import read_data, read_points
 from projdist.regions import shapes
 
-MANY = settings(
-    max_examples=400,
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-    derandomize=True,
-)
+pytestmark = pytest.mark.slow
+
+MANY = settings(max_examples=400, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 
 # What a stray key, another program or another country leaves in a table.
 KEYS = ['"', '""', ",", ";", "\t", "\n", "\r\n", "#", " ", "-", ".", "\x00", "\ufeff", "\u2028", "é", ",,,,\n"]
@@ -68,7 +65,6 @@ def rows_of(text):
 POINTS = "name,lon,lat,weight\n" + "".join(f"p{k},{7 + k / 10},{47 + k / 20},{k + 1}\n" for k in range(9))
 
 
-@pytest.mark.slow
 @MANY
 @example(POINTS.replace("p1", '"p1'))
 @example(POINTS.replace("p1", '"p1').replace("p7,", 'p7",'))
@@ -83,7 +79,6 @@ def test_points(tmp_path, text):
         assert len(found.lon) + left_out == rows_of(text)
 
 
-@pytest.mark.slow
 @MANY
 @example(POINTS.replace("p1", '"p1'))
 @given(broken(POINTS))
@@ -94,7 +89,6 @@ def test_tables_of_points(tmp_path, text):
         assert len(found) == rows_of(text)
 
 
-@pytest.mark.slow
 @MANY
 @given(broken("lon,lat,h\n" + "".join(f"{7 + k / 10},{47 - k / 10},{100 * k}\n" for k in range(6))))
 def test_heights(tmp_path, text):
@@ -107,12 +101,9 @@ def test_heights(tmp_path, text):
 CONTROL = "id,x_old,y_old,x_new,y_new\n" + "".join(
     f"c{k},{k},{k * k % 7},{600000 + 1000 * k + 30 * (k % 3)},{200000 + 900 * (k * k % 7)}\n" for k in range(9)
 )
-
-
 GCPS = "gdal_translate " + " ".join(f"-gcp {k} {k * k % 7} {6000 + 10 * k} {200 + 9 * (k * k % 7)}" for k in range(9))
 
 
-@pytest.mark.slow
 @MANY
 @example(CONTROL.replace("c1,1,1", "c1,1e303,1"), "tps")
 @example(CONTROL.replace("c1,1,1", "c1,1e15,1"), "tps")
@@ -130,7 +121,6 @@ MATCHES = "# image sizes h x w: [(600, 800), (600, 800)]\nmodel,i,j,xi,yi,xj,yj\
 )
 
 
-@pytest.mark.slow
 @MANY
 @given(broken(MATCHES))
 def test_correspondences(tmp_path, text):
@@ -152,7 +142,6 @@ CLOUDS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CLOUDS)
 @MANY
 @given(st.data())
@@ -179,7 +168,6 @@ BINARY = b"ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty doub
 NUMBERS = np.arange(8.0).tobytes()
 
 
-@pytest.mark.slow
 @MANY
 @example(BINARY.replace(b"vertex 4", b"vertex 1000000000000000000") + NUMBERS)
 @given(
@@ -207,7 +195,6 @@ KINDS = ["null", '"x"', '"Point"', '"Polygon"', '"LineString"', '"GeometryCollec
 SHAPES = st.sampled_from([*BRACKETS, *KINDS, "1e400", "NaN", "9" * 400])
 
 
-@pytest.mark.slow
 @MANY
 @given(broken(FEATURES, SHAPES))
 def test_features(tmp_path, text):

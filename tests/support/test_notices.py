@@ -40,11 +40,8 @@ def test_other_warnings_stay_errors_in_tests() -> None:
 @pytest.mark.slow
 def test_other_warnings_do_not_reach_a_user() -> None:
     """A command that makes numpy warn says nothing of it."""
-    code = (
-        "import sys, warnings, projdist.cli.app as app\n"
-        "app.app = lambda: warnings.warn('overflow', RuntimeWarning)\n"
-        "app.main()"
-    )
+    code = "import warnings, projdist.cli.app as app\napp.app = lambda: warnings.warn('overflow', RuntimeWarning)\n"
+    code += "app.main()"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr == ""
 
@@ -87,6 +84,5 @@ def test_a_broken_picture_has_one_line(tmp_path: Path) -> None:
 
 def test_words_are_listed_as_people_do() -> None:
     """Commas between all but the last two."""
-    assert [listed(words, "and") for words in ([], ["a"], ["a", "b"], ["a", "b", "c", "d"])] == [
-        *("", "a", "a and b", "a, b, c and d")
-    ]
+    said = [listed(words, "and") for words in ([], ["a"], ["a", "b"], ["a", "b", "c", "d"])]
+    assert said == ["", "a", "a and b", "a, b, c and d"]

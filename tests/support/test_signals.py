@@ -10,6 +10,7 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -51,15 +52,13 @@ sys.meta_path.insert(0, Interrupter())
 
 def children(pid: int) -> list[str]:
     """Processes of the session of a terminal that are left."""
-    return subprocess.run(
-        ["ps", "-s", str(pid), "-o", "pid="], capture_output=True, text=True, check=False
-    ).stdout.split()
+    command = ["ps", "-s", str(pid), "-o", "pid="]
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.split()
 
 
 def started(*words: str, **options: object) -> subprocess.Popen:
-    return subprocess.Popen(
-        [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
-    )
+    told = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen([sys.executable, *words], **told, **options)
 
 
 @pytest.mark.parametrize(
@@ -74,18 +73,17 @@ def test_a_signal_during_a_write_leaves_the_old_file(name: str, tmp_path: Path) 
         process.send_signal(number)
         assert process.stderr.read() == ""
     assert process.returncode == 128 + number
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
+    assert {one: one.read_text() for one in tmp_path.iterdir()} == {path: "old"}
 
 
 def test_what_is_ignored_stays_ignored(tmp_path: Path) -> None:
     """Under nohup a command outlives its terminal."""
-    code = WRITING.replace("time.sleep(60)", "signal.raise_signal(signal.SIGHUP)").replace(
-        "import sys", "import signal, sys"
-    )
-    with started(
-        "-c", code, str(tmp_path / "x"), preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    ) as process:
+    code = "import signal\n" + WRITING.replace("time.sleep(60)", "signal.raise_signal(signal.SIGHUP)")
+
+    def ignore() -> None:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+
+    with started("-c", code, str(tmp_path / "x"), preexec_fn=ignore) as process:
         assert (process.wait(60), process.stderr.read()) == (0, "")
     assert (tmp_path / "x").read_text() == "half"
 
@@ -233,9 +231,7 @@ def test_threads_keep_the_signals_as_they_are() -> None:
         ([], ["python"], False),
     ],
 )
-def test_what_the_command_is(
-    argv: list[str], words: list[str], expected: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_the_command_is(argv: list[str], words: list[str], expected: bool, monkeypatch: Any) -> None:
     """Python was started as `projdist`, or with its module; not for another one."""
     monkeypatch.setattr(sys, "argv", argv)
     monkeypatch.setattr(sys, "orig_argv", words)

@@ -27,8 +27,6 @@ from projdist.web.live.dispatcher import InputPolicy, Request
 from projdist.web.live.worker import Worker
 
 ADDRESS = re.compile(r"http://127\.0\.0\.1:(\d+)/#token=([\w-]+)\n")
-
-
 _TRAPS = ("sleep", "killed", "killed-once", "forks", "forks-and-dies")
 
 

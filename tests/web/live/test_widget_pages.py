@@ -22,7 +22,6 @@ import projdist
 
 pytest.importorskip("anywidget")
 
-
 pytestmark = pytest.mark.slow
 
 # What anywidget gives to `render`; buffers come at any offset.
@@ -106,12 +105,9 @@ def test_what_is_dragged_is_set_and_what_is_set_is_shown(notebook: Notebook, axe
     notebook.until(lambda: "each ±" in figures.inner_text())
     error = projdist.sample("robinson", "globe").airy_kavrayskiy.raw
     assert f"over the globe: {error:.3f}" in figures.inner_text()
-    assert (
-        page.locator(".projdist-explore").evaluate("(node) => getComputedStyle(node).backgroundColor")
-        == "rgb(20, 24, 29)"
-    )
+    colour = page.locator(".projdist-explore").evaluate("(node) => getComputedStyle(node).backgroundColor")
+    assert colour == "rgb(20, 24, 29)"
     assert axe(page) == []
-
     box = canvas.bounding_box()
     middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     page.mouse.move(*middle)
@@ -121,17 +117,14 @@ def test_what_is_dragged_is_set_and_what_is_set_is_shown(notebook: Notebook, axe
     page.mouse.up()
     notebook.until(lambda: widget.projection != "robinson")
     assert widget.maps[0](*projdist.projections.tunable(widget.projection).centre) == pytest.approx((0, 0), abs=1e-6)
-
     widget.projections = ["EPSG:3035", "mollweide"]
     widget.region, widget.measure = "country:DE", "omega"
     notebook.until(lambda: page.locator(".card").count() == 2 and "over Germany" in figures.inner_text())
     assert "EPSG:3035" in title.inner_text()
     assert page.locator("#measure").input_value() == "angular_distortion"
-
     page.evaluate("window.keys = 0; document.addEventListener('keydown', () => window.keys++)")
     page.locator(".card input").first.press("d")
     assert page.evaluate("window.keys") == 0
-
     page.evaluate("window.leave()")
     assert page.evaluate("window.taken()")[-1]["content"]["closed"] is True
 
@@ -228,7 +221,6 @@ def test_what_is_dragged_is_in_python_and_what_python_sets_is_shown(page: Any) -
     figures.get_by_text("each ±").wait_for()
     error = projdist.sample("robinson", "country:DE").airy_kavrayskiy.raw
     assert f"over Germany (DE): {error:.6f}" in figures.inner_text()
-
     place = page.locator(".card canvas.map").first.bounding_box()
     middle = place["x"] + place["width"] / 2, place["y"] + place["height"] / 2
     page.mouse.move(*middle)
@@ -238,13 +230,11 @@ def test_what_is_dragged_is_in_python_and_what_python_sets_is_shown(page: Any) -
     page.mouse.up()
     page.get_by_text(re.compile("Python has robinson@.* over country:DE")).wait_for()
     assert page.get_by_text(f"Python has {box.input_value()} over country:DE").is_visible()
-
     # Keys that mean something in marimo are no commands while they are typed.
     box.fill("")
     box.press_sequentially("mollweide")
     box.press("Enter")
     page.get_by_text("Python has mollweide over country:DE, with 0 pictures.").wait_for()
-
     page.get_by_role("button", name="Set by Python").click()
     for k in range(2):
         page.locator(".card .figures").nth(k).get_by_text("over Italy").wait_for()
