@@ -17,8 +17,6 @@ from projdist.regions import GLOBE, Box, Cap, PointSet, Region, combine, get_reg
 from projdist.regions.combinations import FAR_KM
 
 # ---- points and areas of `&`, `-` and `+`, for any boxes and caps ---------------------------------
-
-
 GEOD = pyproj.Geod(ellps="WGS84")
 RADIUS_KM = MEAN_EARTH_RADIUS / 1000.0
 RIM = 1e-5  # of a degree: ten times by how much the polygon of a cap leaves its rim
@@ -106,8 +104,6 @@ def test_areas_add_up(a: Shape, b: Shape) -> None:
 
 
 # ---- parts, against distances and countries as people know them -----------------------------------
-
-
 # Points of each country that its main part holds, and others that it leaves out.
 MAIN = {
     "FR": ([(2.35, 48.85), (9.1, 42.2)], [(-53.0, 4.0), (55.5, -21.1), (-61.0, 14.65)]),  # Corsica; Guiana, Réunion
@@ -241,8 +237,6 @@ def test_on_the_command_line() -> None:
 
 
 # ---- the share that lies in a box, against counts of points and closed forms ----------------------
-
-
 EUROPE = Box(-35.58, 24.6, 44.83, 84.73)
 PACIFIC = Box(150, -60, -120, 10)
 

@@ -50,7 +50,6 @@ def test_every_answer_has_the_same_default():
 
 
 # ---- bodies ---------------------------------------------------------------------------------
-
 MARS = "IAU_2015:49910"  # a sphere of 3396.19 km
 MARS_ELLIPSOID = "IAU_2015:49911"  # 3396.19 and 3376.20 km
 MOON = "IAU_2015:30110"  # 1737.4 km

@@ -243,8 +243,6 @@ def test_degrees_that_are_stated_to_be_metres(tmp_path):
 
 
 # ---- points ---------------------------------------------------------------------------------------
-
-
 CSV = "name,lon,lat,weight,height\nA,2.35,48.85,2,35\nB,13.4,52.5,1,34\nC,-3.7,40.4,3,660\n\n"
 
 

@@ -46,7 +46,6 @@ def region_or_line(given_region: Any) -> None:
 
 
 # ---- the language ---------------------------------------------------------------------------
-
 NUMBERS = st.one_of(
     st.integers(-400, 400).map(str), st.floats().map(str), st.sampled_from(["", "1e400", "nan", "9" * 400, "٣", "0x10"])
 )
@@ -104,7 +103,6 @@ def test_brackets_in_brackets() -> None:
 
 
 # ---- files ----------------------------------------------------------------------------------
-
 HUGE = st.sampled_from([10**400, -(10**20)])
 SCALARS = st.one_of(st.none(), st.booleans(), st.text(max_size=5), st.floats(), st.integers(-200, 200), HUGE)
 ANYTHING = st.recursive(
@@ -301,8 +299,6 @@ def test_deep_nesting(tmp_path: Path, nested: Callable[[int], str], depth: int) 
 
 
 # ---- boxes that may not be meant ------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("given_box", "wide", "meant"),
     [("30,35,-10,70", 320, "-10,35,30,70"), ("-60,10,-120,50", 300, "-120,10,-60,50"), ("10,-5,5,5", 355, "5,-5,10,5")],

@@ -8,9 +8,8 @@ from tables import each
 from projdist.earth import data_rows, latitude_text, longitude_text, natural_earth
 from projdist.regions import GLOBE, Box, get_region, is_region_text, region_title
 
+
 # ---- names ----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     "texts",
     [
@@ -67,8 +66,6 @@ def test_area_of_use():
 
 
 # ---- combinations ---------------------------------------------------------------------------
-
-
 A, B = "box:0,0,20,20", "box:10,10,30,30"
 
 
@@ -131,8 +128,6 @@ def test_names_of_combinations():
 
 
 # ---- refusals -------------------------------------------------------------------------------
-
-
 ONCE = "It must be one of @110m, @50m, @10m, @main and @all, once each."
 KILOMETRES = "of a main part. It must be"
 REFUSED = {
@@ -185,8 +180,6 @@ def test_refusals(text):
 
 
 # ---- titles ---------------------------------------------------------------------------------------
-
-
 @each(
     ("text", "title"),
     [

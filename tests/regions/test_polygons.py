@@ -34,10 +34,8 @@ def polygon(*rings, name="test"):
 
 TRIANGLE = [(-20.0, 5.0), (35.0, 15.0), (10.0, 65.0)]
 # A star with a hole: concave, and cut many times by any line.
-STAR = [
-    (20 + (18 if k % 2 else 8) * math.cos(k * math.pi / 7), 40 + (18 if k % 2 else 8) * math.sin(k * math.pi / 7))
-    for k in range(14)
-]
+RADII = [8, 18] * 7
+STAR = [(20 + r * math.cos(k * math.pi / 7), 40 + r * math.sin(k * math.pi / 7)) for k, r in enumerate(RADII)]
 HOLE = [(17.0, 38.0), (22.0, 37.0), (21.0, 42.0)]
 
 
@@ -51,8 +49,6 @@ def raw(projection, region, tolerance=1e-9):
 
 
 # ---- integrals ------------------------------------------------------------------------------
-
-
 def test_a_box_as_a_polygon():
     """Plate carree over a box: the mean of ln^2 cos(latitude), weighted by cos(latitude)."""
     region = polygon([(-30, -20), (50, -20), (50, 70), (-30, 70)])
@@ -106,9 +102,8 @@ def test_a_star_on_a_grid():
     region = polygon(STAR, HOLE)
     shape = shapely.Polygon(STAR, [HOLE])
     west, south, east, north = shape.bounds
-    lon, lat = np.meshgrid(
-        west + (east - west) * (np.arange(1500) + 0.5) / 1500, south + (north - south) * (np.arange(1500) + 0.5) / 1500
-    )
+    middles = (np.arange(1500) + 0.5) / 1500
+    lon, lat = np.meshgrid(west + (east - west) * middles, south + (north - south) * middles)
     weight = np.where(shapely.contains_xy(shape, lon, lat), np.cos(np.radians(lat)), 0.0)
     truth = math.sqrt(np.sum(weight * sinusoidal_square(lon, lat)) / weight.sum())
     assert raw(f"+proj=sinu +R={R}", region) == pytest.approx(truth, rel=1e-4)
@@ -145,14 +140,11 @@ def test_land_and_ocean_make_up_the_globe(projection, resolution):
     assert math.sqrt(np.dot(areas, squares) / sum(areas)) == pytest.approx(whole, abs=1e-6)
 
 
+OBLIQUE = "+proj=ob_tran +o_proj=moll +o_lon_p=40 +o_lat_p=50 +lon_0=60"
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "projection",
-    [
-        "+proj=ob_tran +o_proj=moll +o_lon_p=40 +o_lat_p=50 +lon_0=60",
-        *("+proj=moll +lon_0=-170.3", "igh", "+proj=ortho +lat_0=50"),
-    ],
-)
+@pytest.mark.parametrize("projection", [OBLIQUE, "+proj=moll +lon_0=-170.3", "igh", "+proj=ortho +lat_0=50"])
 def test_seams_and_edges_across_polygons(projection):
     """Where a curved seam or the edge of a map crosses a slanting polygon, its two sides of a diagonal make the box."""
     corners = [(-60, -20), (60, -20), (60, 60), (-60, 60)]
@@ -194,19 +186,15 @@ def test_maps_that_end_beside_a_polygon():
 
 
 # ---- weights --------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("power", [(0, 0), (3, 1), (9, 0), (0, 9), (9, 9)])
 def test_weights_are_exact_for_polynomials(power):
     """The weights of a polygon's panel integrate x^i y^j, by Green's theorem along its edges in closed form."""
     i, j = power
     region = polygon([(-1, -1), (0.9, -0.2), (0.3, 0.8), (-0.5, 0.1)])
-    (west, east, south, north), rule = (
-        region.clip(np.array([0]), np.array([[-1.0, 1.0, -1.0, 1.0]]))[k][0] for k in (1, 2)
-    )
-    x, y = (
-        0.5 * (a + b) + 0.5 * (b - a) * t for a, b, t in ((west, east, NODES[:, None]), (south, north, NODES[None]))
-    )
+    _, rectangles, rules, *_ = region.clip(np.array([0]), np.array([[-1.0, 1.0, -1.0, 1.0]]))
+    (west, east, south, north), rule = rectangles[0], rules[0]
+    x = 0.5 * (west + east) + 0.5 * (east - west) * NODES[:, None]
+    y = 0.5 * (south + north) + 0.5 * (north - south) * NODES[None]
     found = np.sum(rule * x**i * y**j) * (east - west) * (north - south) / 4
     truth = 0.0
     t, gauss = np.polynomial.legendre.leggauss(30)
@@ -244,16 +232,13 @@ def test_clipped_chains_wind_as_before():
             cell = shapely.box(west, south, west + 8, south + 8)
             truth = shapely.intersection(region.geometry, cell).area
             rule = region.clip(np.array([0]), np.array([[west, west + 8.0, south, south + 8.0]]))
-            found = float(
-                sum(w.sum() * (r[1] - r[0]) * (r[3] - r[2]) / 4 for r, w in zip(rule[1], rule[2], strict=True))
-            )
+            sides = zip(rule[1], rule[2], strict=True)
+            found = sum(float(w.sum()) * (r[1] - r[0]) * (r[3] - r[2]) / 4 for r, w in sides)
             assert found == pytest.approx(truth, abs=1e-12)
             assert (not len(part.edges) and not len(part.gates)) == (truth == 0)
 
 
 # ---- areas ----------------------------------------------------------------------------------
-
-
 def geodesic_area(geometry):
     """Area in km^2 of polygons whose edges are divided so finely that geodesics stand for them."""
     total = 0.0
@@ -318,7 +303,8 @@ def test_continents_make_up_the_land():
 def test_memory_of_many_vertices() -> None:
     """Area and weights of 200,000 edges take less than 100 MB beside the edges, ten times which took 1 GB."""
     t = np.linspace(0.0, 2.0 * math.pi, 200_001)
-    region = polygon([(10 + 9 * math.cos(one), 20 + 9 * math.sin(one)) for one in t[:-1]])
+    circle = [(10 + 9 * math.cos(one), 20 + 9 * math.sin(one)) for one in t[:-1]]
+    region = polygon(circle)
     region.edges  # noqa: B018 made before
     tracemalloc.start()
     area = region.area_km2
@@ -326,13 +312,10 @@ def test_memory_of_many_vertices() -> None:
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 100e6
-    assert area == pytest.approx(
-        polygon([(10 + 9 * math.cos(one), 20 + 9 * math.sin(one)) for one in t[:-1:20]]).area_km2, rel=1e-6
-    )
+    assert area == pytest.approx(polygon(circle[::20]).area_km2, rel=1e-6)
 
 
 # ---- what must not matter -------------------------------------------------------------------
-
 FIJI = [(177.0, -19.0), (-179.0, -19.0), (-178.0, -16.0), (178.0, -15.5)]
 POLE = [(-180.0 + 10 * k, -70.0 + 5 * math.sin(k)) for k in range(36)]
 SHAPES = {"plain": TRIANGLE, "antimeridian": FIJI, "pole": POLE}
@@ -442,8 +425,6 @@ def test_polygons_of_boxes_and_caps():
 
 
 # ---- cells ----------------------------------------------------------------------------------------
-
-
 # The edges of GEOS's clips in pieces of so many degrees. Halved, the areas come nearer by a factor of four: to 1.5e-7.
 _PIECE = 0.003
 

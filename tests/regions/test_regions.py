@@ -66,8 +66,6 @@ def random_points(n=4000, seed=11):
 
 
 # ---- areas ----------------------------------------------------------------------------------
-
-
 def test_area_of_the_globe():
     """The globe on WGS 84 has 510 065 621.72 km2 (NIMA TR 8350.2; its authalic sphere has 6371.0072 km)."""
     assert GLOBE.area_km2 == pytest.approx(510_065_621.72, abs=0.01)
@@ -178,8 +176,6 @@ def test_boxes_add_up():
 
 
 # ---- extent ---------------------------------------------------------------------------------
-
-
 @each(
     ("region", "bounds"),
     [
@@ -272,8 +268,6 @@ def test_contains_broadcasts():
 
 
 # ---- charts ---------------------------------------------------------------------------------
-
-
 def chart_points(region, n=300, seed=5):
     """Random chart coordinates of a region's panels: patch, u, v."""
     rng = np.random.default_rng(seed)
@@ -333,7 +327,6 @@ def test_azimuth_and_distance():
 
 
 # ---- texts ----------------------------------------------------------------------------------
-
 TEXTS = {
     "globe": GLOBE,
     " Globe ": GLOBE,
@@ -448,8 +441,6 @@ def test_points_are_no_area() -> None:
 
 
 # ---- the rotated globe ----------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("region", TURNED, ids=str)
 def test_places_of_the_chart(region):
     """Points at a distance from the pole lie on that circle, those of its meridian 0 towards the south."""
@@ -471,8 +462,6 @@ def test_it_is_the_globe(region):
 
 
 # ---- boxes about boxes ----------------------------------------------------------------------------
-
-
 INTERVALS = st.lists(
     st.tuples(st.floats(-180.0, 180.0), st.floats(0.01, 360.0) | st.floats(0.01, 40.0)), min_size=1, max_size=8
 )

@@ -163,8 +163,6 @@ def test_many_rows():
 
 
 # ---- arguments that are none -----------------------------------------------------------------------
-
-
 @each(
     ("check", "value", "message"),
     [

@@ -161,8 +161,6 @@ def test_streams(tmp_path: Path) -> None:
 
 
 # ---- what a command prints ------------------------------------------------------------------
-
-
 FULL = "Invalid output 'standard output'. It cannot be written: No space left on device."
 
 
@@ -221,8 +219,6 @@ def test_names_that_are_no_text(words, suffix, message, tmp_path, monkeypatch):
 
 
 # ---- tables of text --------------------------------------------------------------------------------
-
-
 WRONG = "Invalid file."
 
 

@@ -130,8 +130,6 @@ def test_no_workers_are_left(name: str) -> None:
 
 
 # ---- in this process -------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_signal_ends_the_work_orderly(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """It raises SystemExit once; a second one does not disturb the cleaning up; after it the process leaves at once."""

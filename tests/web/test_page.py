@@ -57,7 +57,9 @@ def page(**more) -> str:
 
 @pytest.fixture(scope="module")
 def with_maps() -> str:
-    maps = draw_maps(["robinson", "EPSG:3035"], titles=["Robinson", EVIL], region="globe")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("projdist.web.page._NODES", 200)  # as `few_cells`, for all tests of the module
+        maps = draw_maps(["robinson", "EPSG:3035"], titles=["Robinson", EVIL], region="globe")
     return page(copies={"PROJ": "+proj=robin", "WKT2": "\n".join("abcdefghijklmnop")}, maps=maps)
 
 

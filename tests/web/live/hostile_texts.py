@@ -201,7 +201,6 @@ def _others() -> Iterator[str]:
 
 
 # ---- in a process of its own ------------------------------------------------------------------
-
 _PLACES = ("h0stile", "work", "work/here", "home", "user")
 """Folders of PATHS: absolute, of the process and the one above, the user's, and that of his grids."""
 

@@ -9,8 +9,6 @@ pytestmark = pytest.mark.slow
 
 
 # ---- parameters -----------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("given", "name", "value"),
     [
@@ -63,8 +61,6 @@ def test_a_value_that_no_map_has_is_said(live: Opener) -> None:
 
 
 # ---- typing ---------------------------------------------------------------------------------
-
-
 WKT = 'PROJCRS["x",BASEGEOGCRS["WGS 84",DATUM["World Geodetic System 1984",ELLIPSOID["WGS 84",6378137,298.257223563]]],'
 WKT += 'CONVERSION["y",METHOD["Mercator (variant A)"],PARAMETER["Longitude of natural origin",0],'
 WKT += 'PARAMETER["Scale factor at natural origin",1]],CS[Cartesian,2],AXIS["e",east],AXIS["n",north],'
@@ -139,8 +135,6 @@ def test_a_wrong_region_is_said_beside_it(typed: str, live: Opener) -> None:
 
 
 # ---- drawing regions ------------------------------------------------------------------------
-
-
 def test_a_box_is_drawn(live: Opener) -> None:
     page = live("+proj=eqc")
     press(page, "Draw a box")

@@ -111,8 +111,6 @@ def test_monsters_are_refused(text: str) -> None:
 
 
 # ---- what needs no file -------------------------------------------------------------------------
-
-
 def forms_of(crs: CRS) -> list[str]:
     """A CRS in all the texts that pyproj makes of it."""
     found = [crs.name, crs.to_json(), crs.to_json(pretty=True), crs.to_wkt("WKT2_2019", pretty=True)]
@@ -191,7 +189,6 @@ def test_designs_are_open() -> None:
 
 
 # ---- PROJ without its user's files --------------------------------------------------------------
-
 SHIFT = """
 import json, pyproj, pyproj.network, sys, threading
 found = {}

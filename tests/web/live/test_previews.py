@@ -62,17 +62,13 @@ def test_the_figure_is_about_right(given: str, region: str) -> None:
     assert header["about"]["airy_kavrayskiy_scaled"] == pytest.approx(true.scaled, rel=0.1)
 
 
-@pytest.mark.parametrize("given", ["+proj=gnom +lat_0=45 +R=6371000", "+proj=nsper +h=1000000 +R=6371000"])
-def test_maps_of_a_part_have_no_preview_of_the_figure(given: str) -> None:
-    """Gnomonic maps have more than twice that of the part that is shown; near a horizon scales have no bound."""
-    header, _ = Previewer().frame(Projection.from_user_input(given), "globe", tunable(given).centre)
-    assert header["about"] is None
-
-
-def test_parts_far_away_have_no_preview_of_the_figure() -> None:
-    """New Zealand's is of all its islands, of which the picture shows the main ones."""
-    header, _ = Previewer().frame(Projection.from_user_input("EPSG:2193"), "country:NZ", None)
-    assert header["about"] is None
+def test_maps_of_a_part_have_no_preview_of_the_figure() -> None:
+    """Gnomonic maps have twice that of what is shown; horizons give no bound; New Zealand's is of all its islands."""
+    gnomonic, near = "+proj=gnom +lat_0=45 +R=6371000", "+proj=nsper +h=1000000 +R=6371000"
+    cases = [(gnomonic, "globe", tunable(gnomonic).centre), (near, "globe", tunable(near).centre)]
+    for given, region, centre in [*cases, ("EPSG:2193", "country:NZ", None)]:
+        header, _ = Previewer().frame(Projection.from_user_input(given), region, centre)
+        assert header["about"] is None, given
 
 
 @pytest.mark.parametrize(

@@ -66,8 +66,6 @@ def port(site: LiveSite) -> Iterator[int]:
 
 
 # ---- as an application --------------------------------------------------------------------------
-
-
 def answer(site: LiveSite, path: str = "/", method: str = "GET", kind: str = "http", **named: str) -> tuple[int, dict]:
     """The status and the headers of the reply to a request with some headers; `body` is its body."""
     headers = [(name.encode(), value.encode()) for name, value in ({"host": OWN} | named).items() if value]
@@ -191,8 +189,6 @@ def test_the_page_and_its_modules_are_there(site: LiveSite) -> None:
 
 
 # ---- as it is served ----------------------------------------------------------------------------
-
-
 def closed_with(socket: Any, message: str | bytes | None = None) -> int | None:
     """The code with which the server ends a connection, on a message or by itself; None if it was not heard."""
     with pytest.raises(ConnectionClosed) as caught:  # noqa: PT012  (it may be while the message is sent)
@@ -334,7 +330,6 @@ def test_a_page_that_does_not_read_is_closed(site: LiveSite, port: int, monkeypa
 
 
 # ---- whatever is sent ---------------------------------------------------------------------------
-
 words = st.sampled_from(
     [*WORKER_OF_KIND, "stop", "robinson", "EPSG:3035", "globe", "box:170,-50,-170,10", "+proj=laea", "@", "none"]
 )

@@ -87,8 +87,6 @@ def page(make: Callable[..., Explorer], monkeypatch: pytest.MonkeyPatch) -> Call
 
 
 # ---- what is set ----------------------------------------------------------------------------
-
-
 def test_one_map_of_the_globe(make: Callable[..., Explorer]) -> None:
     """Without anything else; else the area of use that all maps have."""
     assert repr(make()) == "Explorer('winkel-tripel', region='globe', measure='fisher')"
@@ -184,8 +182,6 @@ def test_what_the_page_sets(make: Callable[..., Explorer]) -> None:
 
 
 # ---- what the page asks ---------------------------------------------------------------------
-
-
 def test_previews_are_answered_at_once(page: Callable[..., Page]) -> None:
     """To the view that asked, without a process."""
     opened = page("robinson")
@@ -288,8 +284,6 @@ print(*WORKERS.pids)
 
 
 # ---- the page, and where none runs ----------------------------------------------------------
-
-
 def test_the_script_is_one_module(make: Callable[..., Explorer], tmp_path: Path) -> None:
     """Of all that the page has, without an import, with the one export that a widget must have."""
     text = make("robinson")._esm

@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -142,9 +143,7 @@ def test_nothing_is_left_of_what_was_killed(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("opened", ["robinson", "+proj=merc +nadgrids=x.gsb"])
-def test_processes_have_proj_without_the_users_files(
-    opened: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_processes_have_proj_without_the_users_files(opened: str, tmp_path: Path, monkeypatch: Any) -> None:
     """Nor a network, unless he has named a file; the page's own process keeps what it has."""
     monkeypatch.setenv("PROJ_NETWORK", "ON")
     monkeypatch.setenv("PROJ_USER_WRITABLE_DIRECTORY", str(tmp_path))
@@ -167,9 +166,10 @@ def test_pages_have_their_turns(shared: Worker) -> None:
     assert told.blocks.empty()
     problems = [one["problem"] for one in heard if "problem" in one]
     assert len(problems) == 2999 - MOST_OF_PAGE
-    assert set(problems) == {
+    said = (
         "Invalid request. This page has 48 others that wait, and may not have more: ask again when some are answered."
-    }
+    )
+    assert set(problems) == {said}
     assert [one["id"] for one in heard if "problem" not in one] == [0, 1, 5000, *range(2, MOST_OF_PAGE + 1)]
 
 
