@@ -189,8 +189,7 @@ def test_well_known_text(text, tmp_path):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("", "It holds no polygons."),
-        ("POLYGON EMPTY", "It holds no polygons."),
+        *(("", "It holds no polygons."), ("POLYGON EMPTY", "It holds no polygons.")),
         ("POINT(1 2)", "It must hold polygons only; it holds a Point."),
         ("POLYGON((0 0,10 0,10 10", "It must hold WKT of geometries: ParseException: Expected word"),
         ('PROJCS["WGS 84"]', "It must hold WKT of geometries: ParseException: Unknown type"),
@@ -314,8 +313,7 @@ QUOTED = 'lon,lat,name\n1,2,a\n3,4,"b\n5,6,c\n7,8,d"\n'
 @each(
     ("text", "reason"),
     [
-        ("", "It is empty."),
-        ("x,y\n1,2\n", "Its header must have lon and lat; it has x, y."),
+        *(("", "It is empty."), ("x,y\n1,2\n", "Its header must have lon and lat; it has x, y.")),
         ("lon,lat\n", "It has no points."),
         ("lon,lat\n1,2\n3,north\n", "Line 3 must have numbers for lon, lat."),
         ("lon,lat,weight\n1,2\n", "Line 2 must have numbers for lon, lat, weight."),
@@ -339,8 +337,7 @@ def test_wrong_points_files(tmp_path, text, reason):
 @pytest.mark.parametrize(
     ("row", "reason"),
     [
-        ("1,95,1", f"Point 1 is at 1, 95; {ON_EARTH}"),
-        ("inf,5,1", f"Point 1 is at inf, 5; {ON_EARTH}"),
+        *(("1,95,1", f"Point 1 is at 1, 95; {ON_EARTH}"), ("inf,5,1", f"Point 1 is at inf, 5; {ON_EARTH}")),
         ("1,5,-1", "Point 1 has the weight -1; it must be finite and not negative."),
         ("1,5,nan", "Point 1 has the weight nan; it must be finite and not negative."),
         ("1,5,0", "Their weights must not all be zero."),

@@ -49,15 +49,14 @@ def region_or_line(given_region: Any) -> None:
 NUMBERS = st.one_of(
     st.integers(-400, 400).map(str), st.floats().map(str), st.sampled_from(["", "1e400", "nan", "9" * 400, "٣", "0x10"])
 )
+PREFIXES = ["country:", "file:", "crs:", "continent:", "state:", ""]
 ATOMS = st.one_of(
     st.sampled_from("globe land@110m ocean@110m country:CH@110m country:FR@110m@main continent:Asia@110m".split()),
     st.sampled_from("crs:EPSG:2056 crs: country: state:RI file: points:x.csv#a geodesic:/dev/null land@".split()),
     st.lists(NUMBERS, min_size=3, max_size=5).map(lambda numbers: "box:" + ",".join(numbers)),
     st.lists(NUMBERS, min_size=2, max_size=4).map(lambda numbers: "cap:" + ",".join(numbers)),
     st.text(max_size=12),
-    st.tuples(st.sampled_from(["country:", "file:", "crs:", "continent:", "state:", ""]), st.text(max_size=20)).map(
-        "".join
-    ),
+    st.tuples(st.sampled_from(PREFIXES), st.text(max_size=20)).map("".join),
 )
 REGIONS = st.recursive(
     ATOMS,

@@ -184,14 +184,12 @@ def test_refusals(text):
     ("text", "title"),
     [
         *(("country:DE", "Germany (DE)"), ("country:Fiji", "Fiji (FJ)")),
-        ("country:DE + country:AT", "Germany (DE) + Austria (AT)"),
-        *(("country:FR@all", "France (FR)"), ("country:NO@main", "Norway (NO), main part")),
-        *(("country:Somaliland", "Somaliland"), ("continent:North America", "North America")),
-        ("state:california", "California (CA)"),
+        *(("country:DE + country:AT", "Germany (DE) + Austria (AT)"), ("country:FR@all", "France (FR)")),
+        *(("country:NO@main", "Norway (NO), main part"), ("country:Somaliland", "Somaliland")),
+        *(("continent:North America", "North America"), ("state:california", "California (CA)")),
         ("state:WA + state:OR", "Washington (WA) + Oregon (OR)"),
         ("box:170,-20,-170,-10", "170°E to 170°W, 20°S to 10°S"),
-        ("cap:2.35,48.85,50", "50 km around 48.85°N, 2.35°E"),
-        ("globe", "globe"),
+        *(("cap:2.35,48.85,50", "50 km around 48.85°N, 2.35°E"), ("globe", "globe")),
     ],
 )
 def test_titles(text: str, title: str) -> None:

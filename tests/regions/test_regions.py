@@ -38,8 +38,7 @@ REGIONS = {
     "cap on Saturn": Cap(-60, 35, 40_000, SATURN),
 }
 TURNED = [
-    TurnedGlobe(13.0, 45.0),
-    TurnedGlobe(-170.0, -20.0, graded=False, widest=90.0),
+    *(TurnedGlobe(13.0, 45.0), TurnedGlobe(-170.0, -20.0, graded=False, widest=90.0)),
     TurnedGlobe(90.0, 0.0, widest=90.0),
 ]
 region_ids = pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS.keys())
@@ -372,15 +371,9 @@ CENTRE = "Its centre must be a longitude within -360 and 360, a latitude within 
 TOO_WIDE = ("10,40,10,50", "-200,40,200,50", "350,0,-350,10")
 NO_BOX = "South must be below north, both within -90 and 90."
 # Latitudes before longitudes, north before south, or both: the box that is one is asked for.
-MISPLACED = {
-    "0,50,10,40": "Did you mean 0,40,10,50? ",
-    "0,40,10,40": "",
-    "0,40,10,91": "Did you mean 40,0,91,10? ",
-    "0,-91,10,40": "Did you mean -91,0,40,10? ",
-    "35,100,70,150": "Did you mean 100,35,150,70? ",
-    "35,-120,70,-10": "Did you mean -120,35,-10,70? ",
-    "30,70,-10,35": "Did you mean -10,35,30,70? ",
-    "0,50,10,500": "",
+MEANT = {
+    **{"0,50,10,40": "0,40,10,50", "0,40,10,91": "40,0,91,10", "0,-91,10,40": "-91,0,40,10"},
+    **{"35,100,70,150": "100,35,150,70", "35,-120,70,-10": "-120,35,-10,70", "30,70,-10,35": "-10,35,30,70"},
 }
 WRONG = {
     "": f"Invalid region ''. {FORMS}",
@@ -395,7 +388,8 @@ WRONG = {
     "box:-400,40,0,50": "Invalid box '-400,40,0,50'. West and east must lie within -360 and 360.",
     "box:0,40,361,50": "Invalid box '0,40,361,50'. West and east must lie within -360 and 360.",
     **{f"box:{box}": f"Invalid box '{box}'. It must be wider than 0 and at most 360 degrees." for box in TOO_WIDE},
-    **{f"box:{box}": f"Invalid box '{box}'. {hint}{NO_BOX}" for box, hint in MISPLACED.items()},
+    **{f"box:{box}": f"Invalid box '{box}'. Did you mean {meant}? {NO_BOX}" for box, meant in MEANT.items()},
+    **{f"box:{box}": f"Invalid box '{box}'. {NO_BOX}" for box in ("0,40,10,40", "0,50,10,500")},
 }
 WRONG |= {
     f"cap:0,0,{radius}": f"Invalid cap '0,0,{radius}'. Its radius must be above 0 and at most 20015 km, "
@@ -471,12 +465,9 @@ ROUNDING = 1e-9  # of a degree, of sums up to 720
 @each(
     ("west", "east", "box"),
     [
-        ([5.0, 8.0], [6.0, 15.0], (5.0, 15.0)),
-        ([177.0, -180.0], [180.0, -178.0], (177.0, -178.0)),
-        ([-180.0, 177.0], [-178.0, 180.0], (177.0, -178.0)),
-        ([170.0, -10.0], [190.0, 0.0], (170.0, 0.0)),
-        ([-180.0], [180.0], (-180.0, 180.0)),
-        ([-170.0, -60.0, 60.0], [-50.0, 70.0, 175.0], (-170.0, 175.0)),
+        *(([5.0, 8.0], [6.0, 15.0], (5.0, 15.0)), ([177.0, -180.0], [180.0, -178.0], (177.0, -178.0))),
+        *(([-180.0, 177.0], [-178.0, 180.0], (177.0, -178.0)), ([170.0, -10.0], [190.0, 0.0], (170.0, 0.0))),
+        *(([-180.0], [180.0], (-180.0, 180.0)), ([-170.0, -60.0, 60.0], [-50.0, 70.0, 175.0], (-170.0, 175.0))),
         ([10.0], [10.0], (9.995, 10.005)),
     ],
 )

@@ -174,8 +174,7 @@ def test_many_rows():
         (check_whole_number, -1, "Invalid thing '-1'. It must be a whole number, 0 or more."),
         (check_whole_number, True, "It must be a whole number, 0 or more."),
         *((check_numbers, None, "Invalid thing"), (check_numbers, ["x"], "Invalid thing")),
-        (check_pair, [1.0, 2.0, 3.0], "They must be two numbers."),
-        (check_pair, 1.0, "They must be two numbers."),
+        *((check_pair, [1.0, 2.0, 3.0], "They must be two numbers."), (check_pair, 1.0, "They must be two numbers.")),
         (check_path, 3, "Invalid thing '3'. It must be the path of a file."),
     ],
 )

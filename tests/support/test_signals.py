@@ -222,11 +222,9 @@ def test_threads_keep_the_signals_as_they_are() -> None:
     ("argv", "words", "expected"),
     [
         (["/usr/bin/projdist", "list"], ["python", "/usr/bin/projdist", "list"], True),
-        (["-m", "list"], ["python", "-m", "projdist", "list"], True),
-        (["-m"], ["python", "-mprojdist"], True),
+        *((["-m", "list"], ["python", "-m", "projdist", "list"], True), (["-m"], ["python", "-mprojdist"], True)),
         (["-m", "projdist"], ["python", "-m", "pytest", "projdist"], False),
-        (["program.py"], ["python", "program.py"], False),
-        ([], ["python"], False),
+        *((["program.py"], ["python", "program.py"], False), ([], ["python"], False)),
     ],
 )
 def test_what_the_command_is(argv: list[str], words: list[str], expected: bool, monkeypatch: Any) -> None:

@@ -63,33 +63,21 @@ def _wkt2(conversion: str = _MERC2, last: str = "") -> str:
 
 
 def _json(method: str, remarks: str = "") -> str:
-    base = {
-        "type": "GeographicCRS",
-        "name": "g",
-        "datum": {
-            "type": "GeodeticReferenceFrame",
-            "name": "d",
-            "ellipsoid": {"name": "s", "semi_major_axis": 6378137, "inverse_flattening": 298.257},
-        },
-        "coordinate_system": {
-            "subtype": "ellipsoidal",
-            "axis": [
-                {"name": "Longitude", "abbreviation": "lon", "direction": "east", "unit": "degree"},
-                {"name": "Latitude", "abbreviation": "lat", "direction": "north", "unit": "degree"},
-            ],
-        },
-    }
+    ellipsoid = {"name": "s", "semi_major_axis": 6378137, "inverse_flattening": 298.257}
+    datum = {"type": "GeodeticReferenceFrame", "name": "d", "ellipsoid": ellipsoid}
+    degrees = [
+        {"name": "Longitude", "abbreviation": "lon", "direction": "east", "unit": "degree"},
+        {"name": "Latitude", "abbreviation": "lat", "direction": "north", "unit": "degree"},
+    ]
+    system = {"subtype": "ellipsoidal", "axis": degrees}
+    base = {"type": "GeographicCRS", "name": "g", "datum": datum, "coordinate_system": system}
     axes = [
         {"name": name, "abbreviation": name[0], "direction": direction, "unit": "metre"}
         for name, direction in (("Easting", "east"), ("Northing", "north"))
     ]
-    crs = {
-        "type": "ProjectedCRS",
-        "name": "x",
-        "base_crs": base,
-        "conversion": {"name": "c", "method": {"name": method}, "parameters": []},
-        "coordinate_system": {"subtype": "Cartesian", "axis": axes},
-    }
+    conversion = {"name": "c", "method": {"name": method}, "parameters": []}
+    crs = {"type": "ProjectedCRS", "name": "x", "base_crs": base, "conversion": conversion}
+    crs |= {"coordinate_system": {"subtype": "Cartesian", "axis": axes}}
     return json.dumps(crs | ({"remarks": remarks} if remarks else {}))
 
 
@@ -100,18 +88,10 @@ def _bound(path: str, form: str) -> str:
         target = f'GEOGCRS["t",DATUM["d",ELLIPSOID["s",6378137,298.257]],{axes}]'
         return f'BOUNDCRS[SOURCECRS[{_wkt2()}],TARGETCRS[{target}],ABRIDGEDTRANSFORMATION["t",{method}]]'
     source = json.loads(_json("Mercator (variant A)"))
-    transformation = {
-        "name": "t",
-        "method": {"name": "NTv2", "id": {"authority": "EPSG", "code": 9615}},
-        "parameters": [{"name": "Latitude and longitude difference file", "value": path}],
-    }
-    bound = {
-        "type": "BoundCRS",
-        "source_crs": source,
-        "target_crs": source["base_crs"],
-        "transformation": transformation,
-    }
-    return json.dumps(bound)
+    method = {"name": "NTv2", "id": {"authority": "EPSG", "code": 9615}}
+    parameters = [{"name": "Latitude and longitude difference file", "value": path}]
+    bound = {"type": "BoundCRS", "source_crs": source, "target_crs": source["base_crs"]}
+    return json.dumps(bound | {"transformation": {"name": "t", "method": method, "parameters": parameters}})
 
 
 def _quoted(text: str) -> str:
@@ -244,14 +224,8 @@ def outcomes(
     given.write_text(json.dumps([closed, opened]).replace("/h0stile/", f"{folder}/h0stile/"))
     env = os.environ | {"PROJ_NETWORK": "OFF", "HOME": str(folder / "home")}
     env |= {"PROJ_USER_WRITABLE_DIRECTORY": str(folder / "user"), "PYTHONPATH": str(Path(__file__).parents[3])}
-    found = subprocess.run(
-        [*before, sys.executable, str(Path(__file__).resolve()), str(folder)],
-        env=env,
-        cwd=folder / "work" / "here",
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    command, here = [*before, sys.executable, str(Path(__file__).resolve()), str(folder)], folder / "work" / "here"
+    found = subprocess.run(command, env=env, cwd=here, capture_output=True, text=True, check=True)
     told = [json.loads(line) for line in found.stdout.splitlines()]
     return told[: len(closed)], told[len(closed) :]
 

@@ -13,8 +13,7 @@ pytestmark = pytest.mark.slow
     ("given", "name", "value"),
     [
         ("+proj=lcc +lat_1=30 +lat_2=60", "lat_1", "44"),
-        ("+proj=omerc +lonc=10 +lat_0=50 +alpha=30", "alpha", "60"),
-        ("+proj=nsper +h=5000000", "h", "9000000"),
+        *(("+proj=omerc +lonc=10 +lat_0=50 +alpha=30", "alpha", "60"), ("+proj=nsper +h=5000000", "h", "9000000")),
         ("+proj=natearth2", "lon_0", "25"),
     ],
     ids=str,
@@ -71,8 +70,7 @@ WKT += 'LENGTHUNIT["metre",1]]'
     ("typed", "shown"),
     [
         *(("mollweide", "Mollweide"), ("EPSG:2154", "EPSG:2154")),
-        ("+proj=lcc +lat_1=44 +lat_2=49 +lon_0=3", "Lambert"),
-        *(("  +proj=eqc   +lat_ts=40 ", "qui"), (WKT, "x")),
+        *(("+proj=lcc +lat_1=44 +lat_2=49 +lon_0=3", "Lambert"), ("  +proj=eqc   +lat_ts=40 ", "qui"), (WKT, "x")),
     ],
     ids=lambda text: str(text)[:20],
 )

@@ -85,17 +85,14 @@ def test_files_are_saved(button: str, start: bytes, live: Opener) -> None:
     assert Path(download.value.path()).read_bytes().startswith(start)
 
 
-SQUARES = {
-    "type": "FeatureCollection",
-    "features": [
-        {
-            "type": "Feature",
-            "properties": {"name": name},
-            "geometry": {"type": "Polygon", "coordinates": [[[x, y], [x + 2, y], [x + 2, y + 2], [x, y + 2], [x, y]]]},
-        }
-        for name, x, y in (("south", 10.0, 0.0), ("north", 10.0, 60.0))
-    ],
-}
+def square(name: str, x: float, y: float) -> dict[str, object]:
+    """A feature of two degrees."""
+    ring = [[x, y], [x + 2, y], [x + 2, y + 2], [x, y + 2], [x, y]]
+    shape = {"type": "Polygon", "coordinates": [ring]}
+    return {"type": "Feature", "properties": {"name": name}, "geometry": shape}
+
+
+SQUARES = {"type": "FeatureCollection", "features": [square("south", 10.0, 0.0), square("north", 10.0, 60.0)]}
 
 
 def test_the_best_maps_are_found_shown_and_pointed_at(live: Opener) -> None:
@@ -157,9 +154,8 @@ def test_data_are_checked(way: str, live: Opener, tmp_path: Path) -> None:
     rows = page.page.locator(".panel > div:last-child tbody tr").all_inner_texts()
     assert [row.split()[1] for row in rows] == ["north", "south"]
     # Mercator's map enlarges areas by about 1 / cos(latitude)^2.
-    assert float(rows[0].split("\t")[1].removesuffix(" %")) == pytest.approx(
-        100 / math.cos(math.radians(61.0)) ** 2 - 100, rel=0.03
-    )
+    larger = 100 / math.cos(math.radians(61.0)) ** 2 - 100
+    assert float(rows[0].split("\t")[1].removesuffix(" %")) == pytest.approx(larger, rel=0.03)
     before = page.picture()
     page.page.get_by_role("button", name="Show feature").first.click()
     assert page.picture() != before
