@@ -32,6 +32,7 @@ from projdist.projections import (
 from projdist.web.live.dispatcher import InputPolicy
 
 TEXTS = hostile_texts()
+MONSTERS = ["[" * 4000, "=" * 4000, "+" * 9000, ";" * 9000, "urn:ogc:def:crs:" * 900]
 
 
 def assert_nothing_is_opened(texts: list[str], found: list[dict[str, Any]]) -> None:
@@ -90,14 +91,14 @@ def test_the_system_is_asked_for_no_file(how: str, tmp_path: Path) -> None:
 @each(
     "text",
     [
-        *("{" * 9000, "[" * 4000, "PROJCS[" * 2000, "PROJCS(" * 2000 + ")" * 2000, "(" * 9000, '{"a":' * 3000),
+        *("{" * 9000, "[" * 1000, "PROJCS[" * 2000, "PROJCS(" * 2000 + ")" * 2000, "(" * 9000, '{"a":' * 3000),
         *('{"a":' * 3000 + "1" + "}" * 3000, '{"a":[' * 900 + "]}" * 900, f'{{"a": {"9" * 5000}}}', '{"a": 1e999}'),
         *('{"proj": "merc", "lat_ts": NaN}', '{"proj": "merc", "R": 1e999}', '{"proj": ["merc"]}', '{"proj": null}'),
         *("+proj=merc +lat_ts=nan", "+proj=merc +R=1e999", "+proj=merc +k_0=inf", f"+proj=merc +R={'9' * 9000}"),
         *("+proj=merc +lat_ts=" * 900, "+proj=pipeline " + "+step +proj=merc " * 1000, "robinson" + "+lon_0=1" * 2000),
         *("x" * 20_001, "x" * 1_000_000, "é" * 20_000, '"' * 20_000, "PROJCS[" + '"' * 9000, "\u202e" * 100, "\ud800"),
-        *("=" * 4000, "proj=" * 3000, "EPSG:" + "9" * 9000, "{}", "[]"),
-        *(pytest.param(one, marks=pytest.mark.slow) for one in ("+" * 9000, ";" * 9000, "urn:ogc:def:crs:" * 900)),
+        *("=" * 1000, "proj=" * 3000, "EPSG:" + "9" * 9000, "{}", "[]"),
+        *(pytest.param(one, marks=pytest.mark.slow) for one in MONSTERS),
     ],
 )
 def test_monsters_are_refused(text: str) -> None:

@@ -32,6 +32,12 @@ def waited_for(path: Path) -> str:
     return path.read_text()
 
 
+@pytest.fixture
+def told() -> Hearing:
+    """What a worker tells in a test."""
+    return Hearing()
+
+
 @pytest.fixture(scope="module")
 def shared() -> Iterator[Worker]:
     """A worker whose process several tests share."""
@@ -46,9 +52,8 @@ def occupy(found: Worker, page: str, told: Hearing) -> None:
         time.sleep(0.01)
 
 
-def test_the_newest_of_each_map_is_answered(shared: Worker) -> None:
+def test_the_newest_of_each_map_is_answered(shared: Worker, told: Hearing) -> None:
     """Older ones that wait are dropped; each map keeps its turn, however often it is asked for."""
-    told = Hearing()
     occupy(shared, "page", told)
     for number in (2, 4, 6):
         shared.ask("page", "a", wanted(number), told)
@@ -58,9 +63,8 @@ def test_the_newest_of_each_map_is_answered(shared: Worker) -> None:
 
 
 @pytest.mark.slow
-def test_what_takes_too_long_is_stopped() -> None:
+def test_what_takes_too_long_is_stopped(told: Hearing) -> None:
     """With its process; the next request has another one."""
-    told = Hearing()
     with worker(Traps(), limit=0.5) as found:
         found.ask("page", "a", wanted(1), told)
         assert "problem" not in told.next()
@@ -73,9 +77,8 @@ def test_what_takes_too_long_is_stopped() -> None:
 
 
 @pytest.mark.slow
-def test_what_nobody_foresaw_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_nobody_foresaw_is_told(capsys: pytest.CaptureFixture[str], told: Hearing) -> None:
     """In one line on the page, with its trace once in the log, which is standard error's; the worker goes on."""
-    told = Hearing()
     with worker(Traps()) as found:
         found.ask("page", "a", wanted(1, "fall"), told)
         problem = told.next()["problem"]
@@ -89,9 +92,8 @@ def test_what_nobody_foresaw_is_told(capsys: pytest.CaptureFixture[str]) -> None
 
 
 @pytest.mark.slow
-def test_a_request_whose_process_is_killed_is_answered(tmp_path: Path) -> None:
+def test_a_request_whose_process_is_killed_is_answered(tmp_path: Path, told: Hearing) -> None:
     """By another process, once; the page notices a pause."""
-    told = Hearing()
     with worker(Traps(folder=str(tmp_path))) as found:
         found.ask("page", "a", wanted(1, "killed-once"), told)
         assert told.next()["texts"]
@@ -102,9 +104,8 @@ def test_a_request_whose_process_is_killed_is_answered(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_process_that_is_killed_while_it_waits_is_replaced() -> None:
+def test_a_process_that_is_killed_while_it_waits_is_replaced(told: Hearing) -> None:
     """Nobody notices."""
-    told = Hearing()
     with worker() as found:
         found.ask("page", "a", wanted(1), told)
         told.next()
@@ -115,9 +116,8 @@ def test_a_process_that_is_killed_while_it_waits_is_replaced() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("how", ["drop", "close", "limit"])
-def test_nothing_is_left_of_what_is_stopped(how: str, tmp_path: Path) -> None:
+def test_nothing_is_left_of_what_is_stopped(how: str, tmp_path: Path, told: Hearing) -> None:
     """Neither the process nor those that it has forked; of what is dropped nothing is told."""
-    told = Hearing()
     with worker(Traps(folder=str(tmp_path)), limit=1.0 if how == "limit" else 600.0) as found:
         found.ask("page", "a", wanted(1, "forks"), told)
         child = int(waited_for(tmp_path / "child"))
@@ -132,9 +132,8 @@ def test_nothing_is_left_of_what_is_stopped(how: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_nothing_is_left_of_what_was_killed(tmp_path: Path) -> None:
+def test_nothing_is_left_of_what_was_killed(tmp_path: Path, told: Hearing) -> None:
     """Processes that a killed one had forked hold its end of the connection open, and end, too."""
-    told = Hearing()
     with worker(Traps(folder=str(tmp_path))) as found:
         found.ask("page", "a", wanted(1, "forks-and-dies"), told)
         assert "ended twice" in told.next()["problem"]
@@ -155,9 +154,8 @@ def test_processes_have_proj_without_the_users_files(opened: str, tmp_path: Path
     assert dict(os.environ) == before
 
 
-def test_pages_have_their_turns(shared: Worker) -> None:
+def test_pages_have_their_turns(shared: Worker, told: Hearing) -> None:
     """A page that asks for thousands of maps is answered some, and told why no more; another one waits for two."""
-    told = Hearing()
     occupy(shared, "first", told)
     for number in range(1, 3000):
         shared.ask("first", f"map{number}", wanted(number), told)
