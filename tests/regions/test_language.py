@@ -70,19 +70,14 @@ A, B = "box:0,0,20,20", "box:10,10,30,30"
 
 
 def test_areas_of_combinations():
-    """What is in both, in one only and in either has the areas of boxes."""
-    both = area("box:10,10,20,20")
+    """Of both, of one only, of either; & goes before - and +, these from left to right; brackets group."""
+    both, c = area("box:10,10,20,20"), "box:0,0,5,5"
     assert area(f"{A} & {B}") == pytest.approx(both, rel=1e-12)
     assert area(f"{A} - {B}") == pytest.approx(area(A) - both, rel=1e-12)
     assert area(f"{A} + {B}") == pytest.approx(area(A) + area(B) - both, rel=1e-12)
-
-
-def test_precedence():
-    """& goes before - and +, these from left to right; brackets group."""
-    c = "box:0,0,5,5"
-    assert area(f"{c} + {A} & {B}") == pytest.approx(area(c) + area("box:10,10,20,20"), rel=1e-12)
-    assert area(f"({c} + {A}) & {B}") == pytest.approx(area("box:10,10,20,20"), rel=1e-12)
-    assert area(f"{A} - {c} - {B}") == pytest.approx(area(A) - area(c) - area("box:10,10,20,20"), rel=1e-12)
+    assert area(f"{c} + {A} & {B}") == pytest.approx(area(c) + both, rel=1e-12)
+    assert area(f"({c} + {A}) & {B}") == pytest.approx(both, rel=1e-12)
+    assert area(f"{A} - {c} - {B}") == pytest.approx(area(A) - area(c) - both, rel=1e-12)
     assert area(f"{A} - ({c} + ({B}))") == pytest.approx(area(f"{A} - {c} - {B}"), rel=1e-12)
 
 

@@ -437,7 +437,7 @@ def test_points_are_no_area() -> None:
 # ---- the rotated globe ----------------------------------------------------------------------------
 @pytest.mark.parametrize("region", TURNED, ids=str)
 def test_places_of_the_chart(region):
-    """Points at a distance from the pole lie on that circle, those of its meridian 0 towards the south."""
+    """Points lie at their distance from the pole, those of meridian 0 towards the south; it is all of the globe."""
     v = np.array([80.0, 45.0, -30.0])
     points = region.chart(np.zeros(3, dtype=int), np.array([12.0, 100.0, -150.0]), v)
     pole = unit_vectors(region.lon, region.lat)
@@ -447,10 +447,6 @@ def test_places_of_the_chart(region):
     assert south.lat[0] == pytest.approx(region.lat - 1.0, abs=1e-9)
     assert math.cos(math.radians(south.lon[0] - region.lon)) == pytest.approx(1.0)
 
-
-@pytest.mark.parametrize("region", TURNED, ids=str)
-def test_it_is_the_globe(region):
-    """It is called the same, and is everywhere."""
     assert (region.name, region.bounds, region.area_km2) == (GLOBE.name, GLOBE.bounds, GLOBE.area_km2)
     assert region.contains([0.0, 170.0], [90.0, -3.0]).all()
 

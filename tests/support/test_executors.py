@@ -101,25 +101,18 @@ def test_lost_tasks_are_done_again_by_the_executor(rounds, error):
 
 
 def test_what_is_always_lost_is_done_here():
-    """After the first try and three more this process does the work."""
+    """After the first try and three more this process does the work; an error of a task is no loss, and raised."""
     executor = Lossy(100)
     assert run_all(executor, square, range(5)) == [0, 1, 4, 9, 16]
     assert (executor.given, executor.ran) == (20, [])
-
-
-def test_errors_of_tasks_are_raised():
-    """Only what is lost is done again; an error is one."""
     with ThreadPoolExecutor(2) as pool, pytest.raises(TypeError):
         run_all(pool, square, ["x"])
 
 
-@each(
-    "text",
-    [
-        *("dask", "dask://", "dask://host", "tcp://host:8786", "dask://host:port"),
-        *("4", "processes:0", "processes:x", "processes:99999"),
-    ],
-)
+WRONG = "dask dask:// dask://host tcp://host:8786 dask://host:port 4 processes:0 processes:x processes:99999".split()
+
+
+@each("text", WRONG)
 def test_wrong_addresses(text):
     """One line for what is no address."""
     with pytest.raises(ValueError, match=r"^Invalid executor '.*'. It must be dask://HOST:PORT"):

@@ -133,8 +133,8 @@ def test_a_page_without_maps_is_small() -> None:
     assert not [tag for tag, _ in Read(text).elements if tag in ("canvas", "figure")]
 
 
-ORDINARY = [("winkel-tripel", "globe")]
-LARGE = [
+MAPS = [
+    ("winkel-tripel", "globe"),
     *(("stereographic@65,15", "country:NO"), ("EPSG:3034", "country:GR"), ("EPSG:3571", "box:-180,60,180,90")),
     *(("EPSG:3035", "continent:Europe"), ("EPSG:3978", "country:CA"), ("EPSG:2193", "country:NZ")),
     *(("EPSG:3031", "continent:Antarctica"), ("airy@60,100", "country:PH"), ("isea", "globe"), ("igh", "land")),
@@ -143,7 +143,7 @@ LARGE = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("given", "region"), [*ORDINARY, *LARGE])
+@pytest.mark.parametrize(("given", "region"), MAPS)
 def test_a_map_has_less_than_400_kb(given: str, region: str) -> None:
     """Also of coasts with many islands, and of all land on maps that are cut often."""
     maps = draw_maps([given], titles=["A"], region=region)
