@@ -10,6 +10,7 @@ import pyproj
 import pytest
 import shapely
 from gis_files import some_slow
+from refusals import refuses
 
 from projdist import Notice, Projection, check, design, estimate_crs, factors, gis, read_heights
 from projdist.projections import crs_of, same_map
@@ -21,6 +22,7 @@ LON, LAT = np.array([6.1, 7.44, 9.5, 8.2]), np.array([46.2, 46.95, 46.8, 47.6])
 METRES, DEGREES = 1e-8, 1e-8
 # Factors are good to 1e-11; WKT 1 keeps the pipeline to the letter.
 SCALES = 1e-11
+DRAWN = [".gpkg", ".fgb", ".shp", ".geojson"]  # formats that GDAL writes
 
 
 @pytest.fixture(scope="module")
@@ -46,9 +48,7 @@ def coordinates(path: Path) -> np.ndarray:
     return shapely.get_coordinates(frame.sort_values("name").geometry.array)
 
 
-@pytest.mark.parametrize(
-    "suffix", some_slow([".gpkg", ".fgb", ".shp", ".geojson", ".parquet"], {".gpkg", ".fgb", ".shp", ".geojson"})
-)
+@pytest.mark.parametrize("suffix", some_slow([*DRAWN, ".parquet"], {*DRAWN}))
 def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
     """They are where the projection has them, in files of all formats, and come back; WKT 1 has WKT 2 beside it."""
     new, back = tmp_path / f"new{suffix}", tmp_path / "back.gpkg"
@@ -59,16 +59,14 @@ def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: 
     if suffix == ".parquet":
         assert (found.wkt, found.note) == (None, "")
     else:
-        assert found.wkt == tmp_path / "new.wkt"
+        note = f"Other programs than projdist do not understand this CRS in 'new{suffix}'. It is in 'new.wkt'."
+        assert (found.wkt, found.note) == (tmp_path / "new.wkt", note)
         assert same_map(projection, found.wkt.read_text()) is not None
-        assert found.note == (
-            f"Other programs than projdist do not understand this CRS in 'new{suffix}'. It is in 'new.wkt'."
-        )
     gis.convert(new, "EPSG:4326", back)
     assert coordinates(back) == pytest.approx(np.column_stack([LON, LAT]), abs=DEGREES)
 
 
-@pytest.mark.parametrize("suffix", some_slow([".gpkg", ".fgb", ".shp", ".geojson"], {".fgb", ".shp", ".geojson"}))
+@pytest.mark.parametrize("suffix", some_slow(DRAWN, {".fgb", ".shp", ".geojson"}))
 def test_files_in_it_are_data_like_others(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
     """As GDAL's WKT 1 of the CRS is read as it was: by factors and check."""
     new = gis.convert(points, made, tmp_path / f"new{suffix}").path
@@ -85,7 +83,7 @@ def test_files_in_it_are_data_like_others(suffix: str, made: Path, points: Path,
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("suffix", [".gpkg", ".fgb", ".shp", ".geojson"])
+@pytest.mark.parametrize("suffix", DRAWN)
 def test_crss_for_files_in_it(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
     """Their CRS is read as it was."""
     new = gis.convert(points, made, tmp_path / f"new{suffix}").path
@@ -120,13 +118,13 @@ def test_lines_are_divided_only_if_asked(made: Path, tmp_path: Path) -> None:
 
 def test_distances_that_are_none(points: Path, tmp_path: Path) -> None:
     """Nor are millimetres of a degree's side, which are refused before they fill the memory."""
+    new = tmp_path / "new.gpkg"
     for densify in (0.0, -1.0):
-        with pytest.raises(ValueError, match="It must be above 0, in kilometres"):
-            gis.convert(points, "EPSG:3035", tmp_path / "new.gpkg", densify=densify)
+        refuses("It must be above 0, in kilometres", gis.convert, points, "EPSG:3035", new, densify=densify)
     path = tmp_path / "box.gpkg"
     geopandas.GeoDataFrame(geometry=[shapely.box(0, 40, 1, 41)], crs="EPSG:4326").to_file(path)
-    with pytest.raises(ValueError, match=r"^Invalid distance '1e-06'\. It makes 4\.44e\+08 pieces; at most 1e\+07 are"):
-        gis.convert(path, "EPSG:3035", tmp_path / "new.gpkg", densify=1e-6)
+    said = r"^Invalid distance '1e-06'\. It makes 4\.44e\+08 pieces; at most 1e\+07 are"
+    refuses(said, gis.convert, path, "EPSG:3035", new, densify=1e-6)
 
 
 def test_registered_crss_need_nothing_beside(points: Path, tmp_path: Path) -> None:
@@ -143,19 +141,17 @@ def test_what_lies_outside_is_left_out(tmp_path: Path) -> None:
     shapes = geopandas.points_from_xy([0.0, 170.0], [0.0, 0.0])
     geopandas.GeoDataFrame({"name": ["a", "b"]}, geometry=shapes, crs="EPSG:4326").to_file(path)
     text = "+proj=ortho +lat_0=0 +lon_0=0 +ellps=WGS84 +type=crs"
-    with pytest.warns(UserWarning, match=r"^1 feature\(s\) cannot be drawn .* geometry: 2\.$"):
-        gis.convert(path, text, tmp_path / "new.gpkg")
-    assert geopandas.read_file(tmp_path / "new.gpkg").geometry.isna().tolist() == [False, True]
-    with pytest.warns(UserWarning, match="cannot be drawn"):
-        gis.convert(path, text, tmp_path / "new.fgb")
-    assert geopandas.read_file(tmp_path / "new.fgb").geometry.isna().tolist() == [False, True]
+    for new in (tmp_path / "new.gpkg", tmp_path / "new.fgb"):
+        with pytest.warns(UserWarning, match=r"^1 feature\(s\) cannot be drawn .* geometry: 2\.$"):
+            gis.convert(path, text, new)
+        assert geopandas.read_file(new).geometry.isna().tolist() == [False, True]
     far = text.replace("lon_0=0", "lon_0=85") + " +lat_ts=0"
     told = r"^1 of 2 feature\(s\) of the data look like degrees, as that at 170, 0, but CH1903"
     with pytest.warns(Notice, match=told), pytest.raises(ValueError, match="PROJ has no way"):
         gis.convert(path, far, tmp_path / "new.gpkg", source="EPSG:2056")
 
 
-@pytest.mark.parametrize("suffix", [".gpkg", ".fgb", ".shp", ".geojson", ".parquet"])
+@pytest.mark.parametrize("suffix", [*DRAWN, ".parquet"])
 @pytest.mark.parametrize("to", ["EPSG:3857", "+proj=eqearth"])
 @pytest.mark.parametrize("shape", [None, shapely.Polygon()])
 def test_features_without_a_geometry(shape: Any, to: str, suffix: str, tmp_path: Path) -> None:
@@ -230,9 +226,8 @@ def test_rasters_there_and_back(made: Path, degrees: Path, tmp_path: Path) -> No
         rows, columns = rows[inner], columns[inner]
         x, y = centres(image, rows, columns)
     assert len(rows) > 10_000
-    assert np.stack(projection(lon[rows, columns], lat[rows, columns])) == pytest.approx(
-        np.stack([x, y]), abs=METRES_OF_PIXELS
-    )
+    found = np.stack(projection(lon[rows, columns], lat[rows, columns]))
+    assert found == pytest.approx(np.stack([x, y]), abs=METRES_OF_PIXELS)
     assert (tmp_path / "new.tif.aux.xml").exists()
     back = tmp_path / "back.tif"
     assert gis.convert(new, "EPSG:4326", back, resampling="bilinear", resolution=0.01).note == ""
@@ -285,8 +280,9 @@ def test_rasters_of_complex_numbers(kind: str, degrees: Path, tmp_path: Path) ->
     assert np.unique(found).size > 6
 
 
-def test_pixels_without_a_place_or_of_several_types(degrees: Path, tmp_path: Path) -> None:
-    """They are refused: GDAL would take rows and columns for degrees, and a GeoTIFF has one type."""
+def test_rasters_that_are_refused(made: Path, degrees: Path, tmp_path: Path) -> None:
+    """GDAL would take rows and columns for degrees, a GeoTIFF has one type; too many pixels, and edges of them."""
+    new = tmp_path / "new.tif"
     with rasterio.open(degrees) as image:
         profile = image.profile
     del profile["transform"]
@@ -294,26 +290,18 @@ def test_pixels_without_a_place_or_of_several_types(degrees: Path, tmp_path: Pat
         pass
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        with pytest.raises(ValueError, match=r"^Invalid data '.*'\. It does not state where its pixels lie"):
-            gis.convert(tmp_path / "nowhere.tif", "EPSG:2056", tmp_path / "new.tif")
+        said = r"^Invalid data '.*'\. It does not state where its pixels lie"
+        refuses(said, gis.convert, tmp_path / "nowhere.tif", "EPSG:2056", new)
     bands = "".join(f'<VRTRasterBand dataType="{kind}" band="{k}"/>' for k, kind in ((1, "Byte"), (2, "Float32")))
     place = "<SRS>EPSG:4326</SRS><GeoTransform>6,.1,0,47,0,-.1</GeoTransform>"
     (tmp_path / "two.vrt").write_text(f'<VRTDataset rasterXSize="4" rasterYSize="3">{place}{bands}</VRTDataset>')
-    with pytest.raises(ValueError, match=r"Their bands must be of one type, not of float32 and uint8\.$"):
-        gis.convert(tmp_path / "two.vrt", "EPSG:2056", tmp_path / "new.tif")
-
-
-def test_pixels_without_number(degrees: Path, tmp_path: Path) -> None:
-    """Millimetres would take days and the whole disk."""
-    told = r"^Invalid resolution '0\.001'\. It makes \d\.\d+e\+\d\d pixels of 250 x 120; at most 1e\+09, or 100"
-    with pytest.raises(ValueError, match=told):
-        gis.convert(degrees, "EPSG:2056", tmp_path / "new.tif", resolution=1e-3)
-    assert not (tmp_path / "new.tif").exists()
-
-
-def test_rasters_have_no_edges(made: Path, degrees: Path, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="Pixels have no edges"):
-        gis.convert(degrees, made, tmp_path / "new.tif", densify=1.0)
+    said = r"Their bands must be of one type, not of float32 and uint8\.$"
+    refuses(said, gis.convert, tmp_path / "two.vrt", "EPSG:2056", new)
+    # Millimetres would take days and the whole disk.
+    said = r"^Invalid resolution '0\.001'\. It makes \d\.\d+e\+\d\d pixels of 250 x 120; at most 1e\+09, or 100"
+    refuses(said, gis.convert, degrees, "EPSG:2056", new, resolution=1e-3)
+    refuses("Pixels have no edges", gis.convert, degrees, made, new, densify=1.0)
+    assert not new.exists()
 
 
 # ---- what is refused ------------------------------------------------------------------------
@@ -335,8 +323,7 @@ def test_what_is_refused(made: Path, points: Path, tmp_path: Path) -> None:
     lost = tmp_path / "lost.gpkg"
     with pytest.warns(UserWarning, match="was not provided"):
         geopandas.GeoDataFrame({"name": ["a"]}, geometry=geopandas.points_from_xy([1.0], [2.0])).to_file(lost)
-    with pytest.raises(ValueError, match="They have no CRS"):
-        gis.convert(lost, made, new)
+    refuses("They have no CRS", gis.convert, lost, made, new)
 
 
 def test_tracks_keep_their_heights(tmp_path: Path) -> None:

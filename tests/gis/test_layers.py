@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,8 @@ import pyproj
 import pytest
 import shapely
 from gis_files import greenwich_degrees
+from refusals import refuses
+from tables import each
 
 import projdist.gis.accessors
 from projdist import Projection, factors, gis
@@ -26,7 +29,6 @@ pyogrio = pytest.importorskip("pyogrio")
 
 
 # ---- indicatrices -----------------------------------------------------------------------------
-
 
 LAYERS = {
     "mollweide": {"region": "box:-180,0,20,90"},
@@ -120,16 +122,14 @@ def test_layers_of_points(tmp_path: Path) -> None:
         geopandas.GeoDataFrame({"layer": [layer]}, geometry=LIKE[:1], crs=4326).to_file(path, layer=layer)
     assert gis.read_points(f"{path}#two").layer.tolist() == ["two"]
     for wrong in (f"{path}", f"{path}#three"):
-        with pytest.raises(ValueError, match=r"Invalid points file '.*'. It must name a layer, .* it has one, two."):
-            gis.read_points(wrong)
+        refuses(r"Invalid points file '.*'. It must name a layer, .* it has one, two.", gis.read_points, wrong)
 
 
 @pytest.mark.parametrize("name", ["x.gpkg", "x.parquet", "x.csv", "x.txt"])
 def test_points_that_cannot_be_read(name: str, tmp_path: Path) -> None:
     """No file, and a file of something else: one line."""
     path = tmp_path / name
-    with pytest.raises(ValueError, match="There is no file"):
-        gis.read_points(path)
+    refuses("There is no file", gis.read_points, path)
     path.write_bytes(b"\xff\xfe\0nothing" * 10)
     with pytest.raises(ValueError, match="It cannot be read") as refused:
         gis.read_points(path)
@@ -143,11 +143,9 @@ def test_tables_that_cannot_be_read(tmp_path: Path) -> None:
         ("lon,lat,name\n1,2,x\n3,4\n", "Line 3 has 2 cells; it must have 3."),
     ):
         (tmp_path / "p.csv").write_text(text)
-        with pytest.raises(ValueError, match=re.escape(message)):
-            gis.read_points(tmp_path / "p.csv")
+        refuses(re.escape(message), gis.read_points, tmp_path / "p.csv")
     PLACES.to_parquet(tmp_path / "p.parquet")
-    with pytest.raises(ValueError, match=r"^Invalid data file '.*'. It has no geometries.$"):
-        gis.read_data(tmp_path / "p.parquet")
+    refuses(r"^Invalid data file '.*'. It has no geometries.$", gis.read_data, tmp_path / "p.parquet")
 
 
 def test_points_become_tables(tmp_path: Path) -> None:
@@ -166,11 +164,11 @@ def test_points_become_tables(tmp_path: Path) -> None:
 def test_points_that_cannot_be_written(tmp_path: Path) -> None:
     """Texts among numbers in Parquet, the Moon in GeoJSON: a line each, and no file."""
     mixed = pd.DataFrame({"lon": [1.0, 2.0], "lat": [1.0, 2.0], "name": [1, "x"]})
-    with pytest.raises(ValueError, match="It cannot hold the table: "):
-        gis.save_points(Projection.from_user_input("eqc"), mixed, tmp_path / "p.parquet")
+    earth, its = (Projection.from_user_input(name) for name in ("eqc", "IAU_2015:30110"))
+    refuses("It cannot hold the table: ", gis.save_points, earth, mixed, tmp_path / "p.parquet")
     moon = geopandas.GeoDataFrame(PLACES[["name"]], geometry=LIKE, crs="IAU_2015:30100")
-    with pytest.raises(ValueError, match=r"GeoJSON is in WGS 84, to which PROJ has no way from Moon"):
-        gis.save_points(Projection.from_user_input("IAU_2015:30110"), moon, tmp_path / "p.geojson")
+    said = r"GeoJSON is in WGS 84, to which PROJ has no way from Moon"
+    refuses(said, gis.save_points, its, moon, tmp_path / "p.geojson")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -195,9 +193,8 @@ def test_points_are_written(crs: str | None, suffix: str, tmp_path: Path) -> Non
         assert read.crs.to_epsg() == (pyproj.CRS(crs).to_epsg() if crs else 4150)
     if suffix == ".geojson":
         assert read.crs.to_epsg() == 4326
-        assert json.loads(path.read_text())["features"][0]["geometry"]["coordinates"][0] == pytest.approx(
-            7.44, abs=1e-2
-        )
+        first = json.loads(path.read_text())["features"][0]["geometry"]
+        assert first["coordinates"][0] == pytest.approx(7.44, abs=1e-2)
 
 
 # ---- files ------------------------------------------------------------------------------------
@@ -234,26 +231,21 @@ def test_a_failure_leaves_nothing_half_written(name: str, tmp_path: Path, monkey
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.parametrize(
-    ("name", "library"),
-    [("x.tif", "rasterio"), ("x.gpkg", "geopandas"), ("x.gpkg", "pyogrio"), ("x.parquet", "pyarrow")],
-)
-def test_a_missing_library(name: str, library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@each("suffix, library", [(".tif", "rasterio"), (".gpkg", "geopandas"), (".gpkg", "pyogrio"), (".parquet", "pyarrow")])
+def test_a_missing_library(suffix: str, library: str, tmp_path: Path) -> None:
     """One line that says what to install."""
-    monkeypatch.setitem(sys.modules, library, None)
-    path = tmp_path / name
+    path = tmp_path / f"x{suffix}"
     message = re.escape(f"Invalid output '{path}'. It needs {library}: pip install 'projdist[gis]'.")
-    with pytest.raises(ImportError, match=f"^{message}$"):
-        gis.check_libraries(path)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, library, None)
+        with pytest.raises(ImportError, match=f"^{message}$"):
+            gis.check_libraries(path)
 
 
-@pytest.mark.parametrize(
-    "save", [gis.save_raster, gis.save_layer, lambda frame, path: gis.save_points(None, frame, path)]
-)
-def test_unknown_suffixes(save: object) -> None:
+@each("save, given", [(gis.save_raster, [None]), (gis.save_layer, [None]), (gis.save_points, [None, None])])
+def test_unknown_suffixes(save: Callable, given: list[None]) -> None:
     """Refused by name."""
-    with pytest.raises(ValueError, match=r"Invalid .* 'x.foo'. Its suffix must be \."):
-        save(None, "x.foo")
+    refuses(r"Invalid .* 'x.foo'. Its suffix must be \.", save, *given, "x.foo")
 
 
 def test_planes_of_crss() -> None:
@@ -265,9 +257,7 @@ def test_planes_of_crss() -> None:
 
 # ---- old maps: displacements, and isolines of a known field ---------------------------------------
 
-
 MESH = 2e-3  # of a value, by straight sides of triangles a hundredth of the sheet large
-
 A, B = 40.0 * np.exp(0.2j), 6.0 - 9.0j
 
 
@@ -324,26 +314,23 @@ def test_layers_in_feet(tmp_path):
     assert layers["scale"]["level"].is_unique
     path = gis.save_layers(layers, tmp_path / "x.gpkg")
     assert len(pyogrio.read_dataframe(path, layer="scale")) == len(layers["scale"])
-    with pytest.raises(ValueError, match=r"Its suffix must be .gpkg, which has room for several layers"):
-        gis.save_layers(layers, tmp_path / "x.geojson")
+    said = r"Its suffix must be .gpkg, which has room for several layers"
+    refuses(said, gis.save_layers, layers, tmp_path / "x.geojson")
     with pytest.raises(FileExistsError):
         gis.save_layers(layers, path, overwrite=False)
 
 
 def test_wrong_rectifications():
     """Rectifications and CRSs that are none."""
-    with pytest.raises(ValueError, match=r"Invalid rectification 'fit'. It must be one of mdt, affine, helmert"):
-        gis.old_map_layers(conformal(), by="fit")
-    with pytest.raises(ValueError, match=r"PROJ has no CRS of it"):
-        gis.old_map_layers(conformal(), crs="+proj=pipeline +step +proj=merc +step +proj=affine +s11=2")
+    found, crs = conformal(), "+proj=pipeline +step +proj=merc +step +proj=affine +s11=2"
+    refuses(r"Invalid rectification 'fit'. It must be one of mdt, affine, helmert", gis.old_map_layers, found, by="fit")
+    refuses(r"PROJ has no CRS of it", gis.old_map_layers, found, crs=crs)
 
 
 # ---- frame.projdist: the same answers as the functions give, registered only with pandas there ----
 
-
-SQUARES = geopandas.GeoDataFrame(
-    {"name": ["a", "b"]}, geometry=[shapely.box(7, 47, 7.1, 47.1), shapely.box(8, 47, 8.1, 47.1)], crs="EPSG:4326"
-)
+BOXES = [shapely.box(7, 47, 7.1, 47.1), shapely.box(8, 47, 8.1, 47.1)]
+SQUARES = geopandas.GeoDataFrame({"name": ["a", "b"]}, geometry=BOXES, crs="EPSG:4326")
 
 
 def test_frames_and_series_have_it() -> None:
@@ -365,23 +352,23 @@ def test_factors_of_points() -> None:
     """Also of a plain table with lon and lat: Mercator's scale is 1 / cos(lat). It is no data to check."""
     table = pd.DataFrame({"lon": [10.0], "lat": [60.0]})
     assert table.projdist.factors("mercator", prefix="m_")["m_k"][0] == pytest.approx(2.0, rel=1e-9)
-    with pytest.raises(ValueError, match=r"They must be a GeoDataFrame or GeoSeries\.$"):
-        table.projdist.check("EPSG:3857")
+    refuses(r"They must be a GeoDataFrame or GeoSeries\.$", table.projdist.check, "EPSG:3857")
 
 
-@pytest.mark.slow
+HAS = "import pandas; print(hasattr(pandas.DataFrame, 'projdist'))"
+
+
 @pytest.mark.parametrize(
-    ("imports", "has"),
-    [("geopandas, projdist.gis", True), ("projdist.gis, pandas", False), ("projdist.gis.accessors, geopandas", True)],
+    ("imports", "question", "answer"),
+    [
+        ("projdist.gis", "print('pandas' in sys.modules)", "False"),
+        pytest.param("geopandas, projdist.gis", HAS, "True", marks=pytest.mark.slow),
+        pytest.param("projdist.gis, pandas", HAS, "False", marks=pytest.mark.slow),
+        pytest.param("projdist.gis.accessors, geopandas", HAS, "True", marks=pytest.mark.slow),
+    ],
 )
-def test_it_is_registered_with_pandas(imports: str, has: bool) -> None:
+def test_it_is_registered_with_pandas(imports: str, question: str, answer: str) -> None:
     """Importing projdist.gis alone loads no pandas, and registers nothing."""
-    code = f"import sys, {imports}; import pandas; print(hasattr(pandas.DataFrame, 'projdist'))"
+    code = f"import sys, {imports}; {question}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == str(has)
-
-
-def test_import_loads_no_pandas() -> None:
-    code = "import sys, projdist.gis; print('pandas' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"
+    assert done.stdout.strip() == answer

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pyproj
 import pytest
-from typer.testing import CliRunner
+from commands import command
+from refusals import refuses
 
 from projdist import PointSet, factors, get_region, gis, summarize
-from projdist.cli.app import app
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.gis import weights
 from projdist.regions import Box, combine
@@ -57,8 +57,8 @@ def test_complex_numbers(kind: str, world: Path) -> None:
         profile = image.profile | {"dtype": kind, "nodata": None}
     with rasterio.open(world.with_name("complex.tif"), "w", **profile) as image:
         image.write(np.full((2, 18, 36), 3 + 4j, dtype="complex64" if kind == "complex_int16" else kind))
-    with pytest.raises(ValueError, match=r"^Invalid weights '.*'\. Band 2 has complex numbers; they must be real\.$"):
-        gis.weighted("globe", world.with_name("complex.tif"), band=2)
+    said = r"^Invalid weights '.*'\. Band 2 has complex numbers; they must be real\.$"
+    refuses(said, gis.weighted, "globe", world.with_name("complex.tif"), band=2)
 
 
 def test_pixels_without_a_place(world: Path) -> None:
@@ -68,8 +68,7 @@ def test_pixels_without_a_place(world: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         said = r"^Invalid weights '.*'\. It does not state where its pixels lie: it has no"
-        with pytest.raises(ValueError, match=said):
-            gis.weighted("globe", world)
+        refuses(said, gis.weighted, "globe", world)
 
 
 def test_bands_and_the_antimeridian(world: Path) -> None:
@@ -94,9 +93,7 @@ def test_projected_rasters(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("most", "side"), [(100, 3), (30, 5)])
 @pytest.mark.parametrize("at_once", [1, 300, 10**6])
-def test_large_rasters_are_added_up(
-    world: Path, monkeypatch: pytest.MonkeyPatch, most: int, side: int, at_once: int
-) -> None:
+def test_large_rasters_are_added_up(world, monkeypatch, most, side, at_once) -> None:
     """Blocks of cells keep the sum and the centre, whatever the size of what is read, the narrower last ones, too."""
     whole = gis.weighted("globe", world)
     monkeypatch.setattr(weights, "_MOST", most)
@@ -104,11 +101,8 @@ def test_large_rasters_are_added_up(
     blocks = gis.weighted("globe", world)
     assert blocks.lon.size == math.ceil(36 / side) * math.ceil(18 / side)
     assert blocks.weight.sum() == pytest.approx(whole.weight.sum(), rel=1e-14)
-    np.testing.assert_allclose(
-        [blocks.weight @ blocks.lat, blocks.weight @ blocks.lon],
-        [whole.weight @ whole.lat, whole.weight @ whole.lon],
-        atol=1e-10 * whole.weight.sum(),
-    )
+    ours, truth = ([one.weight @ one.lat, one.weight @ one.lon] for one in (blocks, whole))
+    np.testing.assert_allclose(ours, truth, atol=1e-10 * whole.weight.sum())
 
 
 # ---- against cells counted one by one -------------------------------------------------------
@@ -194,9 +188,8 @@ def test_combinations_keep_what_points_stand_for(operator: str, left: list[bool]
     found = combine(operator, points, Box(0, 0, 20, 70), "some")
     assert found.lon.tolist() == lon[left].tolist()
     assert found.coarse is not None
-    assert (found.coarse.lon.tolist(), found.coarse.weight.tolist()) == (
-        ([10.0], [3.0]) if left[0] else ([30.0], [7.0])
-    )
+    kept = ([10.0], [3.0]) if left[0] else ([30.0], [7.0])
+    assert (found.coarse.lon.tolist(), found.coarse.weight.tolist()) == kept
     few = summarize("merc", found.coarse)
     many = summarize("merc", PointSet(found.lon, found.lat, found.weight))
     cost = summarize("merc", found).error_estimate
@@ -245,16 +238,13 @@ def test_rows_from_south_to_north(world: Path, tmp_path: Path) -> None:
             np.testing.assert_array_equal(getattr(up, name)[order], getattr(down, name)[other])
 
 
-def test_scale_and_offset(tmp_path: Path) -> None:
-    """Values are what the band's scale and offset make of the numbers; what has none stays nothing."""
+def test_small_rasters(tmp_path: Path) -> None:
+    """Scale and offset apply, and what has no value has none still; a cell across the antimeridian counts once."""
     path = write(tmp_path / "x.tif", np.array([[[1.0, 2.0], [-1.0, 4.0]]]), from_origin(0, 20, 10, 10))
     with rasterio.open(path, "r+") as image:
         image.scales, image.offsets = (0.5,), (3.0,)
     assert sorted(gis.weighted("globe", path).weight.tolist()) == [3.5, 4.0, 5.0]
-
-
-def test_a_cell_across_the_antimeridian_counts_once(tmp_path: Path) -> None:
-    """A raster that begins a little west of -180, as the well-known ones do."""
+    # A raster that begins a little west of -180, as the well-known ones do.
     path = write(tmp_path / "x.tif", np.ones((1, 18, 36)), from_origin(-180.01, 90.01, 10, 10))
     assert gis.weighted("globe", path).weight.sum() == 18 * 36
     assert gis.weighted("box:170,-90,-170,90", path).weight.sum() == 18 * 2
@@ -264,10 +254,9 @@ def test_a_raster_elsewhere(tmp_path: Path) -> None:
     """Is refused in one line that says where it lies; so are points, which have weights of their own."""
     path = write(tmp_path / "x.tif", np.ones((1, 2, 2)), from_origin(0, 20, 10, 10))
     message = r"It lies elsewhere than box:30,35,50,70: within longitudes 0 and 20, latitudes 0 and 20\.$"
-    with pytest.raises(ValueError, match=message):
-        gis.weighted("box:30,35,50,70", path)
-    with pytest.raises(ValueError, match=r"A raster weighs the area of a region, and points has points\.$"):
-        gis.weighted(PointSet(np.zeros(1), np.zeros(1), np.ones(1)), path)
+    refuses(message, gis.weighted, "box:30,35,50,70", path)
+    points = PointSet(np.zeros(1), np.zeros(1), np.ones(1))
+    refuses(r"A raster weighs the area of a region, and points has points\.$", gis.weighted, points, path)
 
 
 def test_what_cannot_be(world: Path) -> None:
@@ -279,23 +268,16 @@ def test_what_cannot_be(world: Path) -> None:
         ("globe", "none.tif", 1, "It cannot be read"),
         ("globe", "negative.tif", 1, "weight -5; it must be finite and not negative"),
     ):
-        with pytest.raises(ValueError, match=message):
-            gis.weighted(region, world.parent / path, band=band)
+        refuses(message, gis.weighted, region, world.parent / path, band=band)
 
 
 def test_on_the_command_line(world: Path, tmp_path: Path) -> None:
     """A raster, one of its bands, and a column of points weight the means; anything else is one line."""
     (tmp_path / "a.csv").write_text("lon,lat,people\n0,0,1\n0,60,3\n")
     points = f"points:{tmp_path / 'a.csv'}"
-
-    def run(*words: str) -> tuple[int, str, str]:
-        result = CliRunner().invoke(app, ["compare", "merc", *words, "--format", "csv"])
-        return result.exit_code, result.stdout, result.stderr
-
-    code, out, err = run("-r", "box:-60,-20,60,60", "--weight", f"{world}#2")
-    assert (code, err) == (0, "")
-    code, out, err = run("-r", points, "--weight", "people")
-    assert (code, err) == (0, "")
+    _, run_ok, _, refusal = command("compare")
+    run_ok("merc", "-r", "box:-60,-20,60,60", "--weight", f"{world}#2", "--format", "csv")
+    out = run_ok("merc", "-r", points, "--weight", "people", "--format", "csv")
     figure = float(out.splitlines()[1].split(",")[4])
     assert figure == pytest.approx(np.sqrt(0.75 * 2 * np.log(2.0) ** 2), rel=1e-9)  # k = 2 at 60 N, three of four times
     for words, text in (
@@ -303,6 +285,4 @@ def test_on_the_command_line(world: Path, tmp_path: Path) -> None:
         (["-r", "globe", "--weight", "people"], "It must be a raster, or, of points:PATH, the name of a column."),
         (["-r", "globe", "--weight", f"{world}#x"], "Invalid band 'x'"),
     ):
-        code, out, err = run(*words)
-        assert (code, out, err.count("\n")) == (2, "", 1)
-        assert text in err
+        assert text in refusal("merc", *words, "--format", "csv")
