@@ -89,59 +89,44 @@ def test_files(tmp_path, suffix):
         assert_same(make(path), make(text))
 
 
-# Each friendly name with its formula or its textbook parameters, written here anew: ratio of standard parallels,
-# x at (90 E, 0) and y at the pole over R, or another PROJ id.
+# Friendly names with their formula or textbook parameters, written here anew: x(90 E, 0) / R and y(90 N) / R.
+QUARTER, ROOT = math.pi / 2, math.sqrt(0.5)
+COSINES = {degrees: math.cos(math.radians(degrees)) for degrees in (30.0, 37.5, 50.0)}
+THIRD, FIFTH = math.sqrt(math.pi * (4 + math.pi)), math.sqrt(2 + math.pi)  # of Eckert's maps
 EQUATOR_AND_POLE = {
-    # x(90 E, 0) / R and y(90 N) / R; cylindrical and pseudocylindrical maps
-    "plate-carree": (math.pi / 2, math.pi / 2),
-    "equirectangular": (math.pi / 2, math.pi / 2),
-    "gall-isographic": (math.pi / 2 * math.sqrt(0.5), math.pi / 2),
-    "miller": (math.pi / 2, 1.25 * math.log(math.tan(math.pi / 4 + 0.4 * math.pi / 2))),
-    "gall": (math.pi / 2 * math.sqrt(0.5), 1 + math.sqrt(0.5)),
-    "gall-stereographic": (math.pi / 2 * math.sqrt(0.5), 1 + math.sqrt(0.5)),
-    "lambert-cylindrical": (math.pi / 2, 1.0),
-    "cylindrical-equal-area": (math.pi / 2, 1.0),
-    "behrmann": (math.pi / 2 * math.cos(math.radians(30)), 1 / math.cos(math.radians(30))),
-    "hobo-dyer": (math.pi / 2 * math.cos(math.radians(37.5)), 1 / math.cos(math.radians(37.5))),
-    "gall-peters": (math.pi / 2 * math.sqrt(0.5), math.sqrt(2)),
-    "peters": (math.pi / 2 * math.sqrt(0.5), math.sqrt(2)),
-    "balthasart": (math.pi / 2 * math.cos(math.radians(50)), 1 / math.cos(math.radians(50))),
-    "mollweide": (math.sqrt(2), math.sqrt(2)),
-    "sinusoidal": (math.pi / 2, math.pi / 2),
-    "sanson-flamsteed": (math.pi / 2, math.pi / 2),
-    "robinson": (0.8487 * math.pi / 2, 1.3523),
-    "eckert-1": (2 * math.sqrt(2 / (3 * math.pi)) * math.pi / 2, 2 * math.sqrt(2 / (3 * math.pi)) * math.pi / 2),
-    "eckert-2": (2 / math.sqrt(6 * math.pi) * math.pi / 2 * 2, math.sqrt(2 * math.pi / 3) * (2 - 1)),
-    "eckert-3": (
-        2 / math.sqrt(math.pi * (4 + math.pi)) * math.pi / 2 * 2,
-        4 / math.sqrt(math.pi * (4 + math.pi)) * math.pi / 2,
-    ),
-    "eckert-4": (2 / math.sqrt(math.pi * (4 + math.pi)) * math.pi / 2 * 2, 2 * math.sqrt(math.pi / (4 + math.pi))),
-    "eckert-5": (math.pi / 2 * 2 / math.sqrt(2 + math.pi), math.pi / math.sqrt(2 + math.pi)),
-    "eckert-6": (math.pi / 2 * 2 / math.sqrt(2 + math.pi), 2 * (math.pi / 2) / math.sqrt(2 + math.pi)),
-    "kavrayskiy-7": (1.5 * math.pi / 2 / math.sqrt(3), math.pi / 2),
-    "winkel-1": ((2 / math.pi + 1) / 2 * math.pi / 2, math.pi / 2),
-    "winkel-tripel": ((2 / math.pi * math.pi / 2 + math.pi / 2) / 2, math.pi / 2),
-    "winkel-3": ((2 / math.pi * math.pi / 2 + math.pi / 2) / 2, math.pi / 2),
-    "aitoff": (math.pi / 2, math.pi / 2),
-    "hammer": (2 * math.sqrt(2) * math.sin(math.pi / 4) / math.sqrt(1 + math.cos(math.pi / 4)), math.sqrt(2)),
-    "craster-parabolic": (math.sqrt(3 / math.pi) * math.pi / 2, math.sqrt(3 * math.pi) * 0.5),
-    "quartic-authalic": (math.pi / 2, math.sqrt(2)),
-    "collignon": (math.pi / 2 * 2 / math.sqrt(math.pi), math.sqrt(math.pi)),
-    "lambert-azimuthal": (math.sqrt(2), math.sqrt(2)),
-    "lambert-azimuthal-equal-area": (math.sqrt(2), math.sqrt(2)),
-    "azimuthal-equidistant": (math.pi / 2, math.pi / 2),
+    "plate-carree equirectangular sinusoidal sanson-flamsteed aitoff azimuthal-equidistant": (QUARTER, QUARTER),
+    "gall-isographic": (QUARTER * ROOT, QUARTER),
+    "miller": (QUARTER, 1.25 * math.log(math.tan(math.pi / 4 + 0.4 * QUARTER))),
+    "gall gall-stereographic": (QUARTER * ROOT, 1 + ROOT),
+    "lambert-cylindrical cylindrical-equal-area": (QUARTER, 1.0),
+    "behrmann": (QUARTER * COSINES[30.0], 1 / COSINES[30.0]),
+    "hobo-dyer": (QUARTER * COSINES[37.5], 1 / COSINES[37.5]),
+    "gall-peters peters": (QUARTER * ROOT, math.sqrt(2)),
+    "balthasart": (QUARTER * COSINES[50.0], 1 / COSINES[50.0]),
+    "mollweide lambert-azimuthal lambert-azimuthal-equal-area": (math.sqrt(2), math.sqrt(2)),
+    "robinson": (0.8487 * QUARTER, 1.3523),
+    "eckert-1": (2 * math.sqrt(2 / (3 * math.pi)) * QUARTER, 2 * math.sqrt(2 / (3 * math.pi)) * QUARTER),
+    "eckert-2": (2 / math.sqrt(6 * math.pi) * math.pi, math.sqrt(2 * math.pi / 3)),
+    "eckert-3": (2 / THIRD * math.pi, 4 / THIRD * QUARTER),
+    "eckert-4": (2 / THIRD * math.pi, 2 * math.sqrt(math.pi / (4 + math.pi))),
+    "eckert-5": (math.pi / FIFTH, math.pi / FIFTH),
+    "eckert-6": (math.pi / FIFTH, 2 * QUARTER / FIFTH),
+    "kavrayskiy-7": (1.5 * QUARTER / math.sqrt(3), QUARTER),
+    "winkel-1 winkel-tripel winkel-3": ((1 + QUARTER) / 2, QUARTER),
+    "hammer": (2 * math.sqrt(2) * ROOT / math.sqrt(1 + ROOT), math.sqrt(2)),
+    "craster-parabolic": (math.sqrt(3 / math.pi) * QUARTER, math.sqrt(3 * math.pi) * 0.5),
+    "quartic-authalic": (QUARTER, math.sqrt(2)),
+    "collignon": (QUARTER * 2 / math.sqrt(math.pi), math.sqrt(math.pi)),
     "stereographic": (2.0, 2.0),
     "orthographic": (1.0, 1.0),
-    "van-der-grinten": (math.pi / 2, math.pi),
-    "lagrange": (2 * math.sin(math.pi / 4) / (1 + math.cos(math.pi / 4)), 2.0),
-    "goode-homolosine": (math.pi / 2, math.sqrt(2) - 0.0528035274542),
-    "interrupted-goode-homolosine": (math.pi / 2, math.sqrt(2) - 0.0528035274542),
+    "van-der-grinten": (QUARTER, math.pi),
+    "lagrange": (2 * ROOT / (1 + ROOT), 2.0),
+    "goode-homolosine interrupted-goode-homolosine": (QUARTER, math.sqrt(2) - 0.0528035274542),
 }
 
 
-@each("name", EQUATOR_AND_POLE)
-def test_friendly_names_have_the_textbook_size(name):
+@each(("name", "size"), [(name, size) for names, size in EQUATOR_AND_POLE.items() for name in names.split()])
+def test_friendly_names_have_the_textbook_size(name, size):
     """x at 90 degrees east on the equator and y of the north pole are the textbook's, on the sphere of mean radius."""
     projection = make(name)
     assert projection.ellipsoid == SPHERE
@@ -150,7 +135,7 @@ def test_friendly_names_have_the_textbook_size(name):
     x, y = projection([90.0, 0.0], [0.0, 90.0])
     # PROJ's goode has Goode's shift to four decimals only (Snyder 1987, page 250: 0.0528), its igh to thirteen.
     rtol = 3e-6 if name == "goode-homolosine" else 1e-9
-    np.testing.assert_allclose([x[0] / R, y[1] / R], EQUATOR_AND_POLE[name], rtol=rtol)
+    np.testing.assert_allclose([x[0] / R, y[1] / R], size, rtol=rtol)
 
 
 def test_there_are_many_friendly_names():
@@ -176,10 +161,11 @@ def test_there_are_many_friendly_names():
         ("winkel-2", f"+proj=wink2 +lat_1={math.degrees(math.acos(2 / math.pi))} +R={R}"),
         ("wink1", "winkel-1"),
         ("wink2", "winkel-2"),
+        *(({"proj": "wintri", "R": R}, "wintri"), (f'{{"proj": "wintri", "R": {R}}}', "wintri")),
     ],
 )
 def test_names_in_any_spelling(one, other):
-    """Capitals, spaces and underscores do not matter, and PROJ's ids are the names of the same maps."""
+    """Capitals, spaces and underscores do not matter; PROJ's ids are names of the same maps, as are its parameters."""
     assert_same(make(one), make(other))
 
 
@@ -189,9 +175,8 @@ def test_projection_names():
     names = projection_names()
     assert set(NAMES) <= set(names)
     assert not set(names) & NOT_MAPS
-    assert set(names) == set(NAMES) | set(WORLD_MAPS) | (
-        set(pyproj.list.get_proj_operations_map()) - NOT_MAPS - set(NOT_IN_METRES)
-    )
+    operations = set(pyproj.list.get_proj_operations_map()) - NOT_MAPS - set(NOT_IN_METRES)
+    assert set(names) == set(NAMES) | set(WORLD_MAPS) | operations
     lon, lat = np.meshgrid(np.linspace(-175, 175, 36), np.linspace(-85, 85, 18))
     for name, definition in names.items():
         assert np.isfinite(make(definition)(lon, lat)).any(), name
@@ -253,12 +238,6 @@ def test_winkel_tripel_keeps_the_default_parallel():
         np.testing.assert_allclose(make(value)(80.0, 35.0), (R * x, R * y), rtol=1e-13)
 
 
-@pytest.mark.parametrize("value", [{"proj": "wintri", "R": R}, f'{{"proj": "wintri", "R": {R}}}'])
-def test_a_dict_of_proj_parameters_keeps_the_defaults(value):
-    """PROJ parameters as a dict, which pyproj takes as well, are the PROJ string that they spell."""
-    assert_same(make(value), make("wintri"))
-
-
 # ---- functions --------------------------------------------------------------------------------
 
 
@@ -279,8 +258,8 @@ def test_functions():
     np.testing.assert_array_equal(make(Map())([1, 2], 3), ([1, 2], [6, 6]))
 
 
-def test_functions_get_arrays_of_one_shape():
-    """A function is called once, with float arrays that are already broadcast."""
+def test_what_functions_get_and_what_becomes_nan():
+    """A function is called once, with float arrays already broadcast; inf in one coordinate is NaN in both."""
     calls = []
 
     def record(lon, lat):
@@ -290,13 +269,8 @@ def test_functions_get_arrays_of_one_shape():
     make(record)([[1], [2]], [3, 4, 5])
     assert len(calls) == 1
     assert [(value.shape, value.dtype) for value in calls[0]] == [((2, 3), np.dtype(float))] * 2
-
-
-def test_values_that_are_not_finite_become_nan():
-    """inf in one coordinate is NaN in both, also from a function."""
     x, y = make(lambda lon, lat: (np.where(lon > 0, np.inf, lon), lat))([-1, 1], [2, 2])
-    np.testing.assert_array_equal(x, [-1, np.nan])
-    np.testing.assert_array_equal(y, [2, np.nan])
+    np.testing.assert_array_equal((x, y), [[-1, np.nan], [2, np.nan]])
 
 
 WRONG_FUNCTIONS = {
@@ -320,9 +294,8 @@ def test_what_functions_return_is_checked(kind):
 
 def test_from_function_takes_functions():
     """What cannot be called is refused."""
-    with pytest.raises(
-        ProjectionError, match=r"^Invalid projection function '7'\. It must be callable with \(lon, lat"
-    ):
+    said = r"^Invalid projection function '7'\. It must be callable with \(lon, lat"
+    with pytest.raises(ProjectionError, match=said):
         Projection.from_function(7)
 
 

@@ -22,7 +22,7 @@ E = math.sqrt(0.0066943799901413165)  # of WGS 84
 # Rounding of PROJ's operations, of coordinates of some 1e7 m.
 ROUNDING = 1e-6
 
-# What PROJ runs for each method: parameters by kind, and the PROJ string that is told the same by another door.
+# What PROJ runs for each method, by the parameters that it is told by another door: a PROJ string.
 WORLD = (
     "Eckert I:eck1|Eckert II:eck2|Eckert III:eck3|Eckert IV:eck4|Eckert V:eck5|Eckert VI:eck6|Mollweide:moll|"
     "Robinson:robin|Sinusoidal:sinu|Natural Earth:natearth|Natural Earth II:natearth2|Wagner I:wag1|Wagner II:wag2|"
@@ -31,46 +31,40 @@ WORLD = (
     "Gall Stereographic:gall|Goode Homolosine:goode|Interrupted Goode Homolosine:igh|"
     "Interrupted Goode Homolosine Ocean:igh_o|Equal Earth:eqearth"
 )
-LAT = "lat_0={latitude} lon_0={longitude}"
-METHODS = {
-    "Transverse Mercator": f"tmerc {LAT} k_0={{scale}}",
-    "Gauss Schreiber Transverse Mercator": f"gstmerc {LAT} k_0={{scale}}",
-    "Lambert Conic Conformal (1SP)": "lcc lat_1={latitude} lat_0={latitude} lon_0={longitude} k_0={scale}",
-    "Lambert Conic Conformal (2SP)": f"lcc {LAT} lat_1={{parallel_1}} lat_2={{parallel_2}}",
-    "Albers Equal Area": f"aea {LAT} lat_1={{parallel_1}} lat_2={{parallel_2}}",
-    "Equidistant Conic": f"eqdc {LAT} lat_1={{parallel_1}} lat_2={{parallel_2}}",
-    "Mercator (variant A)": "merc lon_0={longitude} k_0={scale}",
-    "Mercator (variant B)": "merc lon_0={longitude} lat_ts={parallel_1}",
-    "Polar Stereographic (variant B)": "stere lat_0=90 lat_ts={parallel_1} lon_0={longitude}",
-    "Oblique Stereographic": f"sterea {LAT} k_0={{scale}}",
-    "Stereographic": f"stere {LAT} k_0={{scale}}",
-    "Hotine Oblique Mercator (variant A)": (
-        "omerc no_uoff lat_0={latitude} lonc={longitude} alpha={azimuth} gamma={skew} k_0={scale}"
+CENTRED = (
+    "Lambert Azimuthal Equal Area:laea|Azimuthal Equidistant:aeqd|Gnomonic:gnom|Orthographic:ortho|"
+    "Cassini-Soldner:cass|American Polyconic:poly|Quadrilateralized Spherical Cube:qsc"
+)
+SCALED = (
+    "Transverse Mercator:tmerc|Gauss Schreiber Transverse Mercator:gstmerc|Oblique Stereographic:sterea|"
+    "Stereographic:stere|Transverse Cylindrical Equal Area:tcea"
+)
+TRUE = (
+    "Mercator (variant B):merc|Lambert Cylindrical Equal Area:cea|Equidistant Cylindrical:eqc|Winkel I:wink1|"
+    "Wagner III:wag3|Polar Stereographic (variant B):stere lat_0=90"
+)
+HOTINE = "Hotine Oblique Mercator (variant A):omerc no_uoff|Hotine Oblique Mercator (variant B):omerc"
+LAT, LINE = "lat_0={latitude} lon_0={longitude}", "lat_0={latitude} lonc={longitude} alpha={azimuth} gamma={skew}"
+PARAMETERS = {
+    f"{LAT} k_0={{scale}}": SCALED,
+    f"{LAT} lat_1={{parallel_1}} lat_2={{parallel_2}}": (
+        "Lambert Conic Conformal (2SP):lcc|Albers Equal Area:aea|Equidistant Conic:eqdc"
     ),
-    "Hotine Oblique Mercator (variant B)": (
-        "omerc lat_0={latitude} lonc={longitude} alpha={azimuth} gamma={skew} k_0={scale}"
-    ),
-    "Lambert Azimuthal Equal Area": f"laea {LAT}",
-    "Azimuthal Equidistant": f"aeqd {LAT}",
-    "Gnomonic": f"gnom {LAT}",
-    "Orthographic": f"ortho {LAT}",
-    "Cassini-Soldner": f"cass {LAT}",
-    "American Polyconic": f"poly {LAT}",
-    "Quadrilateralized Spherical Cube": f"qsc {LAT}",
-    "Transverse Cylindrical Equal Area": f"tcea {LAT} k_0={{scale}}",
-    "Bonne": "bonne lat_1={latitude} lon_0={longitude}",
-    "Loximuthal": "loxim lat_1={latitude} lon_0={longitude}",
-    "Lambert Cylindrical Equal Area": "cea lat_ts={parallel_1} lon_0={longitude}",
-    "Equidistant Cylindrical": "eqc lat_ts={parallel_1} lon_0={longitude}",
-    "Winkel I": "wink1 lat_ts={parallel_1} lon_0={longitude}",
-    "Winkel II": "wink2 lat_1={parallel_1} lon_0={longitude}",
-    "Winkel Tripel": "wintri lat_1={parallel_1} lon_0={longitude}",
-    "Wagner III": "wag3 lat_ts={parallel_1} lon_0={longitude}",
-    "Geostationary Satellite (Sweep Y)": "geos lon_0={longitude} h={height}",
-    "Two Point Equidistant": "tpeqd lat_1={lat_1st} lon_1={lon_1st} lat_2={lat_2nd} lon_2={lon_2nd}",
-    "Miller Cylindrical": "mill lon_0={longitude} R_A",
-    "Van Der Grinten": "vandg lon_0={longitude} R_A",
-} | {name: f"{key} lon_0={{longitude}}" for name, key in (pair.split(":") for pair in WORLD.split("|"))}
+    LAT: CENTRED,
+    "lat_1={latitude} lat_0={latitude} lon_0={longitude} k_0={scale}": "Lambert Conic Conformal (1SP):lcc",
+    f"{LINE} k_0={{scale}}": HOTINE,
+    "lon_0={longitude} k_0={scale}": "Mercator (variant A):merc",
+    "lat_ts={parallel_1} lon_0={longitude}": TRUE,
+    "lat_1={latitude} lon_0={longitude}": "Bonne:bonne|Loximuthal:loxim",
+    "lat_1={parallel_1} lon_0={longitude}": "Winkel II:wink2|Winkel Tripel:wintri",
+    "lon_0={longitude} h={height}": "Geostationary Satellite (Sweep Y):geos",
+    "lat_1={lat_1st} lon_1={lon_1st} lat_2={lat_2nd} lon_2={lon_2nd}": "Two Point Equidistant:tpeqd",
+    "lon_0={longitude} R_A": "Miller Cylindrical:mill|Van Der Grinten:vandg",
+    "lon_0={longitude}": WORLD,
+}
+METHODS = {}
+for told, pairs in PARAMETERS.items():
+    METHODS |= {name: f"{operation} {told}" for name, operation in (pair.split(":") for pair in pairs.split("|"))}
 
 KINDS = """latitude longitude parallel_1 parallel_2 scale azimuth skew height lat_1st lon_1st lat_2nd lon_2nd easting
     northing""".split()
@@ -272,9 +266,8 @@ def test_polar_stereographic_by_other_names():
 def test_what_a_method_makes_no_use_of_is_told():
     """By its name and value; not what changes nothing, as a scale of 1 and latitudes of 0, which Esri always writes."""
     stated = spelt("Transverse Mercator", "gdal") | {"semi_major": 6371200.0}
-    with pytest.warns(
-        Notice, match=r"^The CRS 'map' states 'semi_major' \(6371200\), of which Transverse Mercator makes"
-    ):
+    said = r"^The CRS 'map' states 'semi_major' \(6371200\), of which Transverse Mercator makes"
+    with pytest.warns(Notice, match=said):
         make(wkt1("Transverse_Mercator", stated))
     make(wkt1("Lambert_Conformal_Conic_2SP", spelt("Lambert Conic Conformal (2SP)", "gdal") | {"scale_factor": 1.0}))
     with pytest.warns(Notice, match=r"'standard_parallel_1' \(41\), of which Mercator \(variant A\)"):
@@ -327,27 +320,17 @@ def test_decimal_commas(place):
     assert re.search(rf"{words} write a point\.$", message(text))
 
 
-def test_a_flattening_for_its_inverse():
-    """PROJ would make a body flatter than a disk of it."""
-    text = wkt1("Transverse_Mercator", spelt("Transverse Mercator", "gdal")).replace("298.257223563", "0.00335281066")
-    assert "a flattening of 0.00335281066 is written as 298.257224" in message(text)
-
-
-def test_what_is_not_closed():
-    """A bracket or a quotation mark that is missing is named, with what is open."""
+def test_mistakes_are_named():
+    """A flattening for its inverse; a missing bracket or quotation mark, with what is open; PROJ's reasons."""
     text = wkt1("Transverse_Mercator", spelt("Transverse Mercator", "gdal"))
+    flat = message(text.replace("298.257223563", "0.00335281066"))
+    assert "a flattening of 0.00335281066 is written as 298.257224" in flat
     assert message(text[:-1]).endswith("The closing bracket of PROJCS is missing.")
     assert "or a quotation mark before" in message(text.replace('"metre"', '"metre'))
-
-
-def test_reasons_of_proj_are_handed_on():
-    """An axis that PROJ does not know, and a method, are named."""
-    text = wkt1("Transverse_Mercator", spelt("Transverse Mercator", "gdal"))
     sideways = text[:-1] + ',AXIS["Easting","North along 90 deg East"],AXIS["Northing","North along 0 deg"]]'
     assert message(sideways).endswith('PROJ says: unhandled axis direction: "North along 90 deg East".')
-    assert message(wkt1("Unknown", {"central_meridian": 9.0})).endswith(
-        "PROJ does not know the method 'Unknown' of map."
-    )
+    unknown = message(wkt1("Unknown", {"central_meridian": 9.0}))
+    assert unknown.endswith("PROJ does not know the method 'Unknown' of map.")
 
 
 def test_reasons_that_name_another_crs():
@@ -385,16 +368,11 @@ def test_registered_crss_are_read_as_by_proj(version):
 
 
 TM = {"latitude_of_origin": 0.0, "central_meridian": 9.0, "scale_factor": 0.9996}
-TWICE = {
-    "longitude of natural origin": 12.0,
-    "Scale factor at natural origin": 0.9,
-    # Other quantities with the value of a parameter that is used.
-    "false_eastng": 500000.0,
-    "FE": 9.0,
-}
+TWICE = {"longitude of natural origin": 12.0, "Scale factor at natural origin": 0.9}
+TWICE |= {"false_eastng": 500000.0, "FE": 9.0}  # other quantities with the value of a parameter that is used
 
 
-@pytest.mark.parametrize("name", TWICE)
+@each("name", TWICE)
 def test_a_second_value_is_told(name):
     """A parameter by two stated with two values, and one of no name that has the value of another."""
     stated = TM | {"false_northing": 500000.0}
@@ -413,15 +391,11 @@ def test_one_parallel_and_another_latitude_of_origin(method, origin):
     assert_map(make(text), f"+proj=lcc +lat_1=45 +lat_0={origin} +lon_0=10 +k_0=.9996 +ellps=WGS84")
 
 
-def test_round_brackets():
-    """Which the standard allows; those within names stay."""
+def test_round_brackets_and_degrees_with_few_digits():
+    """The standard allows the first, and within names they stay; points are in true degrees, as GDAL takes them."""
     text = wkt1("Transverse_Mercator", TM).replace("[", "(").replace("]", ")").replace('"map"', '"a (b) [c]"')
     assert_map(make(text), "+proj=tmerc +lon_0=9 +k=.9996 +ellps=WGS84", 10.0, 50.0)
     assert make(text).name == "a (b) [c]"
-
-
-def test_degrees_with_few_digits():
-    """Points are in true degrees where a CRS's are cut off, as GDAL takes them."""
     few = GEOGCS.replace("0.017453292519943295", "0.01745")
     text = wkt1("Transverse_Mercator", TM | {"central_meridian": 0.0}, few)
     assert_map(make(text), "+proj=tmerc +k=.9996 +ellps=WGS84", 1.0, 50.0)
@@ -430,19 +404,12 @@ def test_degrees_with_few_digits():
 @pytest.mark.parametrize(("pole", "parallel"), [(-90.0, 71.0), pytest.param(90.0, -71.0, marks=pytest.mark.slow)])
 def test_a_parallel_about_the_other_pole_is_refused(pole, parallel):
     """In CF attributes; about its own pole the map is that of the PROJ string."""
-
-    def mapping(latitude):
-        return {
-            "grid_mapping_name": "polar_stereographic",
-            "straight_vertical_longitude_from_pole": 0.0,
-            "latitude_of_projection_origin": pole,
-            "standard_parallel": latitude,
-            "horizontal_datum_name": "WGS 84",
-        }
-
-    assert "is on the other side of the equator" in message(mapping(parallel))
+    keys = "straight_vertical_longitude_from_pole latitude_of_projection_origin standard_parallel".split()
+    named = {"grid_mapping_name": "polar_stereographic", "horizontal_datum_name": "WGS 84"}
+    wrong, right = (named | dict(zip(keys, (0.0, pole, lat), strict=True)) for lat in (parallel, -parallel))
+    assert "is on the other side of the equator" in message(wrong)
     truth = f"+proj=stere +lat_0={pole} +lat_ts={-parallel} +ellps=WGS84"
-    assert_map(make(mapping(-parallel)), truth, 10.0, math.copysign(75.0, pole))
+    assert_map(make(right), truth, 10.0, math.copysign(75.0, pole))
 
 
 CODES = ["EPSG:25832", "EPSG:2154", "ESRI:102003", "IGNF:LAMB93", "IAU_2015:49910", "EPSG:4258"]
