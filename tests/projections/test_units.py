@@ -15,7 +15,6 @@ from projdist.projections import ProjectionError
 
 # ---- units, prime meridians, axes -------------------------------------------------------------
 
-
 # NIST SP 811, appendix B: the foot is 0.3048 m, the US survey foot 1200/3937 m; Clarke's foot is EPSG's 9005.
 UNITS = {
     "+units=ft": 0.3048,
@@ -48,20 +47,11 @@ def test_units_win_over_to_meter():
     assert_same(make(text), make("+proj=merc +ellps=WGS84"), *EUROPE)
 
 
-@each(
-    "text",
-    [
-        *(
-            '{"proj": true}',
-            '{"proj": 5, "lon_0": 3}',
-            '{"proj": []}',
-            '{"a":' * 100_000,
-            "a" * 300,
-            "PROJCS[" * 10_000,
-        ),
-        *(f"+proj={'m' * 300}", f"EPSG:{'1' * 300}", f"{'a' * 300}.prj", f"+proj=merc +q={'1' * 3000} +lat_ts=x"),
-    ],
-)
+STRANGE = ['{"proj": true}', '{"proj": 5, "lon_0": 3}', '{"proj": []}', '{"a":' * 100_000, "PROJCS[" * 10_000]
+STRANGE += ["a" * 300, f"+proj={'m' * 300}", f"EPSG:{'1' * 300}", f"{'a' * 300}.prj"]
+
+
+@each("text", [*STRANGE, f"+proj=merc +q={'1' * 3000} +lat_ts=x"])
 def test_strange_text_is_one_short_line(text):
     """However long or deep it is, and in whatever shape."""
     with pytest.raises(ProjectionError, match=r"^Invalid .*\.$") as error:
@@ -90,19 +80,13 @@ def test_feet_of_a_state_plane():
     np.testing.assert_allclose(make("EPSG:2263")(lon, lat), np.array([x, y]) * (1200 / 3937), rtol=1e-14)
 
 
-def test_prime_meridian_of_proj_strings():
-    """+pm moves the central meridian: longitudes stay Greenwich's. Paris is at 2 deg 20' 14.025" (EPSG:8903)."""
+def test_prime_meridians():
+    """They move a map; longitudes stay Greenwich's. Paris is at 2 deg 20' 14.025" (EPSG:8903), Rome 12 deg 27' 8.4"."""
     paris = 2 + 20 / 60 + 14.025 / 3600
     projection = make("+proj=merc +pm=paris +R=6371000")
     assert projection(paris, 10.0)[0] == pytest.approx(0.0, abs=1e-8)
     np.testing.assert_allclose(projection(paris + 1, 0.0), (6371000 * math.radians(1), 0.0), rtol=1e-12, atol=1e-8)
-
-
-def test_meridians_of_crss():
-    """EPSG:27572: its origin, 52 grads north on the meridian of Paris, is at x = 600 km, y = 2200 km (EPSG:18082).
-
-    EPSG:4806's meridian is 12 deg 27' 8.4" east of Greenwich: EPSG:26591's centre, 9 degrees of Rome, is that on.
-    """
+    # EPSG:27572's origin, 52 grads north on the meridian, is at x = 600 km, y = 2200 km (EPSG:18082).
     paris = 2.33722917  # EPSG:8903, 2.5969213 grads
     np.testing.assert_allclose(make("EPSG:27572")(paris, 46.8), (600000.0, 2200000.0), atol=1e-6)
     # Clarke 1880 (IGN) has the semi-minor axis 6356515.0 m.
@@ -121,8 +105,8 @@ def test_ferro_meridian_and_southing():
     assert -1100e3 < y < -1000e3
 
 
-def test_northing_first():
-    """EPSG:2193 and 31466 state the northing first; x is the easting for all that."""
+def test_northing_first_westing_and_southing():
+    """EPSG:2193 and 31466 state the northing first, 2053 (Lo29) counts west and south; x is east and y north still."""
     projection = make("EPSG:2193")
     # NZTM 2000 (LINZS25002): origin 0, 173 E; false easting 1600 km, northing 10 000 km, k = 0.9996.
     np.testing.assert_allclose(projection(173.0, 0.0), (1600000.0, 10000000.0), atol=1e-6)
@@ -132,10 +116,6 @@ def test_northing_first():
     assert x[0] == pytest.approx(2500000.0, abs=1e-6)
     assert 2.5e6 < x[1] < 2.6e6
     assert (y > 5.6e6).all()
-
-
-def test_westing_and_southing():
-    """EPSG:2053 counts west and south (Lo29); x grows to the east and y to the north, unmirrored, for all that."""
     x, y = make("EPSG:2053")([29.0, 30.0, 29.0], [-30.0, -30.0, -29.0])
     truth = make("+proj=tmerc +lon_0=29 +ellps=WGS84")
     np.testing.assert_allclose((x, y), truth([29.0, 30.0, 29.0], [-30.0, -30.0, -29.0]), atol=SAME)
@@ -144,14 +124,11 @@ def test_westing_and_southing():
 
 
 def test_polar_axes():
-    """Polar CRSs, whose axes point along meridians, keep x to the right and y up: 90 E is right of the south pole."""
+    """They point along meridians, in either order: x goes right and y up, and 90 E is right of the south pole."""
     x, y = make("EPSG:3031")([0.0, 90.0, 0.0], [-90.0, -75.0, -75.0])
     np.testing.assert_allclose([x[0], y[0], y[1], x[2]], 0.0, atol=1e-6)
     assert min(x[1], y[2]) > 1e6
-
-
-def test_polar_axes_in_either_order():
-    """EPSG:32661 (N, E) and EPSG:5041 (E, N) are the same map: UPS North, the pole at 2000 km, 2000 km."""
+    # EPSG:32661 (N, E) and EPSG:5041 (E, N) are the same map: UPS North, the pole at 2000 km, 2000 km.
     one, other = make("EPSG:32661"), make("EPSG:5041")
     lon, lat = np.array([0.0, 90.0, -135.0, 33.0]), np.array([85.0, 88.0, 84.0, 90.0])
     assert_same(one, other, lon, lat)
@@ -193,40 +170,28 @@ def test_crss_within_others():
         assert_same(make(outer), make(same), *EUROPE)
 
 
-DERIVED = """DERIVEDPROJCRS["site grid",
-  BASEPROJCRS["UTM 32N", BASEGEOGCRS["WGS 84", DATUM["World Geodetic System 1984",
-      ELLIPSOID["WGS 84",6378137,298.257223563,LENGTHUNIT["metre",1]]],
-      PRIMEM["Greenwich",0,ANGLEUNIT["degree",0.0174532925199433]]],
+DERIVED = """DERIVEDPROJCRS["site grid", BASEPROJCRS["UTM 32N",
+    BASEGEOGCRS["WGS 84", DATUM["World Geodetic System 1984",
+      ELLIPSOID["WGS 84",6378137,298.257223563]], PRIMEM["Greenwich",0,ANGLEUNIT["degree",0.0174532925199433]]],
     CONVERSION["UTM zone 32N", METHOD["Transverse Mercator",ID["EPSG",9807]],
       PARAMETER["Latitude of natural origin",0,ANGLEUNIT["degree",0.0174532925199433]],
       PARAMETER["Longitude of natural origin",9,ANGLEUNIT["degree",0.0174532925199433]],
       PARAMETER["Scale factor at natural origin",0.9996,SCALEUNIT["unity",1]],
-      PARAMETER["False easting",500000,LENGTHUNIT["metre",1]],
-      PARAMETER["False northing",0,LENGTHUNIT["metre",1]]]],
+      PARAMETER["False easting",500000,LENGTHUNIT["metre",1]], PARAMETER["False northing",0,LENGTHUNIT["metre",1]]]],
   DERIVINGCONVERSION["turned", METHOD["Affine parametric transformation",ID["EPSG",9624]],
-    PARAMETER["A0",100,LENGTHUNIT["metre",1],ID["EPSG",8623]],
-    PARAMETER["A1",0.6,SCALEUNIT["coefficient",1],ID["EPSG",8624]],
-    PARAMETER["A2",0.8,SCALEUNIT["coefficient",1],ID["EPSG",8625]],
-    PARAMETER["B0",200,LENGTHUNIT["metre",1],ID["EPSG",8639]],
-    PARAMETER["B1",-0.8,SCALEUNIT["coefficient",1],ID["EPSG",8640]],
-    PARAMETER["B2",0.6,SCALEUNIT["coefficient",1],ID["EPSG",8641]]],
-  CS[Cartesian,2],
-    AXIS["site east",east,ORDER[1],LENGTHUNIT["metre",1]],
-    AXIS["site north",north,ORDER[2],LENGTHUNIT["metre",1]]]"""
+    PARAMETER["A0",100,LENGTHUNIT["metre",1],ID["EPSG",8623]], PARAMETER["A1",0.6,SCALEUNIT["unity",1],ID["EPSG",8624]],
+    PARAMETER["A2",0.8,SCALEUNIT["unity",1],ID["EPSG",8625]], PARAMETER["B0",200,LENGTHUNIT["metre",1],ID["EPSG",8639]],
+    PARAMETER["B1",-0.8,SCALEUNIT["unity",1],ID["EPSG",8640]], PARAMETER["B2",0.6,SCALEUNIT["unity",1],ID["EPSG",8641]]],
+  CS[Cartesian,2], AXIS["site east",east], AXIS["site north",north], LENGTHUNIT["metre",1]]"""
 
 
-def test_derived_projected_crs():
-    """A site grid derived from UTM by an affine map (EPSG:9624) is that affine map of UTM."""
+def test_derived_projected_crss():
+    """A grid derived from UTM by an affine map (EPSG:9624) is that of UTM; one laid on one point is refused by name."""
     x, y = make("EPSG:32632")(*EUROPE)
     site = make(DERIVED)(*EUROPE)
     np.testing.assert_allclose(site, (100 + 0.6 * x + 0.8 * y, 200 - 0.8 * x + 0.6 * y), rtol=1e-13)
-
-
-def test_derived_crss_that_proj_lays_on_one_point():
-    """A conversion whose parameters PROJ does not know, or that are 0, is named; it gave NaN without a reason."""
-    similarity = DERIVED.replace("Affine parametric transformation", "Similarity transformation").replace(
-        "9624", "9621"
-    )
+    # PROJ knows no parameters of the conversion, or they are 0: it gave NaN without a reason.
+    similarity = DERIVED.replace("Affine parametric", "Similarity").replace("9624", "9621")
     with pytest.raises(ProjectionError, match=r"lays all of it on one point, 0, 0: .* 'Similarity transformation'"):
         make(similarity)
     flat = re.sub(r'("[AB][12]"),-?0\.\d', r"\1,0", DERIVED)
@@ -235,7 +200,6 @@ def test_derived_crss_that_proj_lays_on_one_point():
 
 
 # ---- ellipsoids and datums --------------------------------------------------------------------
-
 
 # Semi-major axis and inverse flattening: PROJ's own tables quote DMA TR 8350.2, appendix A, for these.
 ELLIPSOIDS = {
@@ -268,10 +232,7 @@ def test_ellipsoids_of_proj_strings(text):
 @each(
     ("text", "radius"),
     [
-        ("+R=1", 1.0),
-        ("+R=6371000", 6371000.0),
-        ("+ellps=sphere", 6370997.0),
-        ("+a=6378137 +b=6378137", 6378137.0),
+        *(("+R=1", 1.0), ("+R=6371000", 6371e3), ("+ellps=sphere", 6370997.0), ("+a=6378137 +b=6378137", 6378137.0)),
         ("+ellps=WGS84 +R_A", math.sqrt(WGS84.area / (4 * math.pi))),
         ("+ellps=WGS84 +R_a", WGS84.a * (1 - WGS84.f / 2)),
         ("+ellps=WGS84 +R_V", WGS84.a * (1 - WGS84.f) ** (1 / 3)),
