@@ -181,7 +181,8 @@ DERIVED = """DERIVEDPROJCRS["site grid", BASEPROJCRS["UTM 32N",
   DERIVINGCONVERSION["turned", METHOD["Affine parametric transformation",ID["EPSG",9624]],
     PARAMETER["A0",100,LENGTHUNIT["metre",1],ID["EPSG",8623]], PARAMETER["A1",0.6,SCALEUNIT["unity",1],ID["EPSG",8624]],
     PARAMETER["A2",0.8,SCALEUNIT["unity",1],ID["EPSG",8625]], PARAMETER["B0",200,LENGTHUNIT["metre",1],ID["EPSG",8639]],
-    PARAMETER["B1",-0.8,SCALEUNIT["unity",1],ID["EPSG",8640]], PARAMETER["B2",0.6,SCALEUNIT["unity",1],ID["EPSG",8641]]],
+    PARAMETER["B1",-0.8,SCALEUNIT["unity",1],ID["EPSG",8640]],
+    PARAMETER["B2",0.6,SCALEUNIT["unity",1],ID["EPSG",8641]]],
   CS[Cartesian,2], AXIS["site east",east], AXIS["site north",north], LENGTHUNIT["metre",1]]"""
 
 
