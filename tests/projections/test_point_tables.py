@@ -4,6 +4,7 @@ import numpy as np
 import pyproj
 import pytest
 from projection_points import make
+from refusals import refuses
 from shapely import MultiPoint, Point, Polygon
 from tables import each
 
@@ -80,6 +81,7 @@ def test_another_body_is_refused() -> None:
         geographic(moon, "EPSG:4326", np.array([0.0]), np.array([0.0]))
 
 
+SQUARE = Polygon([(0, 0), (1, 0), (1, 1)])
 MISSING = [
     *(geo("EPSG:3857", Point(8e5, 6e6), one) for one in (None, Point(), Point(np.nan, 1.0))),
     *(SWISS.assign(lon=["7.5", " "]), SWISS.assign(lat=[46.9, np.nan])),
@@ -100,10 +102,7 @@ def test_missing_points_have_no_figures(frame):
     ("frame", "message"),
     [
         (geo("EPSG:4326", MultiPoint([(1, 2)])), "Invalid point in row 1. The geometry is a MultiPoint; it must"),
-        (
-            geo("EPSG:4326", Point(1, 2), Polygon([(0, 0), (1, 0), (1, 1)])),
-            "in row 2. The geometry is a Polygon; it must be a point. 'check' ",
-        ),
+        (geo("EPSG:4326", Point(1, 2), SQUARE), "in row 2. The geometry is a Polygon; it must be a point. 'check' "),
         (geo(None, Point(1, 2)), "Invalid points. They have no CRS; they must state the one that they are in."),
         (geo("EPSG:3857", Point(1e6, 2e6), Point(np.inf, 0)), "Invalid point in row 2."),
         (SWISS.rename(columns={"lon": "length"}), "Invalid columns 'name, length, lat' of points. One must be"),
@@ -114,17 +113,14 @@ def test_missing_points_have_no_figures(frame):
 )
 def test_what_is_refused(frame: pd.DataFrame, message: str) -> None:
     """One line that names the row, counted from 1, or the column."""
-    with pytest.raises(ValueError, match=message):
-        factors("EPSG:2056", frame)
+    refuses(message, factors, "EPSG:2056", frame)
 
 
 def test_a_frame_is_alone() -> None:
     """Latitudes beside a frame, longitudes without latitudes, and a prefix without a frame are no points."""
-    with pytest.raises(ValueError, match="Invalid latitudes beside a frame"):
-        factors("moll", SWISS, [1, 2])
-    for arguments, options in (((1.0,), {}), ((1.0, 2.0), {"prefix": "x"})):
-        with pytest.raises(ValueError, match=r"Invalid points\. They must be longitudes and"):
-            factors("moll", *arguments, **options)
+    refuses("Invalid latitudes beside a frame", factors, "moll", SWISS, [1, 2])
+    refuses(r"Invalid points\. They must be longitudes and", factors, "moll", 1.0)
+    refuses(r"Invalid points\. They must be longitudes and", factors, "moll", 1.0, 2.0, prefix="x")
 
 
 # ---- the CRS of a map -----------------------------------------------------------------------
@@ -136,7 +132,7 @@ def test_maps_without_a_plane(projection: object) -> None:
     assert projected_crs_of(make(projection)) is None
 
 
-@pytest.mark.parametrize(
+@each(
     ("projection", "code"),
     [("mollweide", 4326), ("+proj=laea +ellps=GRS80", 4326), ("EPSG:2056", 4150), ("EPSG:27572", 4807)],
 )
@@ -145,7 +141,7 @@ def test_graticules(projection: str, code: int) -> None:
     assert pyproj.CRS(graticule_of(make(projection)).wkt).to_epsg() == code
 
 
-@pytest.mark.parametrize("parameters", ["+R=1737400", "+ellps=bessel"])
+@each("parameters", ["+R=1737400", "+ellps=bessel"])
 def test_graticules_of_other_ellipsoids(parameters: str) -> None:
     """They keep the ellipsoid."""
     projection = make(f"+proj=moll {parameters}")
@@ -157,7 +153,7 @@ def test_graticules_of_other_ellipsoids(parameters: str) -> None:
 TOLD = r"^{} of {} feature\(s\) of the points look like degrees, as that at {}, but .* is in units of {}: is that"
 
 
-@pytest.mark.parametrize(
+@each(
     ("crs", "points", "told"),
     [
         ("EPSG:3857", [(11, 48)], (1, 1, "11, 48", "metre")),
@@ -175,10 +171,8 @@ def test_degrees_that_are_stated_to_be_metres(crs, points, told) -> None:
 @each(
     ("crs", "x", "y"),
     [
-        ("EPSG:4326", 11, 48),
-        ("EPSG:25832", 5e5, 5e6),
+        *(("EPSG:4326", 11, 48), ("EPSG:25832", 5e5, 5e6), ("EPSG:3857", 180, 180)),
         ("EPSG:3857", 0, 0),  # a null point, wherever it was
-        ("EPSG:3857", 180, 180),
         ("+proj=laea +lat_0=50 +lon_0=10 +units=km +type=crs", 60, 80),
         ("+proj=moll +R=1 +type=crs", 0.5, 0.5),
     ],

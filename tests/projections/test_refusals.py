@@ -93,30 +93,16 @@ def test_objects_that_are_no_maps(kind):
 
 
 # Suggestions, all of them in their order, and what was typed.
-TYPOS = {
-    "robinson or robin": ["robinsn"],
-    "mollweide": ["Mollwide"],
-    "winkel-tripel": ["winkle-tripel"],
-    "equal-earth or eqearth": ["equalearth"],
-    "plate-carree": ["plate caree"],
-    "mercator": ["mercador"],
-    "gall-peters": ["gall_petres"],
-    "eckert-1, eckert-2, eckert-3, eckert-4, eckert-5 or eckert-6": ["eckert"],
-    "aea": ["Albers"],
-    "lcc or lcca": ["lambert conformal conic"],
-    "webmerc": ["web mercator"],
-    "robinson": ["robinson projection"],
-    "hammer": ["hammer-aitoff"],
-    "EPSG:3035": ["ESPG:3035", "espg3035"],
-    "EPSG:4326": ["ESPG 4326"],
-}
+TYPOS = """robinsn=robinson or robin; Mollwide=mollweide; winkle-tripel=winkel-tripel; mercador=mercator;
+equalearth=equal-earth or eqearth; plate caree=plate-carree; gall_petres=gall-peters; Albers=aea;
+lambert conformal conic=lcc or lcca; eckert=eckert-1, eckert-2, eckert-3, eckert-4, eckert-5 or eckert-6;
+web mercator=webmerc; hammer-aitoff=hammer; robinson projection=robinson; ESPG:3035=EPSG:3035; espg3035=EPSG:3035; ESPG 4326=EPSG:4326"""
 
 
-@each("hint", TYPOS)
-def test_typos_of_names_have_a_hint(hint):
+@each("text, hint", [pair.strip().split("=") for pair in TYPOS.split(";")])
+def test_typos_of_names_have_a_hint(text, hint):
     """What was nearly typed, begun, or said in the words of PROJ's description is suggested, and nothing else."""
-    for text in TYPOS[hint]:
-        assert f". Did you mean {hint}? It must be" in message(text)
+    assert f". Did you mean {hint}? It must be" in message(text)
 
 
 NONSENSE = """nosuch bad foo bar foobar hello test nothing asdf qwerty xyz projection sphere globe world nonsense europe
@@ -135,11 +121,8 @@ def test_one_wrong_letter_is_no_obstacle():
     found = []
     for name in [*projection_names()][::8]:
         for k in range(len(name) - 1):
-            typos = (
-                name[:k] + name[k + 1 :],
-                name[:k] + name[k] + name[k:],
-                name[:k] + name[k + 1] + name[k] + name[k + 2 :],
-            )
+            swapped = name[:k] + name[k + 1] + name[k] + name[k + 2 :]
+            typos = (name[:k] + name[k + 1 :], name[:k] + name[k] + name[k:], swapped)
             found += [name in message(typo) for typo in typos if typo not in projection_names()]
     assert np.mean(found) > 0.95
 
@@ -158,7 +141,7 @@ def test_text_behind_wkt(version, garbage, tmp_path):
         assert "WKT must end with its last bracket, and not with '" in message(value)
 
 
-@pytest.mark.parametrize("space", [" ", "\n", "\r\n\t"])
+@each("space", [" ", "\n", "\r\n\t"])
 def test_white_space_around_wkt(space):
     """Spaces and line ends before and behind WKT are no part of it; nor are brackets within names."""
     named = CRS("EPSG:32632").to_wkt("WKT1_GDAL").replace("WGS 84 / UTM zone 32N", 'a ]] ""b"" ([')
@@ -185,11 +168,10 @@ def test_crss_that_proj_cannot_compute(code):
     assert "\n" not in text
 
 
-@pytest.mark.parametrize(
-    "value",
-    [GEOGRAPHIC.to_wkt(pretty=True), GEOGRAPHIC.to_json(pretty=True), GEOGRAPHIC, GEOGRAPHIC.to_json_dict()],
-    ids=["wkt", "json", "crs", "dict"],
-)
+LONG = [GEOGRAPHIC.to_wkt(pretty=True), GEOGRAPHIC.to_json(pretty=True), GEOGRAPHIC, GEOGRAPHIC.to_json_dict()]
+
+
+@each("value", LONG)
 def test_errors_of_long_definitions_are_one_short_line(value):
     """WKT and JSON of many lines are quoted by their beginning, in one line."""
     text = message(value)

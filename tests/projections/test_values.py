@@ -12,12 +12,6 @@ from tables import each
 
 from projdist.projections import ProjectionError
 
-
-def label(value):
-    """A test id that is the same in every process: functions by name."""
-    return getattr(value, "__name__", str(value))
-
-
 # ---- values -----------------------------------------------------------------------------------
 
 SOME = ["moll", "+proj=utm +zone=33 +ellps=intl +units=us-ft", "EPSG:3035", "EPSG:27572", "EPSG:2065", mercator]
@@ -39,7 +33,7 @@ def test_projections_are_values(value):
         assert_same(copy, projection, *EUROPE, atol=0)
 
 
-@pytest.mark.parametrize("value", SOME[:-1])
+@each("value", SOME[:-1])
 def test_threads(value):
     """One projection shared by eight threads gives what it gives serially."""
     projection = make(value)
@@ -51,7 +45,7 @@ def test_threads(value):
         np.testing.assert_array_equal(result, projection(*part))
 
 
-@pytest.mark.parametrize("value", ["moll", "EPSG:3035", "EPSG:27572", mercator], ids=label)
+@each("value", ["moll", "EPSG:3035", "EPSG:27572", mercator])
 def test_shapes(value):
     """Any shapes of lon and lat broadcast, scalars and empty arrays too; the arguments are not written to."""
     projection = make(value)
@@ -59,8 +53,8 @@ def test_shapes(value):
     kept = lon.copy(), lat.copy()
     x, y = projection(lon, lat)
     assert x.shape == y.shape == (2, 3)
-    np.testing.assert_array_equal(lon, kept[0])
-    np.testing.assert_array_equal(lat, kept[1])
+    for one, before in zip((lon, lat), kept, strict=True):
+        np.testing.assert_array_equal(one, before)
     for i, j in np.ndindex(2, 3):
         one = projection(lon[0, j], lat[i, 0])
         assert np.shape(one[0]) == ()
@@ -94,8 +88,8 @@ def test_longitudes_beyond_180(value):
     lon, lat = np.array([-170.0, -75.0, -0.5, 3.0, 10.0]), np.array([-20.0, 42.0, 47.0, 46.0, 45.0])
     x, y = projection(lon, lat)
     # Rounding of a longitude of 360 is 4e-14 degrees, 4 nm; far from a transverse meridian it is stretched.
-    np.testing.assert_allclose(projection(lon + 360, lat), (x, y), rtol=1e-13, atol=1e-6)
-    np.testing.assert_allclose(projection(lon - 360, lat), (x, y), rtol=1e-13, atol=1e-6)
+    for turn in (360, -360):
+        np.testing.assert_allclose(projection(lon + turn, lat), (x, y), rtol=1e-13, atol=1e-6)
 
 
 @each("value", [*WORLD, "merc", "stere", "gnom", "ortho", "igh", "EPSG:2065", "EPSG:7415"])
@@ -135,16 +129,15 @@ def test_labels():
     """The definition where it is short enough for a table, the name where it is WKT."""
     for value in ("EPSG:3035", "robin", "+proj=utm +zone=33 +ellps=intl", mercator):
         assert make(value).label == make(value).definition
-    custom = make(
-        CRS("EPSG:32632").to_wkt().replace("WGS 84 / UTM zone 32N", "my grid").replace(',ID["EPSG",32632]', "")
-    )
+    wkt = CRS("EPSG:32632").to_wkt().replace("WGS 84 / UTM zone 32N", "my grid")
+    custom = make(wkt.replace(',ID["EPSG",32632]', ""))
     assert custom.definition.startswith("PROJCRS[")
     assert (custom.label, custom.name) == ("my grid", "my grid")
     unnamed = make(CRS("+proj=laea +lat_0=52 +towgs84=1,2,3 +type=crs").to_wkt())
     assert (unnamed.label, unnamed.name) == ("Lambert Azimuthal Equal Area",) * 2
 
 
-@pytest.mark.parametrize("value", ["EPSG:3857", "+proj=wintri +R=6371008.7714", "+proj=utm +zone=33 +ellps=intl"])
+@each("value", ["EPSG:3857", "+proj=wintri +R=6371008.7714", "+proj=utm +zone=33 +ellps=intl"])
 def test_pyproj_proj(value):
     """A pyproj.Proj, which can be called as a function, is the CRS or PROJ string that it was made from."""
     projection = make(pyproj.Proj(value))
@@ -158,15 +151,9 @@ def test_pyproj_proj(value):
 @each(
     ("text", "code"),
     [
-        ("WGS 84 / UTM zone 33N", "EPSG:32633"),
-        ("wgs84 / utm zone 33n", "EPSG:32633"),
-        ("CH1903+ / LV95", "EPSG:2056"),
-        ("CH1903 / LV03", "EPSG:21781"),
-        ("World_Robinson", "ESRI:54030"),
-        ("utm33", "EPSG:32633"),
-        ("UTM 33S", "EPSG:32733"),
-        ("utm-zone-1n", "EPSG:32601"),
-        ("utm_60", "EPSG:32660"),
+        *((text, "EPSG:32633") for text in ("WGS 84 / UTM zone 33N", "wgs84 / utm zone 33n", "utm33")),
+        *(("CH1903+ / LV95", "EPSG:2056"), ("CH1903 / LV03", "EPSG:21781"), ("World_Robinson", "ESRI:54030")),
+        *(("UTM 33S", "EPSG:32733"), ("utm-zone-1n", "EPSG:32601"), ("utm_60", "EPSG:32660")),
     ],
 )
 def test_names_of_crss(text, code):
