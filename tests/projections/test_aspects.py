@@ -22,6 +22,7 @@ WITHOUT_CENTRE = {
 UNSMOOTH = {"van-der-grinten", "van-der-grinten-4"}
 CENTRED = sorted({*NAMES, *WORLD_MAPS} - WITHOUT_CENTRE)
 POINTS = [(45.0, -100.0), (-33.0, 151.0), (90.0, 20.0), (-90.0, -70.0), (0.0, 150.0)]
+SLOW = pytest.mark.slow
 ROUNDING = 1e-8  # of the Earth's radius, at a centre
 
 
@@ -45,12 +46,11 @@ def test_parameters_are_those_of_proj() -> None:
     assert "N60" in make("EPSG:2393+5717").name  # a compound CRS of a code is what it was
     assert_same(make("laea+lat_0=52+ellps=GRS80"), make("+proj=laea +lat_0=52 +ellps=GRS80"))
     assert_same(make("utm+zone=33+ellps=WGS84"), make("EPSG:32633"), np.array([13.0, 16.0]), np.array([50.0, 1.0]))
-    assert_same(
-        make("aea+lat_1=29.5+lat_2=45.5@39,-96"), make(f"+proj=aea +lat_1=29.5 +lat_2=45.5 +lat_0=39 +lon_0=-96 +R={R}")
-    )
+    truth = make(f"+proj=aea +lat_1=29.5 +lat_2=45.5 +lat_0=39 +lon_0=-96 +R={R}")
+    assert_same(make("aea+lat_1=29.5+lat_2=45.5@39,-96"), truth)
 
 
-@pytest.mark.parametrize("centre", POINTS)
+@each("centre", POINTS)
 def test_turned_mercator(centre) -> None:
     """The oblique Mercator map is Mercator's formula in longitudes and latitudes about the point."""
     lat, lon = centre
@@ -60,10 +60,8 @@ def test_turned_mercator(centre) -> None:
     assert_same(make(f"mercator@{lat},{lon}"), lambda *_: mercator(*(v[far] for v in frame)), LON[far], LAT[far], 1e-6)
 
 
-@pytest.mark.parametrize("name", CENTRED)
-@pytest.mark.parametrize(
-    "centre", [(45.0, -100.0), *(pytest.param(one, marks=pytest.mark.slow) for one in [(-33.0, 151.0), (0.0, 150.0)])]
-)
+@each("name", CENTRED)
+@each("centre", [(45.0, -100.0), *(pytest.param(one, marks=SLOW) for one in [(-33.0, 151.0), (0.0, 150.0)])])
 def test_the_point_is_at_the_centre(name, centre) -> None:
     """It has the coordinates 0, 0, north is up, and the map distorts there as the normal one at its own centre."""
     lat, lon = centre
@@ -72,8 +70,8 @@ def test_the_point_is_at_the_centre(name, centre) -> None:
     if name in UNSMOOTH:
         return
     here, normal = jacobian(map_, [lon], [lat])[0], jacobian(make(name), [0.0], [0.0])[0]
-    if not np.isfinite(normal).all():
-        pytest.skip("The map is singular at its centre.")
+    if not np.isfinite(normal).all():  # the map is singular at its centre
+        return
     assert abs(here[0, 1]) < 1e-8
     assert here[1, 1] > 0
     np.testing.assert_allclose(here, normal, atol=2e-9)
@@ -90,10 +88,7 @@ def test_a_pole_at_the_centre(name, pole) -> None:
     assert np.sign(y) == -np.sign(pole)
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["mollweide", *(pytest.param(name, marks=pytest.mark.slow) for name in ("winkel-tripel", "robinson", "wagner-9"))],
-)
+@each("name", ["mollweide", *(pytest.param(one, marks=SLOW) for one in ("winkel-tripel", "robinson", "wagner-9"))])
 def test_the_globe_is_turned_without_loss(name) -> None:
     """Over the sphere the Airy-Kavrayskiy figure is the same in every aspect, as far as each says that it is known."""
     normal = summarize(name, tolerance=1e-5)
@@ -102,9 +97,7 @@ def test_the_globe_is_turned_without_loss(name) -> None:
     assert abs(normal.airy_kavrayskiy - aspect.airy_kavrayskiy) <= slack < 1e-4
 
 
-@pytest.mark.parametrize(
-    "text", ["mollweide@45,-100", "mollweide@45N,100W", "mollweide@100w,45n", "mollweide @ 45 -100", "Mollweide@45,260"]
-)
+@each("text", ["mollweide@45,-100", "mollweide@45N,100W", "mollweide@100w,45n", "moll @ 45 -100", "Mollweide@45,260"])
 def test_ways_to_write_a_point(text) -> None:
     """Latitude and longitude, or the letters of hemispheres in any order."""
     found = make(text)
@@ -112,9 +105,7 @@ def test_ways_to_write_a_point(text) -> None:
     assert found.name == "Mollweide, 45° N, 100° W"
 
 
-@pytest.mark.parametrize(
-    "text", ["gott-elliptical@45,-100", "gott-elliptical+lon_0=20", "robinson+lon_0=150", "moll@-5,7"]
-)
+@each("text", ["gott-elliptical@45,-100", "gott-elliptical+lon_0=20", "robinson+lon_0=150", "moll@-5,7"])
 def test_definitions_are_read_back(text) -> None:
     """The definition of what was made makes it again; so does a pickle."""
     made = make(text)

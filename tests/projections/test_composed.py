@@ -87,15 +87,11 @@ def test_parameters(base, stretch, changed):
 
 
 def test_compositions_are_values():
-    """A composition can be pickled; a singular matrix is refused."""
+    """A composition can be pickled, a singular matrix is refused; two matrices become one, on the first base."""
     composed = compose(make("robin"), M, "x")
     assert pickle.loads(pickle.dumps(composed)) == composed
     with pytest.raises(ProjectionError, match="invertible"):
         compose(composed, np.zeros((2, 2)), "x")
-
-
-def test_compositions_of_compositions():
-    """Two matrices become one, on the first base."""
     once = compose(make("moll"), M, "once")
     twice = compose(once, M, "twice")
     np.testing.assert_allclose(twice(LON, LAT), M @ truth("moll"), rtol=1e-15)

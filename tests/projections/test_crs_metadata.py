@@ -18,7 +18,7 @@ def of(given):
 
 
 def test_a_crs() -> None:
-    """EPSG:27572, whose angles are grads from Paris."""
+    """EPSG:27572, whose angles are grads from Paris; EPSG:2036, in place of which EPSG names EPSG:2953."""
     found = of("EPSG:27572")
     assert (found.kind, found.code, found.prime_meridian) == ("projected CRS", "EPSG:27572", "Paris")
     assert found.geographic_crs == "EPSG:4807 NTF (Paris)"
@@ -26,10 +26,6 @@ def test_a_crs() -> None:
     assert Setting("Latitude of natural origin", 52.0, "grad") in found.parameters
     assert Setting("Scale factor at natural origin", 0.99987742, "") in found.parameters
     assert found.axes == (CrsAxis("Easting", "east"), CrsAxis("Northing", "north"))
-
-
-def test_a_deprecated_one() -> None:
-    """EPSG names EPSG:2953 in place of EPSG:2036."""
     found = of("EPSG:2036")
     assert (found.deprecated, found.replaced_by) == (True, ("EPSG:2953",))
     assert not of("EPSG:2953").deprecated
@@ -109,7 +105,7 @@ def test_breaks_turn_with_the_central_meridian():
     assert len(discontinuities_of(make("ESRI:54030")).parallels) == 34
 
 
-@pytest.mark.parametrize(
+@each(
     "text", ["+proj=ob_tran +o_proj=moll +o_lat_p=45 +R=1", "+proj=robin +pm=paris", "+proj=robin +over", "EPSG:3035"]
 )
 def test_nothing_is_known_of_others(text):
@@ -142,7 +138,7 @@ def test_circles_about_the_centre_of_azimuthal_maps(name):
     assert np.isfinite(spread).sum() >= 2
 
 
-@pytest.mark.parametrize(("name", "base"), [("tmerc", "merc"), ("cass", "eqc"), ("tcea", "cea")])
+@each(("name", "base"), [("tmerc", "merc"), ("cass", "eqc"), ("tcea", "cea")])
 def test_transverse_cylinders(name, base):
     """Their x is the normal map's y, and their y goes round the pole from a quarter turn off its meridian."""
     x, y = in_its_chart(f"+proj={name} +lon_0=25")
@@ -151,19 +147,15 @@ def test_transverse_cylinders(name, base):
     np.testing.assert_allclose(np.exp(1j * y / R), np.exp(-1j * np.radians(u + 90.0)), atol=1e-12)
 
 
-@pytest.mark.parametrize("base", ["moll", "robin", "igh"])
+@each("base", ["moll", "robin", "igh"])
 def test_oblique_maps(base):
     """ob_tran is its base at the chart's longitudes, turned by a half turn and o_lon_p."""
     x, y = in_its_chart(f"+proj=ob_tran +o_proj={base} +o_lat_p=40 +o_lon_p=25 +lon_0=10")
     u, v = np.meshgrid((U - 180.0 + 25.0 + 180.0) % 360.0 - 180.0, V, indexing="ij")
-    bx, by = make(f"+proj={base} +R={R}")(u, v)
-    np.testing.assert_allclose(x, bx, atol=1e-5)
-    np.testing.assert_allclose(y, by, atol=1e-5)
+    np.testing.assert_allclose((x, y), make(f"+proj={base} +R={R}")(u, v), atol=1e-5)
 
 
-@pytest.mark.parametrize(
-    "text", ["+proj=laea +lat_0=45 +lon_0=13", "+proj=ob_tran +o_proj=moll +o_lon_p=20 +o_lat_p=40", "+proj=tmerc"]
-)
+@each("text", ["+proj=laea +lat_0=45 +lon_0=13", "+proj=ob_tran +o_proj=moll +o_lon_p=20 +o_lat_p=40", "+proj=tmerc"])
 def test_figures_over_the_globe_are_the_same_without(text):
     """As a function, whose pole is not known, the map has the same errors, and takes more evaluations."""
     found, truth = (summarize(one, GLOBE, tolerance=1e-4) for one in known_and_bare(text))

@@ -49,6 +49,15 @@ def test_a_grid_that_cannot_be_fetched_is_told():
     assert "inf" not in told[2]  # its own datum needs no grid
 
 
+def assert_told(*words):
+    """Without the grid a command is one line and ends with 1; with nothing to fetch it succeeds."""
+    done = run("-m", "projdist", *words, **NOWHERE)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("projdist: Invalid coordinates. PROJ cannot read a grid")
+    assert done.stderr.count("\n") == 1
+    assert run("-m", "projdist", *words, PROJ_NETWORK="OFF").returncode == 0
+
+
 @pytest.mark.slow
 def test_the_command_says_so_and_ends_with_1(tmp_path):
     """`check` of data that need the grid is one line, and no table of features beyond the edge."""
@@ -56,12 +65,7 @@ def test_the_command_says_so_and_ends_with_1(tmp_path):
     shapely = pytest.importorskip("shapely")
     data = geopandas.GeoDataFrame(geometry=[shapely.box(400e3, 300e3, 401e3, 301e3)], crs="EPSG:27700")
     data.to_file(tmp_path / "data.gpkg")
-    words = ["-m", "projdist", "check", str(tmp_path / "data.gpkg"), "--crs", "EPSG:3035"]
-    done = run(*words, **NOWHERE)
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr.startswith("projdist: Invalid coordinates. PROJ cannot read a grid")
-    assert done.stderr.count("\n") == 1
-    assert run(*words, PROJ_NETWORK="OFF").returncode == 0
+    assert_told("check", str(tmp_path / "data.gpkg"), "--crs", "EPSG:3035")
 
 
 @pytest.mark.slow
@@ -70,12 +74,7 @@ def test_a_region_that_needs_the_grid(tmp_path):
     ring = "[[400000,300000],[401000,300000],[401000,301000],[400000,300000]]"
     crs = '"crs":{"type":"name","properties":{"name":"EPSG:27700"}}'
     (tmp_path / "r.geojson").write_text(f'{{"type":"Polygon",{crs},"coordinates":[{ring}]}}')
-    words = ["-m", "projdist", "compare", "robin", "-r", f"file:{tmp_path / 'r.geojson'}", "--tolerance", "1e-3"]
-    done = run(*words, **NOWHERE)
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr.startswith("projdist: Invalid coordinates. PROJ cannot read a grid")
-    assert done.stderr.count("\n") == 1
-    assert run(*words, PROJ_NETWORK="OFF").returncode == 0
+    assert_told("compare", "robin", "-r", f"file:{tmp_path / 'r.geojson'}", "--tolerance", "1e-3")
 
 
 class Refusing:

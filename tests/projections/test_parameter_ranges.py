@@ -22,12 +22,7 @@ OPERATIONS = sorted({*pyproj.list.get_proj_operations_map()} - NOT_MAPS - {*NOT_
 # Their numbers are constants of the map; a UTM zone is a transverse Mercator map with other ones.
 WITHOUT = {"alsk", "bertin1953", "gs48", "gs50", "lee_os", "mil_os", "nzmg", "ups"}
 FORMS = [
-    "merc+k_0=1",
-    "cea+k_0=1",
-    "stere+k_0=1",
-    "stere+lat_0=90",
-    "polar-stereographic",
-    "ocea+alpha=30+lonc=10",
+    *("merc+k_0=1", "cea+k_0=1", "stere+k_0=1", "stere+lat_0=90", "polar-stereographic", "ocea+alpha=30+lonc=10"),
     f"+proj=omerc +lat_0=20 +lat_1=10 +lon_1=0 +lat_2=50 +lon_2=40 {R}",
     f"+proj=omerc +lat_0=40 +gamma=30 {R}",
     f"+proj=lcc +lat_1=40 {R}",
@@ -104,9 +99,8 @@ def test_defaults(text) -> None:
     found, truth = tunable(text), coordinates(make(text))
     np.testing.assert_allclose(coordinates(make(found.definition)), truth, rtol=0, atol=SAME)
     for parameter in found.parameters:
-        np.testing.assert_allclose(
-            coordinates(tuned(text, {parameter.name: parameter.value})), truth, rtol=0, atol=SAME
-        )
+        same = coordinates(tuned(text, {parameter.name: parameter.value}))
+        np.testing.assert_allclose(same, truth, rtol=0, atol=SAME)
 
 
 @each("text", mostly_slow(MAPS))
@@ -140,10 +134,9 @@ def test_no_parameter_is_missing(name) -> None:
 
 def made(rest, key, value) -> Transformer | None:
     """PROJ's operation, if it reads the parameter."""
+    words = [*(word for word in rest if f"+{key}=" not in word), f"+{key}={value}"]
     try:
-        found = Transformer.from_pipeline(
-            " ".join([*(each for each in rest if f"+{key}=" not in each), f"+{key}={value}"])
-        )
+        found = Transformer.from_pipeline(" ".join(words))
     except pyproj.exceptions.ProjError:
         return None
     return found if f"{key}={value}" in found.definition.split() else None

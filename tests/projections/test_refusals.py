@@ -96,7 +96,8 @@ def test_objects_that_are_no_maps(kind):
 TYPOS = """robinsn=robinson or robin; Mollwide=mollweide; winkle-tripel=winkel-tripel; mercador=mercator;
 equalearth=equal-earth or eqearth; plate caree=plate-carree; gall_petres=gall-peters; Albers=aea;
 lambert conformal conic=lcc or lcca; eckert=eckert-1, eckert-2, eckert-3, eckert-4, eckert-5 or eckert-6;
-web mercator=webmerc; hammer-aitoff=hammer; robinson projection=robinson; ESPG:3035=EPSG:3035; espg3035=EPSG:3035; ESPG 4326=EPSG:4326"""
+web mercator=webmerc; hammer-aitoff=hammer; robinson projection=robinson; ESPG 4326=EPSG:4326;
+ESPG:3035=EPSG:3035; espg3035=EPSG:3035"""
 
 
 @each("text, hint", [pair.strip().split("=") for pair in TYPOS.split(";")])
