@@ -97,7 +97,10 @@ def test_the_globe_is_turned_without_loss(name) -> None:
     assert abs(normal.airy_kavrayskiy - aspect.airy_kavrayskiy) <= slack < 1e-4
 
 
-@each("text", ["mollweide@45,-100", "mollweide@45N,100W", "mollweide@100w,45n", "moll @ 45 -100", "Mollweide@45,260"])
+WAYS = ["mollweide@45,-100", "mollweide@45N,100W", "mollweide@100w,45n", "mollweide @ 45 -100", "Mollweide@45,260"]
+
+
+@each("text", WAYS)
 def test_ways_to_write_a_point(text) -> None:
     """Latitude and longitude, or the letters of hemispheres in any order."""
     found = make(text)

@@ -48,7 +48,7 @@ def test_wkt(base):
     np.testing.assert_allclose(make(wkt)(LON, LAT), truth(base), rtol=0, atol=5e-8)  # WKT has 15 digits
 
 
-@pytest.mark.parametrize("base", ["+proj=pipeline +step +proj=moll +R=1", lambda lon, lat: (lon, lat)])
+@each("base", ["+proj=pipeline +step +proj=moll +R=1", lambda lon, lat: (lon, lat)])
 def test_no_wkt(base):
     """Where a CRS cannot hold the map there is a reason."""
     wkt, reason = wkt_of(make(base), M, "x")

@@ -235,7 +235,7 @@ def test_a_misspelt_parameter_is_named(method):
 CHANGED = ("Wagner VI", "Equidistant Cylindrical")
 
 
-@pytest.mark.parametrize("method", [name for name in METHODS if name not in CHANGED])
+@each("method", [name for name in METHODS if name not in CHANGED])
 def test_as_gdal_reads_gdals(method):
     """The WKT 1 that GDAL writes of a map gives GDAL's own coordinates."""
     warp = pytest.importorskip("rasterio.warp")
@@ -374,7 +374,7 @@ TWICE |= {"false_eastng": 500000.0, "FE": 9.0}  # other quantities with the valu
 
 @each("name", TWICE)
 def test_a_second_value_is_told(name):
-    """A parameter by two stated with two values, and one of no name that has the value of another."""
+    """A parameter by two names with two values, and one of no name that has the value of another."""
     stated = TM | {"false_northing": 500000.0}
     with pytest.warns(Notice, match=rf"states '{name}' \({TWICE[name]:g}\), of which Transverse Mercator makes no use"):
         found = make(wkt1("Transverse_Mercator", stated | {name: TWICE[name]}))
