@@ -11,6 +11,7 @@ import pytest
 import shapely
 from gis_files import some_slow
 from refusals import refuses
+from tables import each
 
 from projdist import Notice, Projection, check, design, estimate_crs, factors, gis, read_heights
 from projdist.projections import crs_of, same_map
@@ -151,9 +152,9 @@ def test_what_lies_outside_is_left_out(tmp_path: Path) -> None:
         gis.convert(path, far, tmp_path / "new.gpkg", source="EPSG:2056")
 
 
-@pytest.mark.parametrize("suffix", [*DRAWN, ".parquet"])
 @pytest.mark.parametrize("to", ["EPSG:3857", "+proj=eqearth"])
 @pytest.mark.parametrize("shape", [None, shapely.Polygon()])
+@each("suffix", [*DRAWN, ".parquet"])
 def test_features_without_a_geometry(shape: Any, to: str, suffix: str, tmp_path: Path) -> None:
     """A layer that has nothing else keeps them, as GDAL and GEOS read it."""
     path, new = tmp_path / "data.gpkg", tmp_path / f"new{suffix}"
@@ -264,7 +265,7 @@ def test_data_outside_an_area_of_use_are_told(degrees: Path, tmp_path: Path) -> 
     gis.convert(tmp_path / "boxes.gpkg", "EPSG:4258", tmp_path / "degrees.gpkg")
 
 
-@pytest.mark.parametrize("kind", ["complex64", "complex128", "complex_int16"])
+@each("kind", ["complex64", "complex128", "complex_int16"])
 def test_rasters_of_complex_numbers(kind: str, degrees: Path, tmp_path: Path) -> None:
     """The nearest pixel is taken with both its parts."""
     numbers = np.arange(1, 13) - 1j * np.arange(1, 13)

@@ -92,7 +92,7 @@ PLACES = pd.DataFrame({"name": ["Bern", "Chur"], "height": [540, 593], "lon": [7
 LIKE = geopandas.points_from_xy(PLACES.lon, PLACES.lat)
 
 
-@pytest.mark.parametrize("suffix", [".gpkg", ".geojson", ".parquet", ".fgb", ".shp"])
+@each("suffix", [".gpkg", ".geojson", ".parquet", ".fgb", ".shp"])
 def test_points_are_read_from(suffix: str, tmp_path: Path) -> None:
     """Whatever GDAL or pyarrow reads; other columns and the CRS are kept."""
     path = tmp_path / f"p{suffix}"
@@ -125,7 +125,7 @@ def test_layers_of_points(tmp_path: Path) -> None:
         refuses(r"Invalid points file '.*'. It must name a layer, .* it has one, two.", gis.read_points, wrong)
 
 
-@pytest.mark.parametrize("name", ["x.gpkg", "x.parquet", "x.csv", "x.txt"])
+@each("name", ["x.gpkg", "x.parquet", "x.csv", "x.txt"])
 def test_points_that_cannot_be_read(name: str, tmp_path: Path) -> None:
     """No file, and a file of something else: one line."""
     path = tmp_path / name

@@ -9,6 +9,7 @@ import pyproj
 import pytest
 from commands import command
 from refusals import refuses
+from tables import each
 
 from projdist import PointSet, factors, get_region, gis, summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
@@ -50,7 +51,7 @@ def test_means_are_sums_over_cells(world: Path) -> None:
     assert found.airy_kavrayskiy == pytest.approx(truth, rel=1e-9)
 
 
-@pytest.mark.parametrize("kind", ["complex64", "complex128", "complex_int16"])
+@each("kind", ["complex64", "complex128", "complex_int16"])
 def test_complex_numbers(kind: str, world: Path) -> None:
     """A band of them is refused, whose imaginary part would be lost."""
     with rasterio.open(world) as image:
@@ -91,14 +92,15 @@ def test_projected_rasters(tmp_path: Path) -> None:
     assert np.hypot(found.x - x, found.y - y).min() < 1e-3
 
 
-@pytest.mark.parametrize(("most", "side"), [(100, 3), (30, 5)])
-@pytest.mark.parametrize("at_once", [1, 300, 10**6])
+@each(("most", "side"), [(100, 3), (30, 5)])
+@each("at_once", [1, 300, 10**6])
 def test_large_rasters_are_added_up(world, monkeypatch, most, side, at_once) -> None:
     """Blocks of cells keep the sum and the centre, whatever the size of what is read, the narrower last ones, too."""
     whole = gis.weighted("globe", world)
-    monkeypatch.setattr(weights, "_MOST", most)
-    monkeypatch.setattr(weights, "_AT_ONCE", at_once)
-    blocks = gis.weighted("globe", world)
+    with monkeypatch.context() as patch:
+        patch.setattr(weights, "_MOST", most)
+        patch.setattr(weights, "_AT_ONCE", at_once)
+        blocks = gis.weighted("globe", world)
     assert blocks.lon.size == math.ceil(36 / side) * math.ceil(18 / side)
     assert blocks.weight.sum() == pytest.approx(whole.weight.sum(), rel=1e-14)
     ours, truth = ([one.weight @ one.lat, one.weight @ one.lon] for one in (blocks, whole))
@@ -124,10 +126,8 @@ def is_in(name: str, lon: np.ndarray, lat: np.ndarray) -> np.ndarray:
     if name == CAP:
         middle = np.full(np.shape(lon), 170.0), np.full(np.shape(lon), 55.0)
         return np.asarray(pyproj.Geod(ellps="WGS84").inv(*middle, lon, lat)[2]) < 2500e3
-    sides = [
-        (b[0] - a[0]) * (lat - a[1]) - (b[1] - a[1]) * (lon - a[0])
-        for a, b in zip(CORNERS, np.roll(CORNERS, -1, axis=0), strict=True)
-    ]
+    edges = zip(CORNERS, np.roll(CORNERS, -1, axis=0), strict=True)
+    sides = [(b[0] - a[0]) * (lat - a[1]) - (b[1] - a[1]) * (lon - a[0]) for a, b in edges]
     return np.all(np.array(sides) > 0, axis=0)
 
 
