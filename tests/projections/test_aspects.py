@@ -126,9 +126,6 @@ REFUSED = {
     "merc+proj=moll": r"Invalid parameter '\+proj=moll'",
     "mollweide@-100,45": r"must be -90 to 90\. Did you mean @45,-100\?",
     "mollweide@45": r"It must be a latitude and a longitude in degrees, as @45,-100 or @45N,100W",
-    "mollweide@45N,100": r"It must be a latitude and a longitude",
-    "mollweide@45N,10S": r"It must be a latitude and a longitude",
-    "mollweide@1.2.3,10": r"It must be a latitude and a longitude",
     "mollweide@1,2@3,4": r"It must have '@3,4' once",
     "laea+lat_0=5@45,10": r"Its centre is stated by '@45,10': it must have no lat_0",
     "mollweide+ellps=WGS84@45,10": r"Only maps of a sphere can be turned",
@@ -141,6 +138,8 @@ REFUSED = {
     "robinsn+lon_0=150": r"Did you mean robinson",
     "cart+lon_0=3": r"is not a map projection",
 }
+NO_POINTS = ("mollweide@45N,100", "mollweide@45N,10S", "mollweide@1.2.3,10")
+REFUSED |= dict.fromkeys(NO_POINTS, r"It must be a latitude and a longitude")
 
 
 @each("text", REFUSED)

@@ -61,17 +61,15 @@ def test_no_wkt(base):
     [
         ("plate-carree", (0.8, 1.0), "+lat_ts=36.869897"),
         ("+proj=merc +R=1000", (0.9, 0.9), "+k_0=0.9"),
-        ("EPSG:2056", (0.999, 0.999), "+k_0=0.999"),
         ("EPSG:32733", (1.001, 1.001), "+proj=tmerc +lon_0=15"),
         ("EPSG:3413", (0.99, 0.99), "+proj=stere"),
-        ("EPSG:2264", (0.999, 0.999), "+k_0=0.999"),
+        *((code, (0.999, 0.999), "+k_0=0.999") for code in ("EPSG:2056", "EPSG:2264")),
         ("EPSG:26591", (0.999, 0.999), "+pm=rome"),
         ("+proj=utm +zone=33 +south +units=us-ft", (1.001, 1.001), "+proj=tmerc +lon_0=15"),
         ("hammer", (0.8, 1.25), "+M=0.8"),
         ("+proj=eqc +R=6371000 +lat_ts=30d", (0.8, 1.0), None),
         ("+proj=cea +R=6371000 +lat_ts=30d", (0.8, 1.0), None),
-        ("moll", (0.9, 0.9), None),
-        ("plate-carree", (0.8, 0.9), None),
+        *(("moll", (0.9, 0.9), None), ("plate-carree", (0.8, 0.9), None)),
     ],
 )
 def test_parameters(base, stretch, changed):
