@@ -9,12 +9,11 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from commands import command
 
 from projdist import get_measure, tables
 from projdist.answers.published_indices import INDICES
 from projdist.answers.published_tables import TABLES, conventions, printed
-from projdist.cli.app import app
 
 AT_POINTS = [name for name in TABLES if printed(name)[0].at_point]
 OF_GLOBES = [name for name in TABLES if name not in AT_POINTS]
@@ -158,9 +157,7 @@ def test_an_answer():
 # ---- on the command line --------------------------------------------------------------------
 
 
-def run(*arguments):
-    result = CliRunner().invoke(app, ["tables", *arguments])
-    return result.exit_code, result.stdout, result.stderr
+run, *_ = command("tables")
 
 
 @pytest.mark.parametrize("form", ["table", "markdown"])
