@@ -99,11 +99,6 @@ class Family:
         """True for methods with formulas for a sphere only."""
         return self.name in _SPHERICAL or self.name.startswith("ob_tran:")
 
-    def with_rounded_middle(self, step: float) -> Family:
-        """The family whose middle, as far as it is not free, is rounded to multiples of a step in degrees."""
-        middle = {name: self.fixed[name] for name in ("lat_0", "lon_0") if name in self.fixed and name not in self.free}
-        return replace(self, fixed=self.fixed | {name: step * round(value / step) for name, value in middle.items()})
-
     def normalised(self, values: Mapping[str, float]) -> dict[str, float]:
         """Parameters in their usual range: centres beyond a pole go to the other side, parallels ascend."""
         result = dict(values)

@@ -212,7 +212,10 @@ class Flat(NamedTuple):
 
 
 class Members:
-    """The members of one family over a region; `variables` are the free parameters but the scale."""
+    """The members of one family over a region; `variables` are the free parameters but the scale.
+
+    With a step the angles that are not free are multiples of it, in degrees.
+    """
 
     def __init__(
         self,
@@ -221,6 +224,7 @@ class Members:
         objective: Objective,
         free: Sequence[str] | None,
         ellipsoid: earth.Ellipsoid | None,
+        step: float | None = None,
     ) -> None:
         self.family, self.region, self.objective = family, region, objective
         self.lost = _LOST.get(objective.figure.unit, 1e7) ** (0.5 if objective.figure.statistic == "mean" else 1.0)
@@ -231,7 +235,11 @@ class Members:
         self.frees_scale = len(self.variables) < len(names)
         self.scale_limits = family.limits.get(family.scale, (0.0, np.inf))
         self.low, self.high = (np.array([family.limits[name][side] for name in self.variables]) for side in (0, 1))
-        self.fixed = {name: round(value, DECIMALS) for name, value in family.fixed.items() if name not in names}
+        fixed = {name: value for name, value in family.fixed.items() if name not in names}
+        if step is not None:
+            angles = {name: value for name, value in fixed.items() if name != family.scale}
+            fixed |= {name: step * round(value / step) for name, value in angles.items()}
+        self.fixed = {name: round(value, DECIMALS) for name, value in fixed.items()}
         text = family.text or f"+proj={family.name}"
         if not family.states_ellipsoid:
             text += f" {ellipsoid_text(ellipsoid or (earth.SPHERE if family.is_spherical else earth.WGS84))}"

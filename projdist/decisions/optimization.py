@@ -185,7 +185,7 @@ def optimize(
         `sphere` or a name of PROJ's; by default WGS 84, and the sphere for maps that have formulas for that only.
     round_to : float, optional
         Step in degrees to whose multiples angles are rounded, within 1e-9 and 45; k_0 is then rounded to 1e-6. The best
-        multiples near the optimum are taken, and for lat_0 and lon_0 that are not free those nearest to the middle.
+        multiples near the optimum are taken, and of angles that are not free the nearest.
     against : ProjectionLike, or iterable of them
         Projections to compare with, added to the baselines.
     progress : callable, optional
@@ -237,9 +237,7 @@ def optimize(
         if progress is not None:
             progress(number, len(names))
         try:
-            one = families.get_family(name, extent)
-            one = one if round_to is None else one.with_rounded_middle(round_to)
-            members = _members(one, area, objective, free, surface)
+            members = _members(families.get_family(name, extent), area, objective, free, surface, round_to)
             found.append(_optimum(members, objective, extent, round_to))
         except projections.ProjectionError as error:
             if family != "auto":
@@ -274,10 +272,11 @@ def _members(
     objective: Objective,
     free: Sequence[str] | None,
     ellipsoid: Ellipsoid | None,
+    step: float | None = None,
 ) -> Members:
     """The members of a family, by the Airy-Kavrayskiy error if the objective vanishes for all of them."""
-    members = Members(family, region, objective, free, ellipsoid)
-    return Members(family, region, _DECIDES, free, ellipsoid) if members.vanishes() else members
+    members = Members(family, region, objective, free, ellipsoid, step)
+    return Members(family, region, _DECIDES, free, ellipsoid, step) if members.vanishes() else members
 
 
 def _search_with_exchange(members: Members) -> tuple[dict[str, float], float, Nodes, int]:

@@ -99,12 +99,15 @@ def test_rounding() -> None:
     assert {one.step: one.parameters["lon_0"] for one in found.roundings[:3]} == {0.01: 10.2, 0.1: 10.2, 0.5: 10.0}
 
 
-def test_rounding_is_of_the_middle_too() -> None:
-    """What is not free lies at multiples as well, but for what a PROJ string states; the cost is that of the map."""
+def test_rounding_is_of_all_angles() -> None:
+    """What is not free lies at multiples as well, but for what a PROJ string states; the figure is that of the map."""
     area = "box:5.96,45.82,10.49,47.81"  # its middle is 46.815 north, 8.225 east
     found = optimize("lcc", area, round_to=0.5)
     assert found.proj == "+proj=lcc +ellps=WGS84 +lat_0=47 +lon_0=8 +lat_1=46 +lat_2=47.5"
     assert found.airy_kavrayskiy >= optimize("lcc", area).airy_kavrayskiy
+    few = optimize("laea", area, free=["lon_0"], round_to=0.5), optimize("lcc", area, free=["lat_2"], round_to=0.5)
+    assert "+lat_0=47 +lon_0=8" in few[0].proj
+    assert "+lat_1=46 +lat_0=47 +lon_0=8 " in few[1].proj  # a sixth of the height above the south is 46.15
     stated = optimize("+proj=lcc +lat_0=46.3 +lon_0=8.23 +lat_1={45..47} +lat_2={47..48}", area, round_to=0.5)
     assert "+lat_0=46.3 +lon_0=8.23" in stated.proj
 
