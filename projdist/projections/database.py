@@ -414,8 +414,7 @@ def find_crs(
         if (rank := _rank(one, words, code, country)) is not None
         and (deprecated or not one.hit.deprecated or one.has_code(code))
     )
-    if ranked and ranked[0][0][0] < _LAST:
-        ranked = [one for one in ranked if one[0][0] < _LAST]
+    ranked = [one for one in ranked if one[0][0] < _LAST] or ranked
     hits = tuple(among[k].hit for _, k in ranked[:most])
     advice = "" if ranked else _advice(text, words, among, deprecated)
     return CrsSearch(text=text, total=len(ranked), results=hits, advice=advice)
@@ -482,36 +481,32 @@ def _folded(text: str) -> str:
 
 @functools.cache
 def _countries() -> dict[str, frozenset[str]]:
-    """All names of a country, by each that is not a state's, too, and by that of its people; as folded phrases."""
+    """All names of a country, by each of them and by that of its people; not by those that a state has, too."""
     found: dict[str, frozenset[str]] = {}
     for row in earth.data_rows("countries.csv"):
-        texts = (row["name"], row["iso_a3"], *row["other_names"].split("|"))
-        names = frozenset(_phrase(_WORD.findall(_folded(text))) for text in texts if text)
+        names = frozenset(map(_phrase_of, filter(None, [row["name"], *row["other_names"].split("|")])))
         found |= dict.fromkeys(names, names)
-    for row in earth.data_rows("demonyms.csv"):
-        found[_phrase([row["demonym"]])] = found[_phrase(_WORD.findall(_folded(row["country"])))]
-    states = {_phrase(_WORD.findall(_folded(row["name"]))) for row in earth.data_rows("states.csv")}
+    found |= {_phrase_of(row["demonym"]): found[_phrase_of(row["country"])] for row in earth.data_rows("demonyms.csv")}
+    states = {_phrase_of(row["name"]) for row in earth.data_rows("states.csv")}
     return {name: names for name, names in found.items() if name not in states}
 
 
-def _share_of_country(one: _Entry, names: frozenset[str]) -> int:
-    """Score of an entry by where its area of use has a country; 0 if it is within another one."""
-    head = _phrase(_WORD.findall(one.area.split(" - ")[0]))
+def _score_in_country(one: _Entry, names: frozenset[str]) -> int:
+    """Score of an entry by where its area of use has a country; 0 if it has none of it, or is within another one."""
+    head = _phrase_of(one.area.split(" - ")[0])
     if head not in names and head in _countries():
         return 0
     for text, score in ((one.area, _IN_NAME), (one.others, _ELSEWHERE)):
-        phrase = _phrase(_WORD.findall(text))
+        phrase = _phrase_of(text)
         if any(name in phrase for name in names):
             return score
     return 0
 
 
-def _rank(
-    one: _Entry, words: Sequence[str], code: tuple[str, str], country: frozenset[str] = frozenset()
-) -> tuple[Any, ...] | None:
-    """Sort key of an entry; None if it lacks a word, and is not of the country that all words name."""
+def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str], country: frozenset[str]) -> tuple[Any, ...] | None:
+    """Sort key of an entry; None if it lacks a word and does not lie in the country that the words name."""
     is_code, text = one.has_code(code), f"{one.names} {one.area} {one.others}"
-    national = _share_of_country(one, country) if country and one.area else 0
+    national = _score_in_country(one, country) if country and one.area else 0
     if not is_code and not national and not all(word in text for word in words):  # ten times faster than what follows
         return None
     # By authority, then by larger area, then by lower (older) code.
@@ -546,6 +541,11 @@ def _phrase(words: Iterable[str]) -> str:
     return f" {' '.join(word for word in words if word != _NO_NEWS)} "
 
 
+def _phrase_of(text: str) -> str:
+    """The phrase of a text's words."""
+    return _phrase(_WORD.findall(_folded(text)))
+
+
 def _worth(word: str, names: Sequence[str], others: Sequence[str]) -> int:
     """Score of a word in an entry; 0 if it is not found."""
     begins = len(word) >= _BEGINNING and not word[0].isdigit()
@@ -573,7 +573,9 @@ def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated
     missing = [f"'{support.shown(word)}'" for word, near in zip(words, spelt, strict=True) if not near]
     if missing:
         return f"No name and no area of use has {support.listed(missing, 'or')}."
-    if not deprecated and any(one.hit.deprecated and _rank(one, words, ("", "")) is not None for one in among):
+    if not deprecated and any(
+        one.hit.deprecated and _rank(one, words, ("", ""), frozenset()) is not None for one in among
+    ):
         return "Deprecated ones have these words: ask for them, too."
     return "No one has all of these words: take fewer of them."
 

@@ -59,14 +59,22 @@ def question(text: str, kind: str) -> str:
     return did_you_mean(list(dict.fromkeys(names[key] for key in near))[:_MOST])
 
 
-def full_name(text: str) -> str | None:
-    """The full name in `region_names` of a country, continent or state given by name or code (NZ); else None.
-
-    Countries come before states of the same code or name; `state:CA` selects the state.
-    """
+def full_names(text: str) -> list[str]:
+    """The full names in `region_names` of the country, state and continent of a name or code (NZ, or state:CA)."""
     kind, colon, name = text.rpartition(":")
     kinds = [one for one in _KINDS if not colon or kind.strip().casefold() == one]
-    return next((f"{one}:{names_of(one)[folded(name)]}" for one in kinds if folded(name) in names_of(one)), None)
+    return [f"{one}:{names_of(one)[folded(name)]}" for one in kinds if folded(name) in names_of(one)]
+
+
+def full_name(text: str) -> str | None:
+    """The first of the full names: countries come before states of the same code or name; None if there is none."""
+    return next(iter(full_names(text)), None)
+
+
+def meant_by(name: str) -> str | None:
+    """The full name of the place that a name alone stands for: the only one, or of a code the first."""
+    found = full_names(name)
+    return found[0] if len(found) == 1 or (found and len(folded(name)) <= _CODE) else None
 
 
 @functools.cache
@@ -75,15 +83,6 @@ def names_of(kind: str) -> dict[str, str]:
     if kind == "continent":
         return {folded(row["continent"]): row["continent"] for row in data_rows("countries.csv")}
     return {key: row["name"] for key, row in rows_of(kind).items()}
-
-
-def places_called(text: str) -> list[str]:
-    """The places of a name or code, as `country:Georgia` and `state:Georgia`; of a country's code it alone."""
-    key = folded(text)
-    named = [(kind, names_of(kind)[key]) for kind in _KINDS if key in names_of(kind)]
-    if len(key) <= _CODE and any(kind == "country" for kind, _ in named):
-        return [f"country:{text}"]
-    return [f"{kind}:{name}" for kind, name in named]
 
 
 def close_regions(text: str) -> list[str]:

@@ -44,8 +44,8 @@ longitude and latitude, or a GeoSeries or GeoDataFrame in its CRS, with edges st
 _COMPACT = {"box", "cap", "country", "state", "file", "geodesic"}
 
 FORMS = (
-    "globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, state:NAME, such a NAME alone, "
-    "crs:CODE, file:PATH, geodesic:PATH or points:PATH, or a combination of these by &, - and +"
+    "globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, state:NAME (or the NAME "
+    "alone), crs:CODE, file:PATH, geodesic:PATH or points:PATH, or a combination of these by &, - and +"
 )
 
 _LONGEST = 20_000  # characters: twenty times a list of all countries, and fast to parse in any form
@@ -59,7 +59,7 @@ _METHODS = ("panels", "chart", "clip", "bounds")  # of a region, perhaps of anot
 _WORDS = ("globe", "land", "ocean")
 
 _SUFFIX = re.compile(r"@(all|main)(?::([^@&()\s]*))?(?=[@&)\s]|$)", re.IGNORECASE)
-_NO_NAME = re.compile(r"[:/\\\d]|^\W*$")  # what has these is no name alone; numbers are codes only behind a kind
+_NO_NAME = re.compile(r"[:/\\\d]|^\W*$")  # of a path, a number (a code only behind its kind), or no word
 _OPERATOR = re.compile(r"\s+([&+-])(?=\s|$)")
 
 
@@ -278,8 +278,8 @@ def _with_kind(text: str) -> str:
     name, at, resolution = text.partition("@")
     if _NO_NAME.search(name) or name.lower() in _WORDS or len(name) > _LONGEST_NAME:
         return text
-    meant = regions.countries.places_called(name.strip().strip('"'))
-    return f"{meant[0]}{at}{resolution}" if len(meant) == 1 else text
+    meant = regions.countries.meant_by(name.strip().strip('"'))
+    return f"{meant}{at}{resolution}" if meant else text
 
 
 def _region_of(text: str, kind: str, argument: str, ellipsoid: Ellipsoid | None) -> Place:
