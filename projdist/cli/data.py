@@ -194,7 +194,7 @@ _CONVERTED_SUFFIXES = (".gpkg", ".geojson", ".fgb", ".shp", ".parquet", ".tif", 
 def convert_command(
     data: str = opt.argument("DATA[#LAYER]", "Points, lines, polygons or pixels that GDAL reads."),
     crs: str | None = opt.argument("[CRS]", "A code, WKT, a PROJ string, or a .wkt file of 'projdist design'.", None),
-    to: str | None = opt.option("CRS", "The same as an option."),
+    to: str | None = opt.option("CRS", "The CRS, as an option."),
     source: str | None = opt.option("CRS", "That of the data, where their file has lost it.", None, "--from"),
     densify: str | None = opt.option("KM", "Divide edges into pieces of at most so many kilometres."),
     resampling: str = opt.option(_RESAMPLINGS, "How pixels get their values.", "nearest"),
@@ -203,7 +203,8 @@ def convert_command(
     overwrite: opt.Overwrite = False,
 ) -> None:
     """Transform layers and rasters to another CRS, also one made by design, and back."""
-    if (crs is None) == (to is None):
+    wanted = [one for one in (crs, to) if one is not None]
+    if len(wanted) != 1:
         refuse("Invalid CRS. There must be one, behind the data or behind --to.")
     if output is None:
         refuse("Invalid option '--output'. It must name a file.")
@@ -215,7 +216,7 @@ def convert_command(
     with drawing(path), working("Converting"):
         found = gis.convert(
             data,
-            crs or to or "",
+            wanted[0],
             path,
             source=source,
             densify=piece,

@@ -104,5 +104,5 @@ def shortened(text: str, most: int) -> str:
 
 
 def label_of(given: str, name: str) -> str:
-    """The projection as given, or its name if that is long, as WKT."""
-    return given if len(given) <= _LONGEST_LABEL and "\n" not in given else name
+    """The projection as given, or its name if that is long, as WKT, or a number alone."""
+    return name if len(given) > _LONGEST_LABEL or "\n" in given or given.isdecimal() else given

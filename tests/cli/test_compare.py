@@ -367,3 +367,10 @@ def test_tables_have_symbols(form: str) -> None:
     assert all(head in text for head in (" I ", " Dab ", " Dab best ", " Dan "))
     assert " I best " not in text
     assert "Best: an index at the scale that makes it best." in text
+
+
+def test_a_number_alone_is_shown_by_its_name() -> None:
+    """In the table, as on pictures and pages; JSON has what was given."""
+    words = ("compare", "25832", "-r", "box:9,50,10,51")
+    assert "│ ETRS89 / UTM zone 32N │" in run_ok(*words)
+    assert json.loads(run_ok(*words, "--format", "json"))["results"][0]["projection"] == "25832"
