@@ -57,8 +57,8 @@ def refusal(*words: object, code: int = 2) -> str:
 
 
 def command(name: str) -> tuple[Callable, ...]:
-    """`told`, `run_ok`, `run_json` and `refusal` of a command."""
-    return tuple(functools.partial(one, name) for one in (told, run_ok, run_json, refusal))
+    """`told`, `run_ok`, `run_json` and `refusal` of a command with all its details."""
+    return tuple(functools.partial(one, name, "--details") for one in (told, run_ok, run_json, refusal))
 
 
 def parse_markdown(text: str) -> list[dict[str, str]]:

@@ -58,14 +58,18 @@ class Command(TyperCommand):
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the help of arguments and options, without Python's types, which newer versions of typer add."""
-        rows: dict[str, list[tuple[str, str]]] = {"argument": [], "option": []}
+        from projdist.cli.options import STYLE  # the command has loaded it
+
+        rows: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": [], "Style of pictures": []}
         for one in self.get_params(ctx):
             if record := one.get_help_record(ctx):
-                is_argument = one.param_type_name == "argument"
-                rows[one.param_type_name].append((_name(one), record[1]) if is_argument else record)
-        for kind, lines in rows.items():
+                if one.param_type_name == "argument":
+                    rows["Arguments"].append((_name(one), record[1]))
+                else:
+                    rows["Style of pictures" if one.name in STYLE else "Options"].append(record)
+        for title, lines in rows.items():
             if lines:
-                with formatter.section(f"{kind.title()}s"):
+                with formatter.section(title):
                     formatter.write_dl(lines)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -198,33 +202,36 @@ def _values(parameter: Any) -> Iterable[str]:
 
 
 COMMANDS = {
-    "info": ("info", "Show what a projection is, what it keeps, and its errors."),
-    "find": ("info", "Find CRSs by words of their names, areas of use, or codes."),
-    "compare": ("compare", "Compare projections over a region by their distortion."),
+    "info": ("info", "What a projection is, what it keeps, and its errors."),
+    "find": ("info", "CRSs by words of their names, areas of use, or codes."),
+    "compare": ("compare", "Several maps of a region, by their distortion."),
     "factors": ("factors", "Scales, angles and other measures at points."),
     "profile": ("factors", "Scale, convergence and other measures along a line."),
+    "check": ("data", "Errors of areas, lengths and bearings of your data."),
     "tissot": ("draw", "Draw Tissot's indicatrices."),
     "heatmap": ("draw", "Draw a measure as a field of colour, or as a GeoTIFF."),
     "morph": ("draw", "Make a film of one map that flows into another."),
-    "explore": ("draw", "See maps live in a browser, drag and tune them."),
-    "recommend": ("recommend", "Find the best existing CRSs for a region."),
-    "atlas": ("recommend", "Show the best maps of a country, measured beforehand."),
-    "optimize": ("optimize", "Find the best parameters of a family of projections."),
-    "design": ("designs", "Make the map that distorts a region least, as a CRS."),
-    "mean-map": ("designs", "Find the map that is nearest to several maps."),
-    "ldp": ("optimize", "Design a low-distortion projection for surveying."),
-    "world-map": ("designs", "Make the map of the world that distorts a region least."),
-    "check": ("data", "Check areas, lengths and bearings of data in a CRS."),
-    "convert": ("data", "Transform layers and rasters to another CRS."),
-    "correct": ("optimize", "Find the linear map that reduces a map's distortion most."),
+    "explore": ("draw", "Maps live in a browser, to drag and tune."),
+    "tables": ("info", "A published table beside figures measured today."),
+    "list": ("info", "The projections, measures, criteria or indices."),
+    "recommend": ("recommend", "The best existing CRSs for a region, by measurement."),
+    "atlas": ("recommend", "The same for 345 places at once, measured beforehand."),
+    "optimize": ("optimize", "The best parameters of one of PROJ's projections."),
+    "design": ("designs", "A new projection, made for a region, as a CRS."),
+    "ldp": ("optimize", "A low-distortion projection for surveying, at heights."),
+    "mean-map": ("designs", "The map that is nearest to several maps."),
+    "world-map": ("designs", "A new map of the world, for what it shall show well."),
+    "correct": ("optimize", "The linear map that reduces a map's distortion most."),
+    "convert": ("data", "Layers and rasters in another CRS, also a made one."),
     "mosaic": ("registration", "Bring overlapping images into a common frame."),
     "clouds": ("registration", "Register point clouds or landmarks by affine maps."),
-    "oldmap": ("oldmap", "Measure the distortion of an old map by control points."),
-    "tables": ("info", "Print a published table beside figures measured today."),
-    "list": ("info", "List projections, measures, criteria or indices."),
-    "completion": ("app", "Print the script for completion in bash, zsh or fish."),
+    "oldmap": ("oldmap", "The distortion of an old map, by control points."),
+    "completion": ("app", "The script for completion in bash, zsh or fish."),
 }
 """The commands, the modules that have their functions, and what help says of them without loading any."""
+
+_GROUPS = {"info": "Look", "recommend": "Choose", "optimize": "Make", "mosaic": "Beyond maps"}
+"""The groups of help, by their first commands."""
 
 # Of commands with many projections or coordinates, `Command` itself finds unknown options.
 _LAX = ("compare", "factors", "tissot", "heatmap", "mean-map")
@@ -249,8 +256,11 @@ class _Commands(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands without loading their modules."""
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, words) for name, (_, words) in COMMANDS.items()])
+        names = [*COMMANDS]
+        firsts = [names.index(first) for first in _GROUPS]
+        for title, start, end in zip(_GROUPS.values(), firsts, [*firsts[1:], None], strict=True):
+            with formatter.section(title):
+                formatter.write_dl([(name, COMMANDS[name][1]) for name in names[start:end]])
 
 
 class _Loading(UserDict[str, Any]):
@@ -266,10 +276,14 @@ class _Loading(UserDict[str, Any]):
         return self.data[name]
 
 
+_DETAILS = Annotated[bool, typer.Option("--details", help="Print all rows, columns and notes.")]
+
+
 def _with_groups(function: Any) -> Any:
     """A function whose option groups (dataclasses) are replaced by their fields, as parameters.
 
-    A parameter of the function replaces a field of the same name, and gives it its value.
+    A parameter of the function replaces a field of the same name, and gives it its value. A command with `--format` has
+    `--details`, too, which is the format of that name.
     """
     given = inspect.signature(function, eval_str=True).parameters
     groups: dict[str, Any] = {name: one.annotation for name, one in given.items() if is_dataclass(one.annotation)}
@@ -281,9 +295,13 @@ def _with_groups(function: Any) -> Any:
         for one in fields(group):
             shared = inspect.Parameter(one.name, kind, default=one.default, annotation=hints[one.name])
             parameters.setdefault(one.name, shared)
+    if "format" in parameters:
+        parameters["details"] = inspect.Parameter("details", kind, default=False, annotation=_DETAILS)
 
     @functools.wraps(function)
     def command(**words: Any) -> None:
+        if words.get("details") and words["format"] in (None, "table"):  # the other formats have all
+            words["format"] = "details"
         made = {name: group(**{one.name: words[one.name] for one in fields(group)}) for name, group in groups.items()}
         function(**{name: words[name] for name in own}, **made)
 

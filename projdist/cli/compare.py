@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import shlex
 import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -13,8 +14,10 @@ from projdist import answers, field, plots, projections, regions
 from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
-from projdist.cli.number_format import WHOLE, certain, first_digit, label_of, rounded, size_text
+from projdist.cli.number_format import WHOLE, certain, first_digit, label_of, per_cent, rounded, size_text
 from projdist.cli.report import SHARED, Column, Mapped, Report, Row, Table, present
+from projdist.cli.sentences import region_words, rms_text, times_text, typed
+from projdist.support import listed
 
 _CONVENTION = (
     "AK: Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b) by true area. Smaller is better, * is the best.",
@@ -27,6 +30,7 @@ _MAP = Column("projection", of=lambda row: label_of(row["projection"], row["name
 _COVERAGE = replace(SHARED["coverage"], only=lambda share: share < WHOLE)
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 PLOTS = ("maps", *DISTRIBUTIONS, "modes", "space")
+_DRAWN = 4  # maps in the picture that is named
 _GROUPS = ", ".join(answers.GROUPS)
 
 
@@ -127,13 +131,51 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
             Column("rms", "RMS", "{:.4f}".format),
         ]
         tables.append(Table(modes, columns, "Modes, after the best linear map", keys=3))
+    best = min(found.results, key=lambda one: one.airy_kavrayskiy)
+    drawn = [one.given for one in found.results[:_DRAWN]]
+    draw = shlex.join(["projdist", "compare", *drawn, "-r", found.region.name, "-o", "maps.png"])
     return Report(
+        answer=[*_answer(found, best, bars)],
+        brief=[Table(rows, _brief_columns(measures, found.published), bars=bars)],
+        next={draw: "To see where they distort"} | {f"projdist recommend {typed(found.region)}": "For the best CRS"},
         title=f"{found.region.name} ({size_text(found.region)}), by {sort}",
         tables=tables,
         notes=[*_notes(found, rows, measures, tolerance)],
         data=found.to_dict,
         maps=Mapped(maps, titles, found.region, first),
     )
+
+
+def _answer(found: answers.Comparison, best: answers.Summary, column: str) -> Iterator[str]:
+    """The least distorting map, and by how much more the others distort."""
+    place, others = region_words(found.region), [one for one in found.results if one is not best]
+    names = {id(one): label_of(one.given, one.projection.name) for one in found.results}
+    error = f"scales are off by {rms_text(best.airy_kavrayskiy)} (AK, their RMS)"
+    if not others:
+        yield f"On {names[id(best)]} {error} over {place}."
+    else:
+        far = max(others, key=lambda one: one.airy_kavrayskiy)
+        told = [min(others, key=lambda one: one.airy_kavrayskiy), *([far] if len(others) > 1 else [])]
+        more = [
+            f"on {names[id(one)]} by {rms_text(one.airy_kavrayskiy)} "
+            f"({times_text(one.airy_kavrayskiy / best.airy_kavrayskiy)})"
+            for one in told
+        ]
+        yield f"{names[id(best)]} distorts {place} least: {error}; {listed(more, 'and')}."
+    first = found.results[0]
+    if column not in (*answers.SORTS, "") and first is not best:
+        yield f"By {column} the first is {names[id(first)]}."
+    for one in found.results:
+        if one.coverage < WHOLE:
+            yield f"{names[id(one)]} shows {per_cent(one.coverage)} of it only."
+
+
+def _brief_columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> list[Column]:
+    """The columns in the order in which they are wanted where there is no room for all."""
+    columns = {column.key: column for column in _columns(measures, indices)}
+    first = ["projection", "airy_kavrayskiy", *(f"{name}_{what}" for name in measures for what in ("mean", "max"))]
+    chosen = [columns.pop(key) for key in first]
+    return [*chosen, *columns.values()]
 
 
 def _columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> Iterator[Column]:

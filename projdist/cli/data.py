@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -17,6 +18,8 @@ from projdist.cli import options as opt
 from projdist.cli.errors import fail, note, progress_bar, refuse, refusing, working
 from projdist.cli.number_format import area_text
 from projdist.cli.report import Column, Mapped, Report, Table, drawing, present, tell_written
+from projdist.cli.sentences import angle_error, area_error, distance_error, named
+from projdist.support import listed
 
 ABOVE = 3
 """The exit code where an error is above the limit."""
@@ -114,6 +117,9 @@ def check_report(result: decisions.Check, data: str, count: int, written: Path |
     worst = result.rows(result.worst(count))
     totals = [{"map": one.projection.label, "name": one.projection.name} | vars(one.overall) for one in _checks(result)]
     return Report(
+        answer=[*_answer(result)],
+        brief=[Table(worst, _FEATURES, "The worst features")],
+        next={f"projdist check {shlex.quote(data)} -o errors.gpkg": "For the errors of every feature"},
         title=f"{data} ({result.data_crs}): {', '.join(measured)}",
         tables=[Table(totals, _TOTALS), *([Table(worst, _FEATURES, "The worst features")] if worst else [])],
         notes=[*_notes(result)],
@@ -122,6 +128,23 @@ def check_report(result: decisions.Check, data: str, count: int, written: Path |
         header=list(result.features),
         written=[written],
     )
+
+
+def _answer(result: decisions.Check) -> Iterator[str]:
+    """The largest errors of areas, lengths and bearings in the CRS, and in a better one."""
+    for one in _checks(result):
+        total, errors = one.overall, list[str]()
+        if math.isfinite(total.worst_area_error):
+            errors.append(f"areas are off by at most {area_error(abs(total.worst_area_error))}")
+        if math.isfinite(total.worst_length_error):
+            errors.append(f"lengths by at most {distance_error(abs(total.worst_length_error))}")
+        if math.isfinite(total.largest_bearing_error):
+            errors.append(f"bearings by at most {angle_error(abs(total.largest_bearing_error))}")
+        if errors:
+            better = "" if one is result else "A better CRS for them: "
+            yield f"{better}{named(one.projection.label, one.projection.name)}: {listed(errors, 'and')}."
+    if result.overall.undrawn:
+        yield f"{result.overall.undrawn} features cannot be drawn in this CRS."
 
 
 def _checks(result: decisions.Check) -> list[decisions.Check]:

@@ -13,6 +13,8 @@ from projdist.cli import options as opt
 from projdist.cli.errors import progress_bar, refuse, refusing, working
 from projdist.cli.number_format import certain, covers, per_cent, rounded, size_text
 from projdist.cli.report import HTML, JSON, TABLE, Column, Copy, Mapped, Report, Table, drawing, present
+from projdist.cli.sentences import distance_error, less_text, region_words, rms_text, typed
+from projdist.support import listed
 
 _DESIGN_FORMS = (TABLE, JSON, HTML, "proj", "wkt", "wkt-derived", "projjson")
 _MEAN_FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
@@ -107,6 +109,8 @@ def design_command(
     if drawn is not None:
         drawn.save(plots.heatmap_figure, mapped.projections, measure=measure, region=found.region, titles=titles)
     report = Report(
+        answer=[*_design_answer(found)],
+        next={f"projdist design {typed(found.region)} -o map.wkt": "To keep it as a CRS", **_picture(picture)},
         title=f"{found.projection.name} ({size_text(found.region)})",
         lead=[*_design_lead(found)],
         tables=_design_tables(found),
@@ -125,6 +129,23 @@ def _copies(crs: Any) -> dict[str, Copy]:
     missing = "A map of the world, or after a function, is no CRS; JSON has its coefficients."
     forms = {"proj": "pipeline", "wkt": "wkt", "wkt-derived": "wkt_derived", "projjson": "projjson"}
     return {form: Copy(getattr(crs, key) if crs else None, missing) for form, key in forms.items()}
+
+
+def _picture(drawn: str | None) -> dict[str, str]:
+    """How to draw, where nothing was drawn."""
+    return {} if drawn else {"-o map.png": "To draw it, the same command with"}
+
+
+def _design_answer(found: designs.Design) -> Iterator[str]:
+    """The error of the made map, and how much less that is than its rivals'."""
+    place, worst = region_words(found.region), max(found.largest.value - 1.0, 1.0 - found.smallest.value)
+    less = [f"{per_cent(one.gain, 2)} less than on {one.name}" for one in found.rivals if one.gain > 0.0]
+    if found.criterion == "airy_kavrayskiy":
+        error = f"scales are off by {rms_text(found.value)} (RMS)"
+    else:
+        error = f"{found.criterion} is {certain(found.value, found.error)} {found.unit}".rstrip()
+    yield f"On a map made for {place} {error}{', ' if less else ''}{listed(less, 'and')}."
+    yield f"Distances are off by at most {distance_error(worst)}."
 
 
 def _design_lead(found: designs.Design) -> Iterator[str]:
@@ -211,6 +232,8 @@ def mean_map_command(
     total = Column("total", "sum of squared distances", functools.partial(certain, error=found.error))
     scaled = Column("airy_kavrayskiy", "airy_kavrayskiy_scaled", certain, error="error")
     report = Report(
+        answer=[*_mean_answer(found)],
+        next=_picture(picture),
         title=f"{found.projection.name} over {found.region.name} ({size_text(found.region)})",
         lead=lead,
         tables=[Table(found.standings, [Column("kind", "map", left=True), "name", total, scaled])],
@@ -227,6 +250,18 @@ def mean_map_command(
         written=[drawn],
     )
     present(report, *target)
+
+
+def _mean_answer(found: designs.MeanMap) -> Iterator[str]:
+    """How near the mean is to the maps, beside the other choices."""
+    bound, mean, average, *_ = found.standings
+    place, least = region_words(found.region), bound.total
+    maps = f"{len(found.maps)} map{'s' * (len(found.maps) > 1)}"
+    yield (
+        f"The mean of {maps} over {place} has the sum of squared distances {certain(mean.total)} from "
+        f"them; no map has less than {certain(least)}, the average of their coordinates has {certain(average.total)}."
+    )
+    yield f"On it scales are off by {rms_text(mean.airy_kavrayskiy)} (RMS)."
 
 
 # ---- world map -----------------------------------------------------------------------------------
@@ -290,7 +325,16 @@ def world_map_command(
     size, energy = Column("cells", show="{0:d} x {0:d}".format), Column("energy", show="{:.6f}".format)
     at_nodes = Column("airy_kavrayskiy", "AK at nodes", "{:.6f}".format)
     best = "Airy-Kavrayskiy errors of other maps are at their best scales."
+    least, name = min(((one.airy_kavrayskiy, one.name) for one in found.standings), default=(0.0, ""))
+    ratio = least / found.airy_kavrayskiy
+    less = f", {less_text(ratio)} than on {name}" if ratio > 1.0 else ""
     report = Report(
+        answer=[
+            f"On a map made for {region_words(found.region)} scales are off by {rms_text(found.airy_kavrayskiy)} "
+            f"(RMS){less}.",
+            *([pipeline] if pipeline else []),
+        ],
+        next=_picture(picture),
         title=f"{found.projection.name} ({size_text(found.region)})",
         lead=[
             f"airy_kavrayskiy {certain(found.airy_kavrayskiy, found.error_estimate)}",

@@ -17,7 +17,8 @@ import typer
 from projdist.projections import GridError, ProjectionError
 from projdist.support import Notice, end_if_told, one_line
 
-_USUAL = 80  # columns of a terminal that does not tell
+USUAL = 80
+"""Columns of a terminal that does not tell."""
 
 
 def width_of(stream: TextIO) -> int | None:
@@ -28,9 +29,9 @@ def width_of(stream: TextIO) -> int | None:
     if wanted.isdecimal() and int(wanted) > 0:
         return int(wanted)
     try:
-        return os.get_terminal_size(stream.fileno()).columns or _USUAL
+        return os.get_terminal_size(stream.fileno()).columns or USUAL
     except OSError:
-        return _USUAL
+        return USUAL
 
 
 def takes_escapes(stream: TextIO) -> bool:

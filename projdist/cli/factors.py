@@ -7,7 +7,7 @@ import functools
 import math
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,11 +18,14 @@ from projdist import answers, gis, plots, projections, support
 from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, tell_problems
 from projdist.cli.number_format import fixed, label_of, shortened
-from projdist.cli.report import CSV, TABLE, Column, Report, Table, drawing, present, tell_written
+from projdist.cli.report import CSV, DETAILS, TABLE, Column, Report, Table, drawing, present, tell_written
+from projdist.cli.sentences import distance_error, errors_text, place_text
 
 _DECIMALS = {"x": 3, "y": 3, "omega": 6, "theta": 6, "convergence": 6}
 _PROFILE_DECIMALS = _DECIMALS | {"azimuth": 4, "height": 3}
 _MOST_DECIMALS = 8
+_TRUE = 1e-9  # a scale error that is rounding
+_SHOWN = 10  # points
 _LONGEST = 80  # characters of what is quoted in a message
 _TABLE_SUFFIXES = (".parquet", ".gpkg", ".geojson")  # of binary and GIS files, which cannot be printed
 _SUFFIXES = (".csv", *_TABLE_SUFFIXES)
@@ -61,7 +64,7 @@ def factors_command(
     if at is not None and suffix is not None:
         if suffix not in _SUFFIXES:
             refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}.")
-        if form != TABLE:
+        if form not in (TABLE, DETAILS):
             refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
         form = CSV
     if table is not None:
@@ -101,13 +104,45 @@ def factors_report(found: Mapping[str, Any], header: Sequence[str]) -> Report:
         return Report(title="No point could be read.", data=lambda: found, header=header)
     names = [*rows[0]]
     label, meant = label_of(found["projection"], found["name"]), label_of(found["definition"], found["name"])
-    columns = [Column(name, show=functools.partial(_cell, name)) for name in names]
+    columns: list[Column] = [Column(name, show=functools.partial(_cell, name)) for name in names]
+    keys = 2 if names[:2] == ["lon", "lat"] else 1
     return Report(
+        answer=[*_factors_answer(rows, label)],
+        brief=[Table(rows, [*sorted(columns, key=lambda one: _wanted(one.key))], keys=keys, most=_SHOWN)],
         title=label if label == meant else f"{label} ({meant})",  # the definition has the ellipsoid
-        tables=[Table(rows, columns, keys=2 if names[:2] == ["lon", "lat"] else 1)],
+        tables=[Table(rows, columns, keys=keys)],
         data=lambda: found,
         header=header,
     )
+
+
+def _wanted(key: str) -> int:
+    """The place of a column where there is no room for all: measures that were asked for come before the usual."""
+    usual = ("x", "y", "h", "k", "convergence", "omega", "s", "a", "b", "theta", "fisher", "quality")
+    return usual.index(key) + 1 if key in usual else 0
+
+
+def _factors_answer(rows: Sequence[Mapping[str, Any]], label: str) -> Iterator[str]:
+    """The largest errors at the points, or the ranges of measures that were asked for."""
+    lon, lat = (rows[0].get(key) for key in ("lon", "lat"))
+    where = f"At {len(rows):,} point{'s' * (len(rows) > 1)}"
+    if len(rows) == 1 and isinstance(lon, float) and isinstance(lat, float):
+        where = f"At {place_text(lon, lat)}"
+
+    def largest(error: Callable[[Mapping[str, Any]], float]) -> float:
+        return max(map(error, rows), default=math.nan)
+
+    if all(isinstance(row.get(key), float) for row in rows for key in ("a", "b", "s", "omega")):
+        distances = largest(lambda row: max(row["a"] - 1.0, 1.0 - row["b"]))
+        errors = errors_text(distances, largest(lambda row: abs(row["s"] - 1.0)), largest(lambda row: row["omega"]))
+        yield f"{where} on {label} {errors}."
+    else:
+        yield f"{where} on {label} not all measures are defined."
+    if len(rows) == 1 and isinstance(rows[0].get("convergence"), float):
+        turned = rows[0]["convergence"]
+        side = "east" if turned > 0.0 else "west"
+        north = f"lies {abs(turned):.6g}° {side} of" if abs(turned) > _TRUE else "is"
+        yield f"Grid north {north} true north."
 
 
 def _cell(name: str, value: Any) -> str:
@@ -332,6 +367,9 @@ def profile_command(
     rows = result["results"]
     label = label_of(projection, found.projection.name)
     report = Report(
+        answer=[*_profile_answer(found, label)],
+        brief=[],
+        next={} if picture else {"-o profile.png": "To draw it, the same command with"},
         title=f"{label} along {label_of(line, 'a line')} ({found.length_m / 1e3:,.6g} km)",
         tables=[Table(rows, [Column(name, show=functools.partial(_profile_cell, name)) for name in rows[0]])],
         notes=[*_notes(found)],
@@ -339,6 +377,20 @@ def profile_command(
         written=[picture] if picture and not support.is_stream(picture.path) else [],
     )
     present(report, *target)
+
+
+def _profile_answer(found: answers.Profile, label: str) -> Iterator[str]:
+    """How much too long or too short the line is on the map."""
+    error = found.mean_scale - 1.0
+    longer = f"{distance_error(abs(error))} too {'long' if error > 0.0 else 'short'}"
+    yield (
+        f"Along {found.length_m / 1e3:,.6g} km on {label} distances are "
+        f"{longer if abs(error) > _TRUE else 'true'} on average: {_metres(found.map_length_m)} for "
+        f"{_metres(found.length_m)} on the ellipsoid."
+    )
+    if found.ground_length_m is not None and found.mean_combined_factor is not None:
+        combined = _factor(found.mean_combined_factor)
+        yield f"On the ground it has {_metres(found.ground_length_m)}: combined factor {combined}."
 
 
 def _notes(found: answers.Profile) -> Iterator[str]:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import math
+import shlex
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 from projdist import answers, decisions, earth, field, matrices, numerics, plots, projections, regions, support
@@ -10,6 +14,7 @@ from projdist.cli import options as opt
 from projdist.cli.draw import sketch_of
 from projdist.cli.errors import refuse, refusing, working
 from projdist.cli.number_format import (
+    WHOLE,
     certain,
     first_digit,
     fixed,
@@ -20,7 +25,8 @@ from projdist.cli.number_format import (
     size_text,
     with_error,
 )
-from projdist.cli.report import TABLE, Column, Mapped, Report, Table, listing, present
+from projdist.cli.report import DETAILS, Column, Mapped, Report, Row, Table, listing, present
+from projdist.cli.sentences import errors_text, named, place_text, region_words, rms_text, typed
 
 _SAME = 5  # codes of CRSs of the same map: how many are named
 _LONGEST = 100  # characters of a text
@@ -32,6 +38,7 @@ _TITLES = {
     "h": "scale along meridians",
     "k": "scale along parallels",
 }
+_BRIEF = ("area of use", "datum", "coordinates")
 _KEEPS = {"conformal": "angles", "equal-area": "areas", "equidistant": "distances"}
 
 
@@ -56,16 +63,24 @@ def info_command(
         picture.save(plots.heatmap_figure, found.projection, region=found.region, **shown)
     stated, label, name = found.crs_metadata, label_of(found.given, found.projection.name), found.projection.name
     parameters = [one._asdict() for one in stated.parameters]
+    card = [{"what": what, "it is": text} for what, text in _card(found) if text]
+    given = shlex.quote(stated.code or label)
     value = Column("value", show=lambda value: f"{value:.12g}" if isinstance(value, float) else value)
     columns = [Column("name", "parameter"), value, Column("unit", left=True)]
     report = Report(
+        answer=[*_answer(found, named(stated.code or label, name))],
+        brief=[Table([row for row in card if row["what"] in _BRIEF], ["what", "it is"], most=None)],
+        next={
+            f"projdist heatmap {given}{f' -r {typed(found.region)}' * (area is not None)}": "To see where it distorts",
+            f"projdist recommend {typed(found.region)}": "For the best map of this area",
+        },
         title=f"{stated.code or label}: {name}" if stated.code or label != name else label,
         tables=[
-            Table([{"what": what, "it is": text} for what, text in _card(found) if text], ["what", "it is"]),
+            Table(card, ["what", "it is"]),
             *([Table(parameters, columns, "Parameters")] if parameters else []),
             _errors(found),
         ],
-        sketch=sketch_of(found.projection, found.region, target.path) if target.form == TABLE else [],
+        sketch=sketch_of(found.projection, found.region, target.path) if target.form == DETAILS or target.path else [],
         notes=[*_notes(found)],
         data=found.to_dict,
         rows=lambda: [found.row()],
@@ -73,6 +88,29 @@ def info_command(
         maps=Mapped([found.projection], [stated.code or label], found.region, _MEASURE),
     )
     present(report, *target)
+
+
+def _answer(found: decisions.MapInfo, name: str) -> Iterator[str]:
+    """What the map keeps, and its errors where it is for."""
+    kept = [_KEEPS[one] for one in found.keeps]
+    area = found.projection.area_of_use
+    own = area is not None and found.region == regions.Box(*area)
+    place = "its area of use" if own else region_words(found.region)
+    yield f"{name} keeps {support.listed(kept, 'and') if kept else 'neither areas, angles nor distances'}."
+    scale, areal, omega = (found.measures[key] for key in (_MEASURE, "s", "omega"))
+    if math.isfinite(scale.maximum.value):
+        off = max(areal.maximum.value - 1.0, 1.0 - areal.minimum.value)
+        errors = errors_text(1e-6 * scale.maximum.value, off, omega.maximum.value)
+        at = f" The worst place is {place_text(scale.maximum.lon, scale.maximum.lat)}."
+    else:
+        errors = f"scales are off by {rms_text(found.airy_kavrayskiy.raw)} (RMS), and without bound at the worst place"
+        at = ""
+    yield f"Over {place} {errors}.{at}"
+    if found.coverage < WHOLE:
+        yield f"It shows {per_cent(found.coverage)} of that only."
+    if found.crs_metadata.deprecated:
+        instead = support.listed(found.crs_metadata.replaced_by, "or")
+        yield f"It is deprecated{f': use {instead}' if instead else ''}."
 
 
 def _card(found: decisions.MapInfo) -> Iterator[tuple[str, str | None]]:
@@ -159,17 +197,18 @@ def _notes(found: decisions.MapInfo) -> Iterator[str]:
 
 _LONGEST_AREA = 48  # characters of the name of an area
 _MOST = 100_000
+_FOUND = 3
 
 
 def find_command(
     words: list[str] = opt.argument("WORDS...", "In any order, of names, areas of use, methods; or a code."),
     authority: str = opt.option("NAMES", "Only of EPSG, ESRI, IGNF or IAU_2015, with commas.", ""),
     deprecated: bool = opt.flag("--deprecated", "Deprecated ones, too."),
-    limit: str = opt.option("NUMBER", "How many to print.", "10"),
+    limit: str | None = opt.option("NUMBER", "How many to print; the three likeliest, or with --details ten."),
     format: opt.Format = "table",
 ) -> None:
     """Find projected CRSs and named maps by words, the likeliest first."""
-    form, most = opt.format_of(format), opt.whole_number("limit", limit, 1, _MOST)
+    form, most = opt.format_of(format), opt.whole_number("limit", limit or "10", 1, _MOST)
     chosen = [name for name in authority.split(",") if name.strip()]
     with refusing():
         found = projections.find_crs(" ".join(words), authorities=chosen, deprecated=deprecated, limit=most)
@@ -183,7 +222,17 @@ def find_command(
     ]
     more = found.total - len(rows)
     notes = [f"{more:,} more: --limit {found.total} shows all."] if more else []
-    present(Report(tables=[Table(rows, columns)], notes=notes, data=found.to_dict, rows=lambda: rows), form)
+    first = rows[0]
+    report = Report(
+        answer=[f"The likeliest of {found.total:,} is {named(first['code'], first['name'])}."],
+        brief=[Table(rows, columns, most=None if limit else _FOUND)],
+        next={f"projdist info {first['code']}": "What it is, and its errors"},
+        tables=[Table(rows, columns)],
+        notes=notes,
+        data=found.to_dict,
+        rows=lambda: rows,
+    )
+    present(report, form)
 
 
 # ---- lists ---------------------------------------------------------------------------------------
@@ -194,7 +243,18 @@ def list_command(
     format: opt.Format = "table",
 ) -> None:
     """List the projections, measures, figures, criteria or published indices that there are."""
-    present(listing(_LISTS[opt.choice("list", what, _LISTS)]()), opt.format_of(format))
+    rows = _LISTS[opt.choice("list", what, _LISTS)]()
+    present(_names_report(rows, what), opt.format_of(format))
+
+
+def _names_report(rows: Sequence[Row], what: str) -> Report:
+    """The names of rows, and the rows as their details."""
+    names = [row["name"] for row in rows if row.get("kind") != _PROJ_ID]
+    others = f", and {len(rows) - len(names)} names of PROJ" if len(names) < len(rows) else ""
+    return replace(listing(rows), answer=[f"{len(names)} {what}: {', '.join(names)}{others}."], brief=[])
+
+
+_PROJ_ID = "PROJ id"
 
 
 def _rows(found: Iterable[Any], **columns: str) -> list[dict[str, str]]:
@@ -220,7 +280,7 @@ _LISTS = {
     "projections": lambda: [
         {
             "name": name,
-            "kind": "name" if name in projections.NAMES or name in projections.WORLD_MAPS else "PROJ id",
+            "kind": "name" if name in projections.NAMES or name in projections.WORLD_MAPS else _PROJ_ID,
             "needs": ", ".join(projections.needed_parameters(name)),
             "definition": definition,
         }
@@ -252,10 +312,18 @@ def tables_command(
     target = opt.target(format, output, overwrite)
     with refusing(), working("Computing"):
         if name is None:
-            report = listing([{"name": table, "source": source} for table, source in answers.TABLES.items()])
+            known = [{"name": table, "source": source} for table, source in answers.TABLES.items()]
+            report = _names_report(known, "published tables")
         else:
             report = _tables_report(answers.tables(name).to_dict())
     present(report, *target)
+
+
+_VERDICTS = {
+    "yes": "come out as printed",
+    "otherwise": "come out by another convention",
+    "no": "do not come out",
+}
 
 
 def _tables_report(found: dict[str, Any]) -> Report:
@@ -285,7 +353,12 @@ def _tables_report(found: dict[str, Any]) -> Report:
         *sorted({f"Source: {row['source']} ({row['status']})." for row in rows}),
     ]
     of_the_globe = {row["definition"]: row["projection"] for row in rows if row["lat"] is None}
+    outcomes = Counter(map(verdict, rows))
+    told = [f"{outcomes[word]} {words}" for word, words in _VERDICTS.items() if outcomes[word]]
+    worst_first = sorted(rows, key=lambda row: list(_VERDICTS).index(verdict(row)), reverse=True)
     return Report(
+        answer=[f"Of {len(rows)} figures of {found['source']}, {support.listed(told, 'and')}."],
+        brief=[Table(worst_first, columns, keys=2 + len(places))],
         title=found["source"],
         tables=[Table(rows, columns, keys=2 + len(places))],
         notes=notes,

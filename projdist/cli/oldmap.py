@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, working
 from projdist.cli.number_format import fixed
 from projdist.cli.report import Column, Columns, Report, Table, drawing, present
+from projdist.cli.sentences import rms_text
 
 SHEETS, LAYERS = (".tif", ".tiff"), (".gpkg",)
 PANELS = ("tissot", "heatmap", "rotation", "scale", "grid")
@@ -191,7 +193,15 @@ def _report(found: oldmaps.OldMap, given: str, written: object) -> Report:
         Column("rotation", show=_degrees),
         Column("rotation_error", "±", "{:.2g}".format),
     ]
+    mdt = data["rectifications"]["mdt"]
+    way = "clockwise" if mdt["rotation"] > 0.0 else "anticlockwise"
     return Report(
+        answer=[
+            f"After its best linear map (MDT) the old map's scales are off by {rms_text(math.sqrt(mdt['distortion']))} "
+            f"(RMS). It has {mdt['scale']:.5g} m per unit, and is turned by {abs(mdt['rotation']):.2f}° {way}.",
+            f"Its {len(found.points.old)} control points lie {_short(data['residual'])} m off the fit (RMS).",
+        ],
+        next={} if written else {"-o map.png": "To draw it, the same command with"},
         title=f"{given}: {len(found.points.old)} control points, {found.fit.model}",
         tables=[Table(rectifications, columns)],
         notes=[*_notes(data), f"Modes of the distortion after the MDT: {found.modes.summary}."],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import re
+import shlex
 from collections.abc import Iterator
 from typing import Annotated, Any
 
@@ -13,8 +14,9 @@ import numpy as np
 from projdist import answers, decisions, plots, projections, regions
 from projdist.cli import options as opt
 from projdist.cli.errors import progress_bar, refuse, refusing, working
-from projdist.cli.number_format import change, covers, first_digit, rounded, size_text
-from projdist.cli.report import CSV, HTML, JSON, TABLE, Column, Copy, Mapped, Report, Table, drawing, present
+from projdist.cli.number_format import WHOLE, change, covers, first_digit, per_cent, rounded, size_text
+from projdist.cli.report import CSV, DETAILS, HTML, JSON, TABLE, Column, Copy, Mapped, Report, Table, drawing, present
+from projdist.cli.sentences import distance_error, less_text, region_words, rms_text, typed, up
 
 _OPTIMUM_FORMS = (TABLE, "proj", "wkt", JSON, HTML)
 _LDP_FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV, HTML)
@@ -64,10 +66,17 @@ def optimize_command(
         )
     name = found.projection.name
     maps: list[projections.ProjectionLike] = [found.projection, *(one.definition for one in found.baselines)]
+    tables = [*_optimum_tables(found)]
     report = Report(
+        answer=[*_optimum_answer(found)],
+        brief=[Table(tables[0].rows, [one for one in tables[0].columns if one.key != "definition"])],
+        next={
+            f"projdist heatmap {shlex.quote(found.proj)} -r {typed(found.region)}": "To see where it distorts",
+            f"projdist design {typed(found.region)}": "For a map made to measure",
+        },
         title=f"{name} for {found.region.name} ({size_text(found.region)})",
         lead=[*_optimum_lead(found)],
-        tables=[*_optimum_tables(found)],
+        tables=tables,
         notes=[
             *(f"{failure.given}: {failure.error}" for failure in found.failures),
             "",
@@ -88,6 +97,22 @@ def _best_existing(region: regions.Place, criterion: str) -> str:
     if not best:
         raise ValueError(f"Invalid option '--against {_RECOMMENDED}'. No CRS serves the region '{region.name}'.")
     return best[0].code
+
+
+def _optimum_answer(found: decisions.Optimum) -> Iterator[str]:
+    """The best map, its error beside that of others, and its PROJ string."""
+    if found.criterion == "airy_kavrayskiy" or found.note:
+        error = f"scales are off by {rms_text(found.airy_kavrayskiy)} (RMS)"
+    else:
+        error = f"{found.criterion} is {_shown(found.value, found.error_estimate)} {found.unit}".rstrip()
+    rivals = [(one.value, one.name) for one in found.baselines] + [(one.value, one.family) for one in found.others]
+    least, name = min(rivals, default=(0.0, ""))
+    less = f", {less_text(least / found.value)} than on {name}" if least > found.value > 0.0 else ""
+    yield f"The best map of the family {found.family} for {region_words(found.region)}: {error}{less}."
+    yield found.proj
+    yield from (f"{parameter} is at the end of its range." for parameter in found.at_limit)
+    if found.coverage < WHOLE:
+        yield f"It shows {per_cent(found.coverage)} of the region only."
 
 
 def _optimum_lead(found: decisions.Optimum) -> Iterator[str]:
@@ -203,6 +228,8 @@ def ldp_command(
     copies = {"proj": found.proj, "wkt": found.wkt, "esri": found.esri}
     points = {"lon": found.lon, "lat": found.lat, "height": found.height, "ppm": found.ppm}
     report = Report(
+        answer=[*_ldp_answer(found)],
+        next={} if picture else {"-o map.png": "To draw it, the same command with"},
         title=f"{found.projection.name} for {found.region.name} ({size_text(found.region)}), by {found.criterion}",
         lead=[
             f"{key:6} {_degrees(value) if key in _ANGLES else projections.number_text(value)}"
@@ -220,6 +247,17 @@ def ldp_command(
         maps=Mapped(maps, titles, place, "scale_error_ppm", mean),
     )
     present(report, *target)
+
+
+def _ldp_answer(found: decisions.LDP) -> Iterator[str]:
+    """How near grid distances are to those on the ground, and the map."""
+    figures, target = found.statistics, found.target_ppm
+    worst, share = max(abs(figures.min), abs(figures.max)), figures.within.get(target)
+    ratio = "" if worst < 1.0 else f" ({distance_error(1e-6 * worst)})"
+    within = "" if share is None else f"; {per_cent(share, 3)} of it is within {target:g} ppm"
+    place = region_words(found.region)
+    yield f"In {place} grid distances differ from those on the ground by at most {up(worst)} ppm{ratio}{within}."
+    yield found.proj
 
 
 def _angle(text: str) -> float:
@@ -310,6 +348,8 @@ def correct_command(
         figures = [result.airy_kavrayskiy, result.airy_kavrayskiy_corrected]
         picture.save(plots.tissot_figure, maps, region=result.region, step=picture.step, airy_kavrayskiy=figures)
     report = Report(
+        answer=[*_correction_answer(result)],
+        next={} if picture else {"-o both.png": "To draw it before and after, the same command with"},
         title=f"{result.projection.name} over {result.region.name} ({size_text(result.region)})",
         tables=[_correction_table(result)],
         notes=[*_correction_notes(result)],
@@ -325,11 +365,25 @@ def correct_command(
     present(report, *target)
 
 
+def _correction_answer(result: answers.Correction) -> Iterator[str]:
+    """The linear map, and the distortion before and after."""
+    before, after = result.airy_kavrayskiy, result.airy_kavrayskiy_corrected
+    ratio = before / after if after else 1.0
+    less = less_text(ratio) if ratio > 1.0 else "no less"
+    yield (
+        f"{result.projection.name} distorts {region_words(result.region)} {less} after {result.words}: scales are off "
+        f"by {rms_text(after)} (RMS), by {rms_text(before)} before."
+    )
+    if result.pipeline:
+        yield result.pipeline
+    yield from covers(result.coverage)
+
+
 def _present_local(
     measured: projections.Projection, area: regions.Place | None, local: str, picture: opt.PictureFile | None, form: str
 ) -> None:
     """Draw the field of local corrections, or print it as JSON."""
-    if form not in (TABLE, JSON):
+    if form not in (TABLE, DETAILS, JSON):
         refuse(f"Invalid format '{form}' with --local. It must be table or json.")
     if picture is None and form != JSON:
         refuse("Invalid option '--local'. It needs a picture to draw to, -o FILE, or --format json.")

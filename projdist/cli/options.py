@@ -14,7 +14,7 @@ import typer
 
 from projdist import gis, matrices, plots, projections, regions, support
 from projdist.cli.errors import cannot_write, fail, refuse, refusing, working
-from projdist.cli.report import FORMATS, HTML, TABLE, drawing
+from projdist.cli.report import DETAILS, FORMATS, HTML, TABLE, drawing
 
 
 def argument(metavar: str, help: str, default: Any = ...) -> Any:
@@ -230,7 +230,7 @@ class Target(NamedTuple):
 
 def format_of(text: str, forms: Sequence[str] = FORMATS) -> str:
     """The name of a format, if it is allowed."""
-    return choice("format", text, forms)
+    return text if text == DETAILS else choice("format", text, forms)
 
 
 def target(
@@ -247,7 +247,7 @@ def target(
     if suffix not in (*_OF_ANY, *others) and told not in forms:
         allowed = [*(known for known, form in _TOLD_BY.items() if form in forms), *others, *filter(None, _OF_ANY)]
         refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(allowed)}, or none.")
-    if told is not None and stated not in (None, told):
+    if told is not None and stated not in (None, told, DETAILS):
         refuse(f"Invalid format '{stated}' for '{path}'. Its suffix tells the format, {told}.")
     return Target(told or stated or TABLE, path, overwrite)
 
@@ -257,7 +257,7 @@ def page_target(text: str | None, output: str | None, overwrite: bool, forms: Se
     stated = None if text is None else format_of(text, forms)
     if output is None or Path(output).suffix.lower() != PAGE_SUFFIX:
         return Target(stated or TABLE, None, overwrite)
-    if stated not in (None, HTML):
+    if stated not in (None, HTML, DETAILS):
         refuse(f"Invalid format '{stated}' for '{output}'. Its suffix tells the format, {HTML}.")
     return Target(HTML, output_file(output, overwrite), overwrite)
 
@@ -358,6 +358,10 @@ class GraphOptions(StyleOptions, SizeOptions):
 @dataclass(frozen=True, kw_only=True)
 class PictureOptions(FilmOptions, GraphOptions):
     """The options of pictures of maps."""
+
+
+STYLE = {one.name for one in fields(PictureOptions)} - {"size", "overwrite"}
+"""The names of options that change how a picture looks."""
 
 
 class OutputFile:

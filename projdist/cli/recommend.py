@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
-from projdist import decisions, designs, field, gis, plots, projections
+from projdist import decisions, designs, field, gis, plots, projections, regions
 from projdist.cli import options as opt
+from projdist.cli import sentences as say
 from projdist.cli.batches import RegionalWork, executor_opened, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing
 from projdist.cli.number_format import area_text, certain, change, per_cent, rounded, shortened, size_text
 from projdist.cli.report import TABLE, Column, Columns, Mapped, Report, Row, Table, drawing, present, tell_written
+from projdist.support import listed
 
 _DRAWN = 4  # maps in the picture
 _KINDS = ("conformal", "equal-area")  # purposes that have a limit of their own
@@ -24,6 +26,27 @@ _REJECTED = {
     projections.OF_A_SPHERE: "on a sphere",
 }
 _LONGEST = 40  # characters of the name of an area, up to its first full stop
+_SLIVER = 0.002  # of the region: smaller parts of zones are not named
+
+
+class _Use(NamedTuple):
+    """The options that a use stands for, and, where that asks for one CRS, its code and the reason."""
+
+    purpose: str = "any"
+    criterion: str = "airy_kavrayskiy"
+    codes: tuple[str, ...] = ()
+    reason: str = ""
+    uninterrupted: bool = False
+
+
+_USES = {
+    "areas": _Use("equal-area"),
+    "distances": _Use(criterion="max_scale_error_ppm"),
+    "angles": _Use("conformal"),
+    "navigation": _Use(codes=("EPSG:3395",), reason="on which a course of constant bearing is straight"),
+    "web": _Use(codes=("EPSG:3857",), reason="in which web maps are drawn; measure on another one"),
+    "print": _Use(uninterrupted=True),
+}
 
 
 def recommend_command(
@@ -31,8 +54,13 @@ def recommend_command(
         str | None, opt.argument("REGION", "As --region of compare: country:DE, box:W,S,E,N, ...")
     ] = None,
     regions: opt.Regions = None,
-    purpose: str = opt.option(decisions.PURPOSES, "What the map shall keep, as measured.", "any"),
-    criterion: str = opt.option("NAME", "What to rank by: a name of 'projdist list figures'.", "airy_kavrayskiy"),
+    use: str | None = opt.option(
+        _USES, "What the map is for: areas or angles that are true, distances that are nearly so, ...", None, "--for"
+    ),
+    purpose: str | None = opt.option(decisions.PURPOSES, "What the map shall keep, as measured; any if not given."),
+    criterion: str | None = opt.option(
+        "NAME", "What to rank by: a name of 'projdist list figures'; airy_kavrayskiy if not given."
+    ),
     authority: str = opt.option("NAMES", "EPSG, ESRI, IGNF, with commas.", "EPSG,ESRI"),
     datum: str | None = opt.option("TEXT", "A part of the name, as WGS 84 or ETRS89."),
     contains: bool = opt.flag("--contains", "Only those whose area of use holds the region."),
@@ -56,15 +84,19 @@ def recommend_command(
     most = opt.whole_number("limit", limit, 1, 10_000)
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot be used with --contains.")
+    chosen = _Use() if use is None else _USES[opt.choice("use", use, _USES)]
+    if use is not None:
+        opt.refuse_given({"--purpose": purpose, "--criterion": criterion}, "--for tells it.", " with --for")
     options: dict[str, Any] = {
-        "purpose": purpose,
-        "criterion": criterion,
+        "purpose": purpose or chosen.purpose,
+        "criterion": criterion or chosen.criterion,
+        "codes": chosen.codes,
         "authorities": authority.split(","),
         "datum": datum,
         "area": "contains" if contains else "intersects" if intersects else "preferred",
         "deprecated": deprecated,
         "limit": most,
-        "uninterrupted": uninterrupted,
+        "uninterrupted": uninterrupted or chosen.uninterrupted,
         "custom": custom,
     }
     if regions is not None:
@@ -91,7 +123,7 @@ def recommend_command(
         figures = [*(one.distortion.airy_kavrayskiy for one in best), *(one.distortion.airy_kavrayskiy for one in own)]
         shown: dict[str, Any] = {"measure": mapped.measure, "titles": titles, "airy_kavrayskiy": figures}
         picture.save(plots.heatmap_figure, mapped.projections, region=result.region, **shown)
-    present(_report(result, mapped, picture), *target)
+    present(_report(result, chosen, mapped, picture), *target)
 
 
 def _drawable(result: decisions.Recommendation) -> tuple[decisions.Candidate, ...]:
@@ -101,7 +133,7 @@ def _drawable(result: decisions.Recommendation) -> tuple[decisions.Candidate, ..
     return whole or result.results
 
 
-def _report(result: decisions.Recommendation, mapped: Mapped, picture: opt.PictureFile | None) -> Report:
+def _report(result: decisions.Recommendation, use: _Use, mapped: Mapped, picture: opt.PictureFile | None) -> Report:
     rows = result.rows()
     finite_rows = [
         {key: "" if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}
@@ -116,6 +148,9 @@ def _report(result: decisions.Recommendation, mapped: Mapped, picture: opt.Pictu
     columns: Columns = ["code", Column("name", "zone"), share, value, "max_scale_error_ppm"]
     tables += [Table(one.zones, columns, _zones_text(len(one.zones), one)) for one in result.zones]
     return Report(
+        answer=[*_answer(result, use)],
+        brief=[_brief_table(result)],
+        next=_next(result, use),
         title=f"{result.region.name} ({size_text(result.region)}), {result.purpose}, by {result.criterion}",
         tables=tables,
         notes=[*_notes(result)],
@@ -125,6 +160,107 @@ def _report(result: decisions.Recommendation, mapped: Mapped, picture: opt.Pictu
         written=[picture],
         maps=mapped,
     )
+
+
+# ---- the answer ----------------------------------------------------------------------------------
+
+
+_ROWS = 3
+_TOLD = 5  # zones by name
+_BETTER = 1.5  # times less: a map that is worth naming beside the official one
+
+
+def _best(result: decisions.Recommendation) -> list[decisions.Candidate]:
+    """The official map and the best others, those of the world or a continent only where there are no others."""
+    others = [one for one in result.results if not one.wide] or list(result.results)
+    official = result.official
+    return others if official is None else [official, *(one for one in others if one.code not in official.codes)]
+
+
+def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
+    """What to use, its errors and the reason; the zones; and what else there is."""
+    place, country, official = say.region_words(result.region), say.with_article(result.country), result.official
+    first, *others = _best(result)
+    zones = _own_zones(result)
+    name, errors = say.named(first.code, first.name), say.distortion_text(first.distortion)
+    if use.reason:
+        yield f"Use {name}, {use.reason}. For {place} {errors}."
+        return
+    if zones is not None and official is None:
+        yield _zones_sentence(zones, f"Use {say.of(country)} own zones")
+        yield f"For all of it, {name}: {errors}."
+    else:
+        own = f" It is {say.of(country)} own." if first.national else ""
+        wide = " Nobody has made one for it alone; this is one of the world or a continent." if first.wide else ""
+        yield f"Use {name} for {place}: {errors}.{own}{wide}"
+    if zones is not None and official is not None:
+        yield _zones_sentence(zones, "More exact are zones")
+    if not first.national and (national := next((one for one in others if one.national), None)):
+        name = say.named(national.code, national.name)
+        yield f"The best of {say.of(country)} own is {name}: {say.distortion_text(national.distortion)}."
+    if official is not None and others and others[0].value * _BETTER < official.value:
+        better = others[0]
+        older = ", on an older datum" if better.since < official.since else ""
+        less = say.less_text(official.value / better.value)
+        yield f"{say.named(better.code, better.name)} has {less} distortion{older}."
+
+
+def _own_zones(result: decisions.Recommendation) -> decisions.ZoneSystem | None:
+    """The country's own zones, on the datum of its official map if it has one."""
+    datum = "" if result.official is None else result.official.name.partition(" / ")[0]
+    own = (one for one in result.zones if one.national and one.name.startswith(datum))
+    return next(own, None)
+
+
+def _zones_sentence(system: decisions.ZoneSystem, words: str) -> str:
+    """The zones with their parts of the region, or the first and the last of many."""
+    zones = [one for one in system.zones if one.share > _SLIVER] or system.zones
+    parts = {one.part for one in zones}
+    if len(zones) > _TOLD:
+        those = f"{zones[0].code} to {zones[-1].code} ({len(zones)} zones, {system.name})"
+    elif len(parts) < len(zones):
+        those = f"from west to east {listed([say.named(one.code, one.name) for one in zones], 'and')}"
+    else:
+        those = listed([f"{say.named(one.code, one.name)} in the {one.part}" for one in zones], "and")
+    error = say.distance_error(1e-6 * system.max_scale_error_ppm)
+    return f"{words}, {those}: distances are off by at most {error}, angles are true."
+
+
+def _brief_table(result: decisions.Recommendation) -> Table:
+    """The best maps with their largest errors, or with their means where one has no bound."""
+    best = _best(result)
+    bounded = all(math.isfinite(one.distortion.max_scale_error_ppm) for one in best[:_ROWS])
+    of = "max" if bounded else "mean"
+    rows = [
+        {
+            "code": one.code,
+            "name": one.name.replace("_", " "),
+            "distances": say.distance_error(1e-6 * getattr(one.distortion, f"{of}_scale_error_ppm")),
+            "areas": say.area_error(1e-6 * getattr(one.distortion, f"{of}_areal_error_ppm")),
+            "angles": say.angle_error(getattr(one.distortion, f"{of}_omega")),
+        }
+        for one in best
+    ]
+    figures = [Column(key, left=False) for key in ("distances", "areas", "angles")]
+    return Table(rows, ["code", "name", *figures], most=_ROWS)
+
+
+def _next(result: decisions.Recommendation, use: _Use) -> dict[str, str]:
+    """Where to look, and maps that are to be made, with what they would gain."""
+    region, best = say.typed(result.region), _best(result)[0]
+    found = {f"projdist heatmap {best.code} -r {region}": "To see where it distorts"}
+    if use.reason:
+        return found | {f"projdist recommend {region}": "For a map to measure on"}
+    kind = f" --kind {result.purpose}" if result.purpose in _KINDS else ""
+    if best.over_limit is not None and best.over_limit > _BETTER:
+        words = f"For a map made to measure, with about {say.less_text(best.over_limit)} distortion"
+        found[f"projdist design {region}{kind}"] = words
+    if result.region == regions.GLOBE:
+        return found | {"projdist world-map": "For a map of the world made to measure"}
+    return found | {f"projdist optimize auto {region}": "For a standard projection with the best parameters"}
+
+
+# ---- all figures ---------------------------------------------------------------------------------
 
 
 def _columns(result: decisions.Recommendation) -> Iterator[Column | str]:
@@ -313,6 +449,8 @@ def _atlas_overview(entries: Sequence[designs.AtlasEntry]) -> Report:
         "made: to measure. Saves: against the official CRS, else the best existing one."
     )
     return Report(
+        answer=[f"The atlas has the best maps of {len(entries)} places, as of New Zealand by: projdist atlas NZ"],
+        brief=[],
         title=f"The atlas: {len(entries)} places",
         tables=[Table(rows, columns)],
         notes=[note],
@@ -336,6 +474,8 @@ def _place_report(entry: designs.AtlasEntry) -> Report:
         *("cut_km", "keeps"),
     ]
     return Report(
+        answer=[*_place_answer(entry)],
+        brief=[Table(rows, columns, keys=2)],
         title=f"{entry.title} ({area_text(entry.area_km2)})",
         tables=[Table(rows, columns, keys=2)],
         notes=[*_place_notes(entry, rows)],
@@ -344,8 +484,21 @@ def _place_report(entry: designs.AtlasEntry) -> Report:
     )
 
 
+def _place_answer(entry: designs.AtlasEntry) -> Iterator[str]:
+    """The official map, the best existing one, and what a map made to measure would save."""
+    best = next((one.existing for one in entry.purposes.values() if one.existing is not None), None)
+    official = entry.official
+    existing = best if official is None or best is None or best.projection != official.projection else None
+    for words, one in ((f"official map of {say.with_article(entry.title)}", official), ("best existing map", existing)):
+        if one is not None and one.airy_kavrayskiy is not None:
+            error = f"scales are off by {say.rms_text(one.airy_kavrayskiy)} (RMS)"
+            yield f"The {words} is {say.named(one.projection, one.name)}: {error}."
+    for system in entry.zones[:1]:
+        yield f"Its zones, {system.name}, are off by at most {say.distance_error(1e-6 * system.max_scale_error_ppm)}."
+
+
 def _saved(share: float) -> str:
-    return f"{100.0 * share:.0f} %"
+    return f"{100.0 * share:.0f} %" if share >= 0.0 else "nothing"
 
 
 def _place_notes(entry: designs.AtlasEntry, rows: Sequence[Row]) -> Iterator[str]:
@@ -363,7 +516,7 @@ def _place_notes(entry: designs.AtlasEntry, rows: Sequence[Row]) -> Iterator[str
     yield from (f"No map made to measure: {reason}" for reason in reasons)
     against = "the official CRS" if official else "the best existing CRS"
     yield (
-        f"Saves: the share of the error of {against} that a map saves; below 0 it costs. Of the purpose least scale "
+        f"Saves: the share of the error of {against} that a map saves. Of the purpose least scale "
         "error it is of the largest scale error."
     )
     yield "Over limit: the Airy-Kavrayskiy error over about what the best of all maps of the purpose in one piece has."

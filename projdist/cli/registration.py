@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +17,7 @@ from projdist.applications import mosaics, pointclouds
 from projdist.cli import options as opt
 from projdist.cli.errors import fail, failing, progress_bar, refuse, refusing, working
 from projdist.cli.report import JSON, Column, Columns, Report, Table, drawing, emit, json_text, present
+from projdist.cli.sentences import rms_text
 
 _MODELS = (*mosaics.CHOICES, "rotation")
 _FIGURES = {
@@ -211,6 +213,7 @@ def _report(
         notes += [*(_panorama_notes if turning else _mosaic_notes)(one)]
         notes += _picture_notes(one["picture"]) if "picture" in one else []
     return Report(
+        answer=[*map(_panorama_answer if turning else _mosaic_answer, results)],
         title=f"{counts} images, {model}",
         tables=tables,
         notes=notes,
@@ -218,6 +221,21 @@ def _report(
         rows=lambda: [row for table in tables for row in table.rows if row.get("image", "all") != "all"],
         header=["image"],
         written=written,
+    )
+
+
+def _mosaic_answer(result: dict[str, Any]) -> str:
+    """How much the images are distorted in their mean frame, and in that of the best image."""
+    count = len(result["images"]) - len(result["left_out"])
+    told = [
+        f"in {words} by {rms_text(math.sqrt(total / count))}"
+        for frame, words in (("mdt", "their mean frame (MDT)"), ("best", "the frame of the best one"))
+        if (total := result["frames"].get(frame)) is not None
+    ]
+    return (
+        f"{count} images are distorted {support.listed(told, 'and')} (RMS)."
+        if told
+        else f"{count} images have no frame."
     )
 
 
@@ -277,6 +295,12 @@ def _panorama_result(found: mosaics.MappedPanorama) -> dict[str, Any]:
     canvas = found.canvas()
     size = {"width": canvas.width, "height": canvas.height, "scale": canvas.scale}
     return found.panorama.to_dict() | {"projection": definition, "projections": rows, "canvas": size}
+
+
+def _panorama_answer(result: dict[str, Any]) -> str:
+    """How well the images fit, and the projection."""
+    count = len(result["images"]) - len(result["left_out"])
+    return f"{count} images fit to {result['rms_pixels']:.3g} pixels (RMS), in the projection {result['projection']}."
 
 
 def _panorama_tables(results: Sequence[dict[str, Any]]) -> list[Table]:
@@ -523,7 +547,13 @@ def _clouds_report(found: pointclouds.Registration, output: str | None) -> Repor
         told = ", ".join(f"{one.point} of {Path(one.cloud).name} {one.distance:.3g}" for one in far)
         notes.append(f"Farthest from where the others have them, by the fit without them: {told}.")
     weighted = ", by weights" if answer["weighted"] else ""
+    place = answer["reference"] or "their mean (MDT)"
     return Report(
+        answer=[
+            f"{len(rows)} clouds are brought to the frame of {place}: points lie {found.rms_total:.4g} from their mean "
+            "places (RMS)."
+        ],
+        next={} if output else {"-o FOLDER": "To save the moved clouds, the same command with"},
         title=f"{len(rows)} clouds in {answer['dimension']} dimensions, by {found.correspond} ({found.method}), in the "
         f"frame {answer['reference'] or found.frame}{weighted}: rms {found.rms_total:.4g}",
         tables=[Table(rows, clouds), Table([{"frame": name, **one} for name, one in answer["frames"].items()], frames)],

@@ -17,10 +17,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from projdist import projections, regions, support, web
-from projdist.cli.errors import cannot_write, folded, refuse, refusing, takes_escapes, width_of, working
+from projdist.cli.errors import USUAL, cannot_write, folded, refuse, refusing, takes_escapes, width_of, working
 from projdist.cli.number_format import certain, per_cent
 
 TABLE, JSON, CSV, MARKDOWN, HTML = FORMATS = ("table", "json", "csv", "markdown", "html")
+DETAILS = "details"
+"""The format of `--details`, which is not named beside the others."""
 
 Row = Any
 """A row of a table: a mapping, or an answer whose attributes are its values."""
@@ -110,7 +112,8 @@ Columns = list[Column | str]
 class Table:
     """Rows and the columns that are shown of them; the first `keys` columns tell what a row is of.
 
-    In a terminal with room for it, bars show the values of the key `bars`.
+    In a terminal with room for it, bars show the values of the key `bars`. Under an answer stand the first `most` rows,
+    all with None.
     """
 
     rows: Sequence[Row]
@@ -118,6 +121,7 @@ class Table:
     title: str = ""
     keys: int = 1
     bars: str = ""
+    most: int | None = 3
     columns: tuple[Column, ...] = field(init=False)
 
     def __post_init__(self, given: Iterable[Column | str]) -> None:
@@ -152,12 +156,19 @@ class Mapped(NamedTuple):
 class Report:
     """The answer of a command, which is rendered in any format.
 
+    `answer` are sentences that a reader can act on, `brief` the tables below them, or else the first of `tables`, and
+    `next` commands to go on with, by which a line tells what they are for. Without `--details` or a file these are all
+    that is printed, if there is an answer.
+
     `lead` are lines between the title and the tables, `sketch` those of an ASCII map below them, for plain text only.
     `data` gives what JSON has, `rows` what CSV has, if not the rows of the first table; `header` names its columns
     where there are none. `copies` are the forms of the answer that are formats of their own; `about` is what they are
     of. `written` are the files that the command has left, by their paths. `maps` are what a page shows.
     """
 
+    answer: Sequence[str] = ()
+    brief: Sequence[Table] | None = None
+    next: Mapping[str, str] = field(default_factory=dict)
     title: str = ""
     lead: Sequence[str] = ()
     tables: Sequence[Table] = ()
@@ -187,9 +198,11 @@ def render(report: Report, form: str, output: Path | None = None) -> str:
         if copy.text is None:
             refuse(f"Invalid format '{form}' for {report.about}. {copy.reason}", code=1)
         return f"{copy.text}\n"
-    if form == TABLE:
-        lead = [*report.lead, ""] if report.lead else []
-        text = notes_text([*filter(None, [report.title]), *lead], output)
+    if form == TABLE and report.answer and output is None:
+        return _brief_text(report)
+    if form in (TABLE, DETAILS):
+        answer, lead = ([*part, ""] if part else [] for part in (report.answer, report.lead))
+        text = notes_text([*answer, *filter(None, [report.title]), *lead], output)
         for table in report.tables:
             text += notes_text(filter(None, [table.title]), output) + table_text(table, output)
         below = "".join(f"{line}\n" for line in report.sketch)
@@ -204,6 +217,18 @@ def render(report: Report, form: str, output: Path | None = None) -> str:
         writer.writerows(rows)
         return stream.getvalue()
     return _as_markdown(report) if form == MARKDOWN else _as_page(report)
+
+
+def _brief_text(report: Report) -> str:
+    """The answer, the best rows with the columns that fit beside each other, and what to do next."""
+    tables = report.tables[:1] if report.brief is None else report.brief
+    text = notes_text(report.answer) + "".join(table_text(table, brief=True) for table in tables if table.rows)
+    text += notes_text(f"{words}: {command}" for command, words in report.next.items())
+    left = sum(len(one.rows[one.most :]) for one in tables if one.most is not None)
+    if left or report.tables or report.notes:
+        more = f"{left} more row{'s' * (left > 1)}, all" if left else "All"
+        text += notes_text([f"{more} columns and notes: --details"])
+    return text + wrote(*report.written)
 
 
 def json_text(value: object) -> str:
@@ -244,10 +269,11 @@ class _Drawn(NamedTuple):
         return _BORDER + (min(self.width, narrowest) if self.folds else self.width)
 
 
-def table_text(table: Table, output: Path | None = None) -> str:
+def table_text(table: Table, output: Path | None = None, *, brief: bool = False) -> str:
     """Text of a table; columns beyond the terminal's width go to further tables, which repeat the key columns.
 
-    Figures are never cut off. In a file or a pipe the width is not limited.
+    Figures are never cut off. In a file or a pipe the width is not limited. If `brief` it has the first rows only, and
+    the columns that fit beside each other.
     """
     from rich import box
     from rich.cells import cell_len
@@ -259,20 +285,26 @@ def table_text(table: Table, output: Path | None = None) -> str:
         longest = max(map(cell_len, cells), default=0)
         return _Drawn(head, cells, left, best, max(cell_len(head), longest), left or longest > _LONGEST_FIGURE)
 
-    keys, room, unicode = table.keys, room_in(output), takes_blocks(output)
-    columns = [drawn(one.head, one.cells(table.rows), one.is_left(table.rows), one.best) for one in table.columns]
+    keys, terminal, unicode = table.keys, room_in(output), takes_blocks(output)
+    room = USUAL if brief and terminal is None else terminal
+    rows = table.rows[: table.most] if brief else table.rows
+    columns = [
+        drawn(one.head, one.cells(table.rows)[: len(rows)], one.is_left(table.rows), one.best) for one in table.columns
+    ]
     # Text columns are as wide as lets each fit beside the key columns.
     for narrowest in _NARROWEST:
         least = [column.least(narrowest) for column in columns]
         if room is None or 1 + sum(least[:keys]) + max(least[keys:], default=0) <= room:
             break
-    if room is not None and (bars := _bars([value_of(row, table.bars) for row in table.rows], unicode=unicode)):
+    bars = [] if terminal is None else _bars([value_of(row, table.bars) for row in rows], unicode=unicode)
+    if bars and room is not None:
         column = drawn("", bars, True, False)
         if 1 + sum(least) + column.least(narrowest) <= room:
             columns.append(column)
     stream = io.StringIO()
     styled = output is None and takes_escapes(sys.stdout)
-    for block in [columns] if room is None else _blocks(columns, keys, room, narrowest):
+    blocks = [columns] if room is None else [*_blocks(columns, keys, room, narrowest)]
+    for block in blocks[:1] if brief else blocks:
         shown = RichTable(box=box.HEAVY_HEAD if unicode else box.ASCII)
         for column in block:
             shown.add_column(
@@ -334,7 +366,7 @@ def takes_blocks(output: Path | None) -> bool:
 
 def _as_markdown(report: Report) -> str:
     """The tables, then title, lead and notes as a list."""
-    lines = [line for line in (report.title, *report.lead, *report.notes) if line]
+    lines = [line for line in (*report.answer, report.title, *report.lead, *report.notes) if line]
     if not report.tables:
         return "".join(f"{line}\n" for line in lines)
     notes = "".join(f"- {_escaped(line)}\n" for line in lines)
@@ -375,7 +407,7 @@ def _as_page(report: Report) -> str:
     return web.page_html(
         web.Page(
             title=report.title,
-            lead=report.lead,
+            lead=[*report.answer, *report.lead],
             tables=[_page_table(table) for table in report.tables],
             notes=report.notes,
             copies={name: text for name, text in _copies(report) if text},

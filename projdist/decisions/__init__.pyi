@@ -5,11 +5,11 @@ from .family_search import Objective, Rounded
 from .ground import HeightStatistics, distortion_ppm, read_heights
 from .low_distortion import LDP, LDP_FAMILIES, ldp
 from .map_info import INFO_MEASURES, MapInfo, info
-from .measurement import INTERRUPTED
+from .measurement import INTERRUPTED, Distortion
 from .optimization import LIMITED, Baseline, Optimum, best_member, least_error, optimize
 from .ranking import CLOSE, PURPOSES, WIDE_FACTOR, get_purpose, suits
 from .recommendation import Custom, Recommendation, recommend
-from .zones import ENGINEERING_PPM, ZoneSystem
+from .zones import ENGINEERING_PPM, Zone, ZoneSystem
 
 __all__ = [
     "CLOSE",
@@ -29,6 +29,7 @@ __all__ = [
     "Candidate",
     "Check",
     "Custom",
+    "Distortion",
     "Extent",
     "HeightStatistics",
     "MapInfo",
@@ -37,6 +38,7 @@ __all__ = [
     "Recommendation",
     "Rounded",
     "Totals",
+    "Zone",
     "ZoneSystem",
     "best_member",
     "check",

@@ -103,6 +103,7 @@ def recommend(
     purpose: str = "any",
     criterion: AnyFigure = "airy_kavrayskiy",
     authorities: Sequence[str] = projections.AUTHORITIES[:2],
+    codes: Sequence[str] = (),
     datum: str | None = None,
     area: str = "preferred",
     deprecated: bool = False,
@@ -130,6 +131,8 @@ def recommend(
         lambda, is measured in this process only.
     authorities : sequence of str
         Whose CRSs to look at, of EPSG, ESRI and IGNF; by default the first two.
+    codes : sequence of str
+        The only CRSs to look at, as EPSG:3857; all without any.
     datum : str, optional
         A part of the name of the geodetic CRS.
     area : str
@@ -181,6 +184,8 @@ def recommend(
     if limit is not None and support.check_whole_number("limit", limit) < 1:
         raise ValueError(f"Invalid limit '{limit}'. It must be at least 1.")
     records = projections.crs_records(projections.check_authorities(authorities), deprecated=deprecated)
+    if codes:
+        records = [one for one in records if one.code in codes]
     search = _CrsSearch(
         pool=candidate_crs.CandidatePool(place, records, area),
         probe=probe_of(place),

@@ -29,6 +29,7 @@ ENGINEERING_PPM = 100.0
 _WHOLE = 0.95  # of the region: areas of use are rounded, and outlines have disputed land
 _MOST = 80  # zones of a system: Russia has 29 of six degrees, and 55 of three
 _SHOWN = 3  # systems
+_ASIDE = 0.08  # of the region's width or height, from which on a zone does not lie in the middle
 _SLIVER = 0.005  # of the region: systems that differ only by smaller zones are the same
 _CYLINDRICAL, _SCALE_FACTOR = (9807, 9808), 8805  # EPSG's codes of Transverse Mercator, north and south, and its scale
 _PPM = FIGURES["max_scale_error_ppm"]
@@ -42,11 +43,13 @@ _NUMBER = re.compile(r"\d+(?:[.'/-]\d+)*\s*[NSEW]?\b|\b[IVX]+\b|\d+")
 class Zone(Record):
     """A CRS over the part of the region in its area of use, a `share` of it.
 
-    `value` is the figure of the criterion there, `max_scale_error_ppm` the largest |scale - 1|.
+    `part` is where that lies in the region, as "northeast" or "middle"; `value` is the figure of the criterion there,
+    `max_scale_error_ppm` the largest |scale - 1|.
     """
 
     code: str
     name: str
+    part: str
     share: float = field(metadata=schema("share_in_area_of_use"))
     value: float
     max_scale_error_ppm: float
@@ -222,14 +225,14 @@ def _measured(
 ) -> ZoneSystem | None:
     """A system with the figures of its zones that meet the region, each over its part of it."""
     meeting = [
-        (record, part, _probe(lattice, held) if held.any() else probe_of(part))
+        (record, part, _where(lattice, held), _probe(lattice, held) if held.any() else probe_of(part))
         for record, held in zip(system.records, system.held, strict=True)
         if (part := _part(region, record.area_of_use)) is not None
     ]
     tasks = [
         FullMeasurement(record.code, record.name, part, probe, ("conformal",), _LEVEL, figure)
         for figure in dict.fromkeys((ranking, _PPM))
-        for record, part, probe in meeting
+        for record, part, _, probe in meeting
     ]
     evaluated = run_all(executor, evaluate, tasks)
     figures = [one for one in evaluated if not isinstance(one, Rejected)]
@@ -237,8 +240,8 @@ def _measured(
         return None
     values, worst = figures[: len(meeting)], figures[-len(meeting) :]
     zones = tuple(
-        Zone(record.code, record.name, part.area_km2 / region.area_km2, value, ppm)
-        for (record, part, _), value, ppm in zip(meeting, values, worst, strict=True)
+        Zone(record.code, record.name, where, part.area_km2 / region.area_km2, value, ppm)
+        for (record, part, where, _), value, ppm in zip(meeting, values, worst, strict=True)
     )
     return ZoneSystem(
         name=f"{zones[0].name} to {zones[-1].name.partition(' / ')[2] or zones[-1].name}",
@@ -248,6 +251,17 @@ def _measured(
         max_scale_error_ppm=max(zone.max_scale_error_ppm for zone in zones),
         zones=zones,
     )
+
+
+def _where(lattice: Lattice, held: BoolArray) -> str:
+    """Where in the region the points lie that a zone holds: their middle beside that of all, as a compass says it."""
+    if not held.any():
+        return "margin"
+    west, south, east, north = lattice.bounds
+    weight = np.where(held, lattice.weight, 0.0) / lattice.weight[held].sum() - lattice.weight
+    right, up = weight @ ((lattice.lon - west) % 360.0) / (east - west), weight @ lattice.lat / (north - south)
+    vertical = "north" if up > _ASIDE else "south" if up < -_ASIDE else ""
+    return vertical + ("east" if right > _ASIDE else "west" if right < -_ASIDE else "") or "middle"
 
 
 def _part(region: regions.Region, area: Area) -> regions.Region | None:

@@ -466,7 +466,8 @@ def region_title(region: Place) -> str:
     if isinstance(region, Box) and not region.is_globe:
         west, south, east, north = region.bounds
         lon, lat = (longitude_text(west), longitude_text(east)), (latitude_text(south), latitude_text(north))
-        return f"{lon[0]} to {lon[1]}, {lat[0]} to {lat[1]}"
+        across = f"{lon[0]} to {lon[1]}, " if east - west < 360.0 else ""
+        return f"{across}{lat[0]} to {lat[1]}"
     if isinstance(region, Cap):
         return f"{region.radius_km:.6g} km around {latitude_text(region.lat)}, {longitude_text(region.lon)}"
     text = region.name

@@ -22,10 +22,10 @@ OF_CHORDS = 2e-3
 
 def test_a_table() -> None:
     """The official CRS first, then the best of each purpose; what the words mean; and the versions."""
-    text = run_ok("atlas", "NZ")
-    lines = text.splitlines()
-    assert lines[0].startswith("New Zealand (26")
-    assert "│ official │ EPSG:2193" in lines[4]
+    assert run_ok("atlas", "NZ").startswith("The official map of New Zealand is EPSG:2193 (NZGD2000 / New Zealand Tran")
+    text = run_ok("atlas", "NZ", "--details")
+    assert "\nNew Zealand (26" in text
+    assert re.search(r"\n┡[^\n]*\n│ +- +│ official │ EPSG:2193", text)
     assert "New Zealand Transverse Mercator 2000" in text
     assert re.search(r"Measured with projdist \S+ and PROJ \S+", text)
     entry = atlas("NZ")

@@ -240,13 +240,13 @@ def test_a_crs_that_is_none(crs, said, tmp_path):
     assert run(tmp_path / "x.geojson", *IN_UTM)[::2] == (0, "")
 
 
-@pytest.mark.parametrize("form", ["table", "markdown"])
+@pytest.mark.parametrize("form", ["details", "markdown"])
 def test_the_recommended_crs_is_checked(form, frame):
     """Where it is the one that is checked it has no row of its own, which would be the same; JSON has it."""
     result = projdist.check(frame, "EPSG:25832", purpose=None)
     itself = replace(result, recommended=result)
     text = render(check_report(itself, "data", 1), form)
-    assert text.count("ETRS89 / UTM zone 32N") == 1
+    assert text.count("ETRS89 / UTM zone 32N") == 2  # in the answer and in the table
     assert "The recommended CRS for the box about the data is this one, EPSG:25832." in text
     assert json.loads(render(check_report(itself, "data", 1), "json"))["recommended"] is not None
     other = replace(result, recommended=projdist.check(frame, "EPSG:32632", purpose=None))

@@ -15,8 +15,8 @@ from projdist.regions import get_region
 
 def test_a_card() -> None:
     """What is stated, what is kept as measured, the errors, and a map in characters."""
-    text = run_ok("info", "EPSG:3035")
-    assert text.startswith("EPSG:3035: ETRS89-extended / LAEA Europe\n")
+    text = run_ok("info", "EPSG:3035", "--details")
+    assert "\nEPSG:3035: ETRS89-extended / LAEA Europe\n" in text
     for line in (
         "│ keeps       │ areas (equal-area, to ",
         "│ bounds      │ 35.58°W to 44.83°E, 24.6°N to 84.73°N ",
@@ -32,8 +32,8 @@ def test_a_card() -> None:
 @pytest.mark.slow
 def test_deprecated_ones_are_said() -> None:
     """A conformal method far outside of where it is meant for is told to be none."""
-    assert "│ status      │ deprecated; use EPSG:2953 instead " in run_ok("info", "EPSG:2036")
-    result = run("info", "+proj=nzmg +ellps=intl", "-r", "box:0,40,20,60")
+    assert "│ status      │ deprecated; use EPSG:2953 instead " in run_ok("info", "EPSG:2036", "--details")
+    result = run("info", "+proj=nzmg +ellps=intl", "-r", "box:0,40,20,60", "--details")
     assert "should keep │ angles, by its method: it is not conformal as measured" in result.stdout
     assert "is not conformal here" in result.stderr
 
@@ -76,14 +76,15 @@ def test_a_sketch_is_the_map(tmp_path: Path) -> None:
     assert "sea" not in legend
     (tmp_path / "a.csv").write_text("lon,lat\n1,2\n3,4\n")
     assert sketch_of(Projection.from_user_input("robin"), get_region(f"points:{tmp_path / 'a.csv'}")) == []
-    assert "(2 points)" in run_ok("info", "robin", "-r", f"points:{tmp_path / 'a.csv'}")
+    assert "(2 points)" in run_ok("info", "robin", "-r", f"points:{tmp_path / 'a.csv'}", "--details")
 
 
 def test_other_bodies() -> None:
     """Regions are on the map's body: the globe of Mars has 4 pi 3396.19^2 km2; what is not there is refused."""
-    assert "Over globe (144,941,857 km2)" in run_ok("info", "IAU_2015:49910")
+    assert "Over globe (144,941,857 km2)" in run_ok("info", "IAU_2015:49910", "--details")
     jupiter = 2.0 * math.pi * 71492.0**2 * (1.0 - math.cos(50_000.0 / 71492.0))
-    assert f"Over cap:0,0,50000 ({jupiter:,.0f} km2)" in run_ok("info", "+proj=eqc +R=71492000", "-r", "cap:0,0,50000")
+    words = ("info", "+proj=eqc +R=71492000", "-r", "cap:0,0,50000", "--details")
+    assert f"Over cap:0,0,50000 ({jupiter:,.0f} km2)" in run_ok(*words)
     for words, code, line in (
         (["info", "IAU_2015:49910", "-r", "country:CH"], 2, "Invalid region 'country:CH'. It is on the Earth, not on "),
         (["info", "IAU_2015:49910", "-r", "cap:0,0,15000"], 2, "Invalid cap '0,0,15000'. Its radius must be above 0 "),
@@ -100,11 +101,13 @@ def test_other_bodies() -> None:
 
 def test_a_table_of_hits() -> None:
     """The likeliest first, and how many more there are."""
-    text = run_ok("find", "lambert", "93", "--limit", "2")
+    first = r"The likeliest of \d+ is EPSG:2154 \(RGF93 v1 / Lambert-93\)\.\n"
+    assert re.match(first, run_ok("find", "lambert", "93"))
+    text = run_ok("find", "lambert", "93", "--limit", "2", "--details")
     assert "│ EPSG:2154 │ RGF93 v1 / Lambert-93 │ France      │" in text
     assert re.search(r"\n\d+ more: --limit \d+ shows all\.\n$", text)
     assert "(deprecated)" in run_ok("find", "2036")
-    assert "more" not in run_ok("find", "EPSG:3035")
+    assert "more" not in run_ok("find", "EPSG:3035", "--details")
     found = run_json("find", "utm 33", "--authority", "EPSG", "--limit", "1")
     assert [hit["code"] for hit in found["results"]] == ["EPSG:32633"]
     (row,) = parse_csv(run_ok("find", "EPSG:3035", "-f", "csv"))

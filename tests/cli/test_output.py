@@ -53,7 +53,7 @@ def test_output_file(words: str, tmp_path: Path) -> None:
     path = tmp_path / "out.txt"
     path.write_text("old\n" * 1000)
     assert run_ok(*words.split(), "-o", path, "--overwrite") == f"Wrote: {path}\n"
-    assert path.read_text(encoding="utf-8") == run_ok(*words.split())
+    assert path.read_text(encoding="utf-8") == run_ok(*words.split(), "--details")
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -134,7 +134,7 @@ def test_output_to_a_device() -> None:
 @each("form", FORMATS)
 def test_list(what: str, names: list[str], form: str) -> None:
     """All that there is, in every format, each with something said of it."""
-    text = run_ok("list", what, "--format", form)
+    text = run_ok("list", what, "--format", form, "--details")
     if form == "table":
         assert all(f" {name} " in text for name in names)
         return
@@ -252,7 +252,7 @@ def test_the_suffix_of_a_file_tells_its_format(tmp_path: Path, words: str) -> No
     for suffix, form in {".json": "json", ".csv": "csv", ".md": "markdown", ".html": "html", ".txt": "table"}.items():
         path = tmp_path / f"x{suffix}"
         run_ok(*words.split(), "-o", str(path))
-        assert path.read_text(encoding="utf-8") == run_ok(*words.split(), "-f", form)
+        assert path.read_text(encoding="utf-8") == run_ok(*words.split(), "-f", form, "--details")
     run_ok(*words.split(), "-o", str(tmp_path / "any.txt"), "-f", "json")
     other = tmp_path / "other.json"
     message = refused(*words.split(), "-o", str(other), "-f", "csv")
@@ -282,7 +282,7 @@ def test_other_suffixes_are_refused(words: str, form: list[str], name: str) -> N
 def test_logs_and_files_without_a_suffix_hold_tables(tmp_path: Path) -> None:
     for name in ("x", "x.LOG"):
         run_ok("factors", "eqc", "10", "50", "-o", str(tmp_path / name))
-        assert (tmp_path / name).read_text(encoding="utf-8") == run_ok("factors", "eqc", "10", "50")
+        assert (tmp_path / name).read_text(encoding="utf-8") == run_ok("factors", "eqc", "10", "50", "--details")
 
 
 @each(

@@ -49,7 +49,8 @@ def test_json(found, monkeypatch):
 def test_table(found):
     """Every candidate with its columns; below, what draws the same map, and what was rejected."""
     out = run_ok(ISLAND, *QUICK)
-    assert out.startswith(f"{ISLAND} (")
+    assert out.startswith(f"Use {found.official.code} ({found.official.name}) for ")
+    assert f"\n{ISLAND} (" in out
     for one in found.results:
         assert one.code in out
         assert f"{one.value:.5g}" in out
@@ -158,7 +159,7 @@ def rich(found, monkeypatch):
             share=1.0,
             value=1e-4,
             max_scale_error_ppm=73.04,
-            zones=(Zone("EPSG:1", "A", 0.25, 1e-4, 73.04),),
+            zones=(Zone("EPSG:1", "A", "east", 0.25, 1e-4, 73.04),),
         )
         for national in (True, False)
     ]
@@ -177,7 +178,7 @@ def rich(found, monkeypatch):
 
 def test_all_that_an_answer_may_have(rich):
     """Cuts, zones and custom projections have columns and tables, in Markdown, too; what has no bound says so."""
-    for form in ("table", "markdown"):
+    for form in ("details", "markdown"):
         out = run_ok(ISLAND, "--format", form)
         for text in (
             "+100.00 %",

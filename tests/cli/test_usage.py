@@ -29,7 +29,7 @@ def test_repairs_are_said(tmp_path: Path) -> None:
     assert "AK" in result.stdout
     path = tmp_path / "a.csv"
     path.write_text("lon,lat,weight\n1,2,1\n3,4,5\n")
-    shown = run_ok("compare", "robin", "--region", f"points:{path}")
+    shown = run_ok("compare", "robin", "--region", f"points:{path}", "--details")
     assert "(2 points)" in shown
     assert "by the points' weights" in shown
 
@@ -47,8 +47,9 @@ def test_points_have_no_area(command: str, tmp_path: Path) -> None:
     """A title tells how many there are, and no area."""
     path = tmp_path / "a.csv"
     path.write_text("lon,lat,weight\n1,2,1\n3,4,5\n8,1,2\n2,9,1\n")
-    title = run(*OVER_POINTS[command].format(f"points:{path}").split()).stdout.splitlines()[0]
-    assert title.endswith("(4 points)")
+    answer = run(*OVER_POINTS[command].format(f"points:{path}").split(), "--details").stdout
+    assert "the 4 points of a.csv" in answer
+    assert any(line.endswith("(4 points)") for line in answer.splitlines())
 
 
 @pytest.mark.slow
@@ -375,7 +376,9 @@ def test_no_arguments_is_help() -> None:
     result = run()
     assert (result.exit_code, result.stdout) == (2, "")
     assert all(command in result.stderr for command in COMMANDS)
-    lines = run_ok("--help").partition("Commands:\n")[2].splitlines()
+    help = run_ok("--help").partition("Look:\n")[2]
+    assert re.findall(r"\n(\w.*):\n", help) == ["Choose", "Make", "Beyond maps"]
+    lines = re.findall(r"  .*", help)
     assert {line.split()[0] for line in lines} >= set(COMMANDS)
     assert [line for line in lines if not re.fullmatch(r"  \S+ +[A-Z].*[^.]\.", line)] == []
 

@@ -1,0 +1,138 @@
+"""The words of answers: errors as people say them, regions, and maps by code and name."""
+
+from __future__ import annotations
+
+import math
+import re
+import shlex
+
+from projdist import earth, regions
+from projdist.decisions import Distortion
+from projdist.support import listed
+
+_SMALL = 0.02  # a relative error below which it is told as 1 in so many
+_TRUE = 1e-7  # a relative error that is rounding: a centimetre in 100 km
+_TRUE_DEGREES = 1e-5  # an angle that is rounding: 0.04 seconds of arc
+_ROUND = 179.0  # degrees, near which an angle is off by any amount
+_LARGE = 0.1  # an error that is told in whole per cent
+_TIMES = 2.0  # a ratio that is told in per cent below, in times above
+TRUE, NO_BOUND = "true", "without bound"
+
+
+_CODE, _MAIN = re.compile(r" \([A-Z]{2}\)"), ", main part"  # of a region's title
+
+_WITH_ARTICLE = {
+    *("globe", "land", "ocean", "Bahamas", "Central African Republic", "Comoros", "Democratic Republic of the Congo"),
+    *("Dominican Republic", "Gambia", "Ivory Coast", "Maldives", "Marshall Islands", "Netherlands", "Philippines"),
+    *("Republic of the Congo", "Solomon Islands", "Falkland Islands", "Faroe Islands", "Cayman Islands"),
+}
+
+
+def _digits(value: float, round_to: float) -> float:
+    """A number with two digits, rounded up or, for `round_to` -1, down."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return round_to * math.ceil(round(round_to * value / step, 6)) * step
+
+
+def up(value: float) -> str:
+    """A number rounded up to two digits, so that it stays a bound."""
+    return f"{_digits(value, 1.0):,.10g}"
+
+
+def distance_error(error: float) -> str:
+    """The largest relative error of distances: `1 in 2,500`, `12 %`, a factor; a bound that holds."""
+    if error < _TRUE:
+        return TRUE
+    if not math.isfinite(error):
+        return NO_BOUND
+    if error < _SMALL:
+        return f"1 in {_digits(1.0 / error, -1.0):,.0f}"
+    return area_error(error)
+
+
+def area_error(error: float) -> str:
+    """The largest relative error of areas: `0.08 %`, or from 100 % on a factor; a bound that holds."""
+    if error < _TRUE:
+        return TRUE
+    if not math.isfinite(error):
+        return NO_BOUND
+    return f"{up(100.0 * error)} %" if error < 1.0 else f"a factor of {up(1.0 + error)}"
+
+
+def angle_error(degrees: float) -> str:
+    """The largest error of angles: `0.52°`; a bound that holds."""
+    if degrees < _TRUE_DEGREES:
+        return TRUE
+    return NO_BOUND if not degrees < _ROUND else f"{up(degrees)}°"
+
+
+def errors_text(distances: float, areas: float, degrees: float, *, mean: bool = False) -> str:
+    """Errors in a sentence: distances are off by at most 1 in 560 and areas by 0.36 %; angles are true.
+
+    Those of distances and areas are relative. Infinite ones, and angles that turn right round, are without bound.
+    """
+    told = {"distances": distance_error(distances), "areas": area_error(areas), "angles": angle_error(degrees)}
+    off = [f"{what} by {text}" for what, text in told.items() if text not in (TRUE, NO_BOUND)]
+    parts = [listed(off, "and").replace(" by ", " are off by " if mean else " are off by at most ", 1)] if off else []
+    for text, words in ((NO_BOUND, "off without bound"), (TRUE, "true")):
+        those = [what for what, error in told.items() if error == text]
+        parts += [f"{listed(those, 'and')} are {words}"] if those else []
+    return f"{'on average ' * mean}{'; '.join(parts)}"
+
+
+def distortion_text(found: Distortion) -> str:
+    """What a map does over a region, at its worst place, or on average where that has no bound."""
+    if math.isfinite(found.max_scale_error_ppm):
+        worst = (found.max_scale_error_ppm, found.max_areal_error_ppm, found.max_omega)
+        return errors_text(1e-6 * worst[0], 1e-6 * worst[1], worst[2])
+    mean = (found.mean_scale_error_ppm, found.mean_areal_error_ppm, found.mean_omega)
+    return errors_text(1e-6 * mean[0], 1e-6 * mean[1], mean[2], mean=True)
+
+
+def rms_text(error: float) -> str:
+    """An Airy-Kavrayskiy error as a share: 0.039 %."""
+    return f"{100.0 * error:.2g} %" if error < _LARGE else f"{100.0 * error:.0f} %"
+
+
+def times_text(ratio: float) -> str:
+    """A ratio above 1: 57 % more, or 3.4 times as much."""
+    return f"{100.0 * (ratio - 1.0):.2g} % more" if ratio < _TIMES else f"{ratio:.2g} times as much"
+
+
+def less_text(ratio: float) -> str:
+    """A ratio above 1, from the other side: 36 % less."""
+    return f"{min(99.0, 100.0 * (1.0 - 1.0 / ratio)):.2g} % less"
+
+
+def place_text(lon: float, lat: float) -> str:
+    """A place in degrees: 7.44°E 45.82°N."""
+    return f"{earth.longitude_text(round(lon, 2))} {earth.latitude_text(round(lat, 2))}"
+
+
+def region_words(region: regions.Place) -> str:
+    """A region in a sentence: Kenya, the globe, the land."""
+    title = _CODE.sub("", regions.region_title(region))
+    if isinstance(region, regions.PointSet):
+        return f"the {region.lon.size:,} points of {title}"
+    words = with_article(title.removesuffix(_MAIN))
+    return f"the main part of {words}" if title.endswith(_MAIN) else words
+
+
+def with_article(name: str) -> str:
+    """The name of a place in a sentence: the Philippines."""
+    return f"the {name}" if name.startswith("United ") or name in _WITH_ARTICLE else name
+
+
+def of(name: str) -> str:
+    """The possessive of a name: Kenya's, the Netherlands'."""
+    return f"{name}'" if name.endswith("s") else f"{name}'s"
+
+
+def typed(region: regions.Place) -> str:
+    """The region as an argument of the next command."""
+    return shlex.quote(region.name)
+
+
+def named(code: str, name: str) -> str:
+    """A map by its code and its name."""
+    return code if name == code or not name else f"{code} ({name.replace('_', ' ')})"
