@@ -38,10 +38,8 @@ class Area(NamedTuple):
 
 
 def areas_of(regions: regions.RegionLike | Iterable[regions.RegionLike | Area]) -> list[Area]:
-    """The regions of `countries`, `continents`, `states`, of the features of a file or frame, or of a list of these.
-
-    Equal names get a number. Raises ValueError for unknown regions, for none, and for points.
-    """
+    """The regions of `countries`, `continents`, `states`, of the features of a file or frame, or of a list of these."""
+    # Equal names get a number. Raises ValueError for unknown regions, for none, and for points.
     several = [regions]
     if isinstance(regions, list | tuple):
         is_box = len(regions) == 4 and all(isinstance(number, int | float) for number in regions)

@@ -52,10 +52,7 @@ DistanceMeasure = Callable[[FloatArray, FloatArray], float]
 
 
 def gott(ratio: FloatArray, weight: FloatArray) -> float:
-    """Standard deviation of ln(d_map / d_globe), the sigma, or D, of Gott, Mugnolo & Colley 2007.
-
-    It does not change with the map's scale.
-    """
+    """Standard deviation of ln(d_map / d_globe) at any scale: sigma, or D, of Gott, Mugnolo & Colley 2007."""
     logarithm = np.log(ratio)
     logarithm -= weighted_sum(logarithm, weight)
     return float(np.sqrt(weighted_sum(np.square(logarithm), weight)))
@@ -67,12 +64,10 @@ def peters(ratio: FloatArray, weight: FloatArray) -> float:
 
 
 def canters(ratio: FloatArray, weight: FloatArray) -> float:
-    """Mean finite scale factor K1 = (1 + D) / (1 - D) of Canters 2002, with D the index of Peters.
-
-    It is K for a map whose distances are all K times the true ones, or all 1 / K times. Canters chose other distances
-    for his own figures: on land without Antarctica his pseudocylindrical map with six coefficients has 1.143, and over
-    all pairs of points there 1.18.
-    """
+    """Mean finite scale factor K1 = (1 + D) / (1 - D) of Canters 2002, with D the index of Peters."""
+    # It is K for a map whose distances are all K times the true ones, or all 1 / K times. Canters chose other
+    # distances: on land without Antarctica his pseudocylindrical map with six coefficients has 1.143, and over all
+    # pairs there 1.18.
     index = peters(ratio, weight)
     return (1.0 + index) / (1.0 - index) if index < 1.0 else np.inf
 
@@ -389,10 +384,8 @@ def _answers(
     *,
     exact: int = 0,
 ) -> list[FiniteDistortion]:
-    """Means of figures over draws of sets of larger `sizes` until the error of the first is small enough.
-
-    All pairs of at most `exact` given points are taken once, without an error.
-    """
+    """Means of figures over draws of sets of larger `sizes` until the error of the first is small enough."""
+    # All pairs of at most `exact` given points are taken once, without an error.
     given = projection if isinstance(projection, str) else None
     projection = Projection.from_user_input(projection)
     place = region_for(region, [projection])

@@ -214,10 +214,7 @@ INDICES: support.Registry[Index] = support.Registry(
 
 
 def get_indices(names: str | Iterable[str] = "all") -> list[Index]:
-    """The indices of groups, names and symbols, or "all", each once; raises ValueError with close matches.
-
-    A name that a group and an index have is the group's.
-    """
+    """The indices of groups (first), names and symbols, or "all", each once; raises ValueError with close matches."""
     chosen: dict[str, Index] = {}
     for name in support.listed_values(names):
         support.check_text("index", name)

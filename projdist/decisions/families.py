@@ -291,10 +291,8 @@ def get_family(name: str, extent: Extent) -> Family:
 
 
 def sensible_families(extent: Extent, ellipsoid: Ellipsoid | None) -> list[str]:
-    """Families worth trying for a region; those with formulas for a sphere only where the flattening matters little.
-
-    Cones and cylinders are left out around a pole, where they would be cut.
-    """
+    """Families worth trying for a region, those for a sphere only where the flattening matters little."""
+    # Cones and cylinders are left out around a pole, where they would be cut.
     if extent.radius > _WORLD:
         return ["wintri", "eqc", "cea", "merc", *(["aeqd", "laea", "airy"] if extent.radius < _WHOLE_WORLD else [])]
     names = ["laea", "aeqd", "stere", "omerc"]

@@ -33,11 +33,9 @@ _WIDEST = 100.0  # degrees from the middle: beyond, the polynomials of the stere
 def least_error(
     region: regions.Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84, degree: int = 8
 ) -> float | None:
-    """Airy-Kavrayskiy error of the best map of a region for a purpose; None for regions that are too wide.
-
-    For conformal and equal-area maps it is that of the best conformal map whose ln k is a polynomial of the degree,
-    divided by sqrt(2) for other purposes.
-    """
+    """Airy-Kavrayskiy error of the best map of a region for a purpose; None for regions that are too wide."""
+    # For conformal and equal-area maps it is that of the best conformal map whose ln k is a polynomial of the degree,
+    # divided by sqrt(2) for other purposes.
     extent = families.extent_of(region)
     if extent.radius > _WIDEST:
         return None

@@ -317,10 +317,8 @@ def check_base(kind: Kind, nodes: BaseNodes, region: Place) -> None:
 
 
 def _keeps(kind: Kind, J: FloatArray, weight: FloatArray) -> bool:
-    """True if Jacobians with weights that sum to 1 are of the kind, but for PROJ's rounding at a few places, as a pole.
-
-    Conics that are nearly cylindrical are refused: PROJ rounds them everywhere.
-    """
+    """True if Jacobians with weights of sum 1 are of the kind, but for PROJ's rounding at a few places, as a pole."""
+    # Conics that are nearly cylindrical are refused: PROJ rounds them everywhere.
     lost = {"conformal": log_anisotropy, "equal-area": log_areal_scale}.get(kind.name)
     return lost is None or float(weight[np.abs(lost(J)) > _KEPT].sum()) <= _ROUGH
 

@@ -283,10 +283,7 @@ def best_of(found: Sequence[Stage]) -> Stage:
 
 
 def stage_of(nodes: BaseNodes, objective: DesignObjective, degree: int, shares: Sequence[float] = SHARES) -> Stage:
-    """The map of one degree at its best scale, with the first share of the surroundings' energy that keeps them whole.
-
-    Raises ValueError for too few nodes.
-    """
+    """The best-scaled map of one degree, with the first share of the surroundings' energy that keeps them whole."""
     inside = nodes.in_region
     weight = nodes.weight[inside]
     for share in shares:

@@ -76,10 +76,8 @@ def merged(parts: Sequence[shapely.Geometry]) -> shapely.MultiPolygon:
 
 
 def planar(rings: Sequence[FloatArray]) -> shapely.Polygon:
-    """A shell and its holes as a polygon of unwrapped longitudes, possibly invalid.
-
-    A ring without area when its edges go the shorter way is a band round the Earth, and kept as given.
-    """
+    """A shell and its holes as a polygon of unwrapped longitudes, possibly invalid."""
+    # A ring without area when its edges go the shorter way is a band round the Earth, and kept as given.
     shell, *holes = rings
     ring = closed_round_pole(unwrapped(shell))
     if np.ptp(ring[:, 0]) == 0.0 or abs(signed_area(ring)) < 1e-12 * abs(signed_area(shell)):
@@ -89,10 +87,8 @@ def planar(rings: Sequence[FloatArray]) -> shapely.Polygon:
 
 @GEOS_ARITHMETIC
 def even_odd(rings: Sequence[FloatArray]) -> shapely.Geometry:
-    """The points inside an odd number of rings, as polygons within -180 .. 180.
-
-    A hole that leaves its shell then adds its outer part, as in GIS programs.
-    """
+    """The points inside an odd number of rings, as polygons within -180 .. 180."""
+    # A hole that leaves its shell then adds its outer part, as in GIS programs.
     parts = [merged(list(cut_at_antimeridian(shapely.make_valid(planar([ring]))))) for ring in rings]
     return functools.reduce(shapely.symmetric_difference, parts)
 
@@ -254,10 +250,7 @@ def land(resolution: str = "110m") -> shapely.MultiPolygon:
 
 @GEOS_ARITHMETIC
 def polygons_within(what: str, bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
-    """The part of the "land" or "lakes" in bounds W, S, E, N in degrees, E may exceed 180.
-
-    At 10m it takes 0.2 s, then some ms.
-    """
+    """The "land" or "lakes" within W, S, E, N in degrees, E may exceed 180; at 10m in 0.2 s, then some ms."""
     polygons = _stored(what, resolution)
     west, south, east, north = bounds
     parts: list[shapely.Polygon] = []
@@ -278,13 +271,9 @@ def _stored(what: str, resolution: str) -> NDArray[np.object_]:
 
 @functools.cache
 def lakes(resolution: str = "50m") -> shapely.MultiPolygon:
-    """The lakes as polygons in degrees, longitudes -180 to 180, without their islands, at 110m and 50m.
-
-    The Caspian Sea is neither a lake nor land.
-
-    At 1 : 50 million vertices are accurate to 2 km for 253 lakes and to 4 km for 22 of Siberia, New Zealand and
-    Australia; Tanganyika and Balkhash are as at 1 : 110 million.
-    """
+    """Lakes but the Caspian Sea, without islands, as polygons in degrees, longitudes -180 to 180, at 110m and 50m."""
+    # At 50m vertices are accurate to 2 km for 253 lakes and to 4 km for 22 of Siberia, New Zealand and Australia;
+    # Tanganyika and Balkhash are as at 110m.
     return decoded(*topology("lakes", resolution))
 
 
@@ -302,10 +291,7 @@ def near(outline: shapely.MultiPolygon, lon: FloatArray, lat: FloatArray, degree
 
 
 def countries_about(lon: FloatArray, lat: FloatArray) -> dict[str, BoolArray]:
-    """Masks of the points in the box of each country, by key, without empty ones; longitudes -180 to 180.
-
-    No geometry is decoded.
-    """
+    """Masks of points (longitudes -180 to 180) in each country's box, by key, none empty; no geometry is decoded."""
     boxes = _boxes().items()
     within = ((key, (lon >= w) & (lon <= e) & (lat >= s) & (lat <= n)) for key, (w, s, e, n) in boxes)
     return {key: points for key, points in within if points.any()}
@@ -327,10 +313,7 @@ def _boxes() -> dict[str, FloatArray]:
 
 @functools.cache
 def coastlines(resolution: str = "110m") -> tuple[FloatArray, ...]:
-    """Coastlines as arrays of shape (n, 2) of longitudes and latitudes in degrees.
-
-    Longitudes are continuous across the antimeridian.
-    """
+    """Coastlines (n, 2) of longitudes, continuous across the antimeridian, and latitudes in degrees."""
     return tuple(part for arc in _arcs("land", resolution) for part in _without_cuts(arc))
 
 
@@ -354,10 +337,7 @@ def _arcs(what: str, resolution: str) -> list[FloatArray]:
 
 @functools.cache
 def borders(resolution: str = "50m") -> tuple[CountryBorder, ...]:
-    """Land borders: the arcs shared by two countries; arcs of one country are coast.
-
-    Longitudes are continuous, as in `coastlines`.
-    """
+    """Land borders, in the form of `coastlines`: the arcs shared by two countries."""
     outlines, arcs = topology("countries", resolution)
     users: dict[int, set[str]] = {}
     for one in outlines:
@@ -417,11 +397,9 @@ class Cities:
 
 @functools.cache
 def cities() -> Cities:
-    """All capitals, and towns at a distance from better known ones.
-
-    The distance is 12 km for 100,000 people or more, 25 km for 15,000, 80 km for fewer: no suburbs, but the village of
-    a remote island. The data is GeoNames (https://www.geonames.org), CC BY 4.0.
-    """
+    """Capitals, and towns at a distance from better known ones; from GeoNames (https://www.geonames.org), CC BY 4.0."""
+    # The distance is 12 km for 100,000 people or more, 25 km for 15,000, 80 km for fewer: no suburbs, but the village
+    # of a remote island.
     file = importlib.resources.files("projdist") / "data" / "cities.csv"
     _, *rows = csv.reader(file.read_text(encoding="utf-8").splitlines())
     name, lon, lat, population, country, capital = map(np.array, zip(*rows, strict=True))

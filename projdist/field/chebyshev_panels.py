@@ -192,11 +192,8 @@ def _shrunk(held: IntArray, cells: int) -> tuple[int, int]:
 def _resolving_panels(
     projection: Projection, box: tuple[float, float, float, float], corner: tuple[float, float], counts: IntArray
 ) -> Panels | None:
-    """Panels where the cells hold enough points, cut until they resolve the map or the points become too few.
-
-    The panels with most points come first. A fifth of an evaluation a point may be spent in vain, and each point for
-    which a polynomial is found pays for one more.
-    """
+    """Panels where cells hold enough points, cut until they resolve the map or have too few; those with most first."""
+    # A fifth of an evaluation a point may be spent in vain, and each point with a polynomial pays for one more.
     below = np.pad(counts.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     allowed = _SPARE * below[-1, -1]
     tiles, number = _Tiles.covering(counts), 0

@@ -130,11 +130,9 @@ _FEWEST = 3  # steps where it is defined
 def _unbounded(
     projection: Projection, pieces: Pieces, goals: Sequence[Goal], found: Sequence[Extreme]
 ) -> list[Extreme]:
-    """Extremes found for the goals, infinite where a goal grows without bound on the way to its place.
-
-    The way leads from the middle of the nearest broad panel. A goal without bound grows by no less in every step, and
-    beside a pole the growth does not come to an end.
-    """
+    """Extremes found for the goals, infinite where a goal grows without bound on the way to its place."""
+    # The way leads from the middle of the nearest broad panel. A goal without bound grows by no less in every step, and
+    # beside a pole the growth does not come to an end.
     # Only signed measures, such as logarithms, may fall without bound.
     may_grow = [not goal.measure.bounded and (goal.largest or goal.measure.kind == "signed") for goal in goals]
     doubtful = [k for k, one in enumerate(found) if may_grow[k] and np.isfinite(one.value)]
@@ -486,11 +484,9 @@ class _Search:
 
 
 def _within_steps(values: FloatArray) -> FloatArray:
-    """Bounds (n,) of functions by their values (n, p, p) at nodes.
-
-    Between nodes a function rises above a peak by no more than the peak rises above the nodes beside it, along either
-    axis. Where the function is undefined beside a node, it ends there.
-    """
+    """Bounds (n,) of functions by their values (n, p, p) at nodes."""
+    # Between nodes a function rises above a peak by no more than the peak rises above the nodes beside it, along either
+    # axis. Where the function is undefined beside a node, it ends there.
     bound = values.copy()
     for axis in (1, 2):
         with np.errstate(invalid="ignore"):

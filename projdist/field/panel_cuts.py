@@ -216,11 +216,9 @@ def _slices(
     *,
     curved: bool,
 ) -> list[Pieces]:
-    """The pieces between one side of the panels, at `side` (n,) along the lines, and the cut at `where` (n, p) on them.
-
-    The node axes are r in [-1, 1] across the lines, and s in [-1, 1] along them. In each slice t goes from one of the
-    grades to the next, 0 being the side and 1 the cut: along = side + t reach(r).
-    """
+    """The pieces between a side of the panels, at `side` (n,) along the lines, and a cut at `where` (n, p) on them."""
+    # The node axes are r in [-1, 1] across the lines, and s in [-1, 1] along them. In each slice t goes from one of the
+    # grades to the next, 0 being the side and 1 the cut: along = side + t reach(r).
     reach = (where - side[:, None])[..., None]
     reach_r = (where @ DIFFERENTIATE.T)[..., None]
     across_r = lines.half_across[:, None, None]

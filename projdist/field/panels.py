@@ -123,11 +123,9 @@ def _lines(rectangles: FloatArray, stations: FloatArray) -> tuple[FloatArray, Fl
 def _smallest_step(
     projection: Projection, region: Region, patch: IntArray, ends: FloatArray, f: FloatArray
 ) -> FloatArray:
-    """Steps (n,) of f, x and y (2, 2, n) at the ends u, v (2, 2, n), in a tiny part of the way.
-
-    The way is divided into eight, and the part with the largest step again: at a kink or a steep place next to nothing
-    of the step is left, at a tear all of it.
-    """
+    """Steps (n,) of f, x and y (2, 2, n) at the ends u, v (2, 2, n), in a tiny part of the way."""
+    # The way is divided into eight, and the part with the largest step again: at a kink or a steep place next to
+    # nothing of the step is left, at a tear all of it.
     rows = np.arange(len(patch))
     for _ in range(_DIVISIONS):
         u, v = ends[:, :1] + (ends[:, 1:] - ends[:, :1]) * _EIGHTHS
@@ -408,11 +406,9 @@ def pieces_of(
 
 
 def second_derivatives(pieces: Pieces, ellipsoid: Ellipsoid) -> FloatArray:
-    """H (n, p, p, 2, 2, 2) along geodesics at the nodes, in 1/m.
-
-    In the node coordinates, in which the map and the sides are as smooth as they can be, it is the second derivatives
-    less the Jacobian of how the coordinate lines bend; the frame of east and north turns by sin(lat) per longitude.
-    """
+    """H (n, p, p, 2, 2, 2) along geodesics at the nodes, in 1/m."""
+    # In the node coordinates, in which the map and the sides are as smooth as they can be, it is the second derivatives
+    # less the Jacobian of how the coordinate lines bend; the frame of east and north turns by sin(lat) per longitude.
     sides = pieces.sides
     tangents = np.moveaxis(pieces.jacobian @ sides, (-2, -1), (0, 1))  # df / d(r, s)
     east, north = np.moveaxis(sides, (-2, -1), (0, 1))
@@ -452,13 +448,11 @@ def _decay(pairs: FloatArray) -> FloatArray:
 
 
 def tails(values: FloatArray, density: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sizes (..., 2) of the integrands' last Legendre coefficients along the two node axes, and the integrals' errors.
-
-    Gauss's rule is exact for twice as many coefficients as there are nodes. So where the last pairs fall, the error is
-    taken to be as large as the next pair but one (Berntsen & Espelid 1991, ACM TOMS 17:233, take the next but three or
-    more). In a piece of which only a share is in the region, the integral is that of the polynomial through the nodes,
-    and its error is as large as the next pair.
-    """
+    """Sizes (..., 2) of the integrands' last Legendre coefficients along the node axes, and the integrals' errors."""
+    # Gauss's rule is exact for twice as many coefficients as there are nodes. So where the last pairs fall, the error
+    # is taken to be as large as the next pair but one (Berntsen & Espelid 1991, ACM TOMS 17:233, take the next but
+    # three or more). If only a share of a piece is in the region, the integral is that of the polynomial through the
+    # nodes, with an error as large as the next pair.
     c = LEGENDRE @ (values * density) @ LEGENDRE.T
     square = c * c
     along = np.stack([square.sum(axis=-1), square.sum(axis=-2)], axis=-2)[..., ORDER - 6 :]

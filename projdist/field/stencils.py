@@ -159,11 +159,8 @@ class StencilPoints:
 def drop(
     ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, east: FloatArray, north: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Geographic coordinates of points of the tangent planes at (lon, lat), dropped to the ellipsoid.
-
-    `east` and `north` are in units of the semi-major axis. The drop is along the normal at the tangent point, so that
-    straight lines of the plane become geodesics to second order.
-    """
+    """Degrees of the points `east`, `north` (in semi-major axes) of tangent planes at (lon, lat), on the ellipsoid."""
+    # They drop along the normal at the tangent point: straight lines become geodesics to second order.
     # In the frame of the point's own meridian the tangent plane at latitude phi has axes
     # east (0, 1, 0) and north (-sin, 0, cos), and the normal is (cos, 0, sin).
     sin, cos = np.sin(np.radians(lat)), np.cos(np.radians(lat))

@@ -120,11 +120,8 @@ _ONE_CUT = 1.25 * np.pi  # radii: half of the next longer one, a meridian, and a
 
 
 def is_interrupted(projection: Projection, region: Region) -> bool:
-    """True if a map is cut within a region where it need not be.
-
-    In a region that goes round the globe a map may have cuts, unless they are longer on the globe than a meridian from
-    pole to pole.
-    """
+    """True if a map is cut within a region where it need not be."""
+    # In a region that goes round the globe a map may have cuts, unless they are longer than from pole to pole.
     if cut_length(projection, region) == 0.0:
         return False
     west, _, east, _ = region.bounds
@@ -133,11 +130,9 @@ def is_interrupted(projection: Projection, region: Region) -> bool:
 
 
 def cut_length(projection: Projection, region: Place) -> float:
-    """Kilometres of cuts within a region, to a sixtieth of its extent; 0 for a set of points.
-
-    Each torn link of a grid counts for the width of its row or column. Gaps narrower than a tenth of a cell do not
-    count, and the end of the map is no cut.
-    """
+    """Kilometres of cuts within a region, to a sixtieth of its extent; 0 for a set of points."""
+    # Each torn link of a grid counts for the width of its row or column. Gaps narrower than a tenth of a cell do not
+    # count, and the end of the map is no cut.
     if not region.area_km2:
         return 0.0
     west, south, east, north = region.bounds

@@ -95,10 +95,7 @@ def first_of(numbers: Sequence[int]) -> str:
 
 
 def _read_layer(name: str, layer: str) -> tuple[Any, list[int]]:
-    """A layer as GDAL reads it, and the numbers, from 1, of features whose geometries cannot be read.
-
-    GEOS cannot make some geometries, as a line of one point or rings that do not close; these are missing.
-    """
+    """A layer as GDAL reads it, and numbers from 1 of features that GEOS cannot make, as a line of one point."""
     import geopandas
     import pyogrio
 

@@ -143,10 +143,8 @@ class _Raster:
         return fine[:, fine[0] > 0.0], coarse[:, coarse[0] > 0.0]
 
     def _placed(self, sums: list[FloatArray], *, exact: bool = False) -> _Weighted:
-        """Longitudes, latitudes and weights of blocks at their centres of gravity.
-
-        With `exact` they are of cells, exactly at their middles, where maps may have kinks.
-        """
+        """Longitudes, latitudes and weights of blocks at their centres of gravity."""
+        # With `exact` they are of cells, exactly at their middles, where maps may have kinks.
         weight, columns, rows = np.concatenate(sums, axis=1)
         u, v = columns / weight, rows / weight
         if exact:
@@ -154,10 +152,8 @@ class _Raster:
         return *self._lonlat(u, v), weight
 
     def _inside(self, tile: _Window, asked: BoolArray) -> BoolArray:
-        """A mask of the cells of a tile with their middles in the region, valid where `asked`.
-
-        Squares of cells off the region's border are tested as a whole.
-        """
+        """A mask of the cells of a tile with their middles in the region, valid where `asked`."""
+        # Squares of cells off the region's border are tested as a whole.
         columns = np.append(np.arange(tile.left, tile.right, _LOOK, dtype=float), tile.right)
         rows = np.append(np.arange(tile.top, tile.bottom, _LOOK, dtype=float), tile.bottom)
         corners = self._lonlat(*np.meshgrid(columns, rows))

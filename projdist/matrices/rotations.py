@@ -141,11 +141,7 @@ def mean_rotation(
 
 
 def field_rotation(J: FloatArray, weights: FloatArray, T: FloatArray) -> Rotation:
-    """The chordal rotation of a smooth field of matrices J (N, n, n) at the nodes of a quadrature rule.
-
-    The rule's weights may be negative, as for `field_mdt`, from which T may be. Raises ValueError where J is singular,
-    and where it mirrors somewhere but not everywhere.
-    """
+    """The chordal rotation of J (N, n, n) at nodes, as `field_mdt`; ValueError if J is singular or mirrors in part."""
     return _rotation(J, weights / weights.sum(), T, "chordal")
 
 
@@ -195,10 +191,8 @@ def axes_shift(points: ArrayLike) -> FloatArray:
 
 
 def turns(w: FloatArray) -> FloatArray:
-    """The rotations (..., 3, 3) about vectors w (..., 3) by their lengths in radians: the exponential of [w]_x.
-
-    By Rodrigues' formula, I + sin(t)/t W + (1 - cos(t))/t^2 W^2 with t = |w|, the second factor without cancellation.
-    """
+    """The rotations (..., 3, 3) about vectors w (..., 3) by their lengths in radians: the exponential of [w]_x."""
+    # By Rodrigues' formula, I + sin(t)/t W + (1 - cos(t))/t^2 W^2 with t = |w|, the second factor without cancellation.
     t = np.linalg.norm(w, axis=-1)[..., None, None]
     half = 0.5 * t
     x, y, z = np.moveaxis(w, -1, 0)

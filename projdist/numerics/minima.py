@@ -55,8 +55,8 @@ class _Counted:
 
 
 def lattice(dimensions: int, count: int) -> FloatArray:
-    """Points (count, dimensions) spread evenly in the unit box (M. Roberts, "The unreasonable effectiveness of
-    quasirandom sequences", 2018): multiples of the powers of 1/g, g the root of g^(d+1) = g + 1 above 1."""
+    """Points (count, dimensions) spread evenly in the unit box: multiples of powers of 1/g, g^(d+1) = g + 1."""
+    # M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
     root = 2.0
     for _ in range(40):
         root = (1.0 + root) ** (1.0 / (dimensions + 1.0))
@@ -94,10 +94,7 @@ def minimise(
 
 
 def descend_lattice(value: Callable[[FloatArray], Any], start: FloatArray) -> tuple[FloatArray, Any]:
-    """Integer place with the minimal value, and that value, by steps to the best neighbour.
-
-    Values only need an order, so that tuples may compare several criteria.
-    """
+    """Integer place with the minimal value, a number or tuple, and that value, by steps to the best neighbour."""
     place, least = start, value(start)
     offsets = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=start.size)))
     offsets = offsets[np.abs(offsets).any(axis=1)]
@@ -167,11 +164,9 @@ def _least_squares(counted: _Counted, start: FloatArray, effort: _Effort) -> Flo
 
 
 def _minimax(counted: _Counted, start: FloatArray, effort: _Effort) -> FloatArray:
-    """Sequential linear programming: each step minimises the largest linearised term in a trust region.
-
-    If as many terms are equal at the minimum as there are variables, the convergence is quadratic (Madsen 1975,
-    "An algorithm for minimax solution of overdetermined systems of non-linear equations").
-    """
+    """Sequential linear programming: each step minimises the largest linearised term in a trust region."""
+    # If as many terms are equal at the minimum as there are variables, the convergence is quadratic (Madsen 1975,
+    # "An algorithm for minimax solution of overdetermined systems of non-linear equations").
     found, radius = np.clip(start, 0.0, 1.0), _REACH
     terms = counted.terms(found)
     for _ in range(_MOST_STEPS):
@@ -224,11 +219,9 @@ def _linear_step(terms: FloatArray, slopes: FloatArray, place: FloatArray, radiu
 
 
 def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
-    """The x (m,) that minimises max |values + columns x|, columns (n, m), by linear programming.
-
-    The programme starts with some rows and adds those above its optimum until there are none (E. Remez, 1934). Raises
-    ValueError if the rows do not determine x.
-    """
+    """The x (m,) that minimises max |values + columns x|, columns (n, m), by linear programming."""
+    # The programme starts with some rows and adds those above its optimum until there are none (E. Remez, 1934). Raises
+    # ValueError if the rows do not determine x.
     from scipy.optimize import linprog  # as above
 
     count, size = columns.shape[1], np.abs(values).max()
@@ -256,10 +249,8 @@ def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def least_squares(terms: Callable[[FloatArray], tuple[FloatArray, FloatArray]], start: FloatArray) -> FloatArray:
-    """Variables that minimise the sum of squares of `terms`, which returns values (n,) and slopes (n, m).
-
-    Levenberg-Marquardt method: a step that does not reduce the sum, or overflows, is tried again with more damping.
-    """
+    """Variables that minimise the sum of squares of `terms`, which returns values (n,) and slopes (n, m)."""
+    # Levenberg-Marquardt: a step that does not reduce the sum, or overflows, is tried again with more damping.
     place, damping = start, _DAMPING
     value, slopes = terms(place)
     square = float(value @ value)

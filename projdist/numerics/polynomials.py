@@ -88,10 +88,7 @@ class PlanePolynomials:
 
 
 def _orthonormal(value: Any, before: Any, root: FloatArray, degree: int) -> tuple[Any, Any, float]:
-    """A value (n,) made orthogonal to the rows before it and normed, with its overlaps and its norm before that.
-
-    `root` (n,) are the square roots of the points' weights. Raises ValueError if the points do not determine it.
-    """
+    """A value (n,) made orthonormal to the rows before it, its overlaps and norm; `root` (n,) are roots of weights."""
     size = float(np.linalg.norm(value * root))
     overlaps = np.zeros(len(before), dtype=value.dtype)
     for _ in range(2):  # passes of Gram-Schmidt, for orthogonality to rounding
@@ -105,10 +102,8 @@ def _orthonormal(value: Any, before: Any, root: FloatArray, degree: int) -> tupl
 
 
 def _steps(degree: int) -> list[tuple[int, int]]:
-    """The variable and the earlier polynomial whose product begins each polynomial but the first.
-
-    Those of a degree are x times all of the degree below, and y times the last of it.
-    """
+    """The variable and the earlier polynomial whose product begins each polynomial but the first."""
+    # Those of a degree are x times all of the degree below, and y times the last of it.
     steps, first = [], 0
     for d in range(1, degree + 1):
         steps += [(0, first + k) for k in range(d)] + [(1, first + d - 1)]
@@ -168,10 +163,8 @@ class HarmonicFit:
 
 
 def fit_harmonic(z: Any, values: FloatArray, weights: FloatArray, degree: int, norm: float = 2.0) -> HarmonicFit:
-    """The polynomial p that minimises the weighted sum of |values + Re p|^norm over points z (n,), |z| up to about 1.
-
-    Points of weight 0 count for an infinite norm only. Raises ValueError if the points do not determine p.
-    """
+    """The polynomial p with the least weighted sum of |values + Re p|^norm over points z (n,), |z| up to about 1."""
+    # Points of weight 0 count for an infinite norm only. Raises ValueError if the points do not determine p.
     counts = weights > 0.0
     basis = ComplexPolynomials.over(z[counts], weights[counts], degree)
     at = basis.at(z)

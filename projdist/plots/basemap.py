@@ -31,10 +31,8 @@ def check_context(context: str) -> str:
 def draw_basemap(
     ax: Axes, surface: Surface, context: str = CONTEXTS[-1], step: float | None = None, *, over_colours: bool = False
 ) -> None:
-    """Set the view and draw sea and land, paler outside of the region; graticule, coast, borders and outline.
-
-    The region of a field of colours, `over_colours`, has no land; the lines have a pale halo there.
-    """
+    """Set the view and draw sea and land, paler outside of the region; graticule, coast, borders and outline."""
+    # The region of a field of colours, `over_colours`, has no land; the lines have a pale halo there.
     colours = style_of(ax).colours
     lakes = context in ("borders", "full") and surface.is_local  # and borders, as on maps of parts of the world
     _set_view(ax, surface)

@@ -329,11 +329,9 @@ def _figure(
     text: str,
     scale: ColourScale | None = None,
 ) -> StyledFigure:
-    """Figure with a panel for each map, which `draw` fills.
-
-    With a colour scale each map is as large as it can be, and the text is the label of the bar; without one all are
-    in one scale, and it is a line at the foot.
-    """
+    """Figure with a panel for each map, which `draw` fills."""
+    # With a colour scale each map is as large as it can be, and the text is the label of the bar; without one all are
+    # in one scale, and it is a line at the foot.
     views = np.array([one.surface.view for one in maps])
     shapes = views[:, [1, 3]] - views[:, [0, 2]]
     if scale is not None:

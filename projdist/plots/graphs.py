@@ -246,11 +246,9 @@ _ASTRAY = 0.02  # of a label's area: as bad as hiding so much is a label that is
 
 
 def _place_labels(ax: Axes, xy: FloatArray, texts: Sequence[str], line: FloatArray, style: dict[str, Any]) -> None:
-    """Label points (n, 2), those with most neighbours first, without covering points or a line (m, 2).
-
-    The limits of the axes must stand. A label stands at the nearest place where it covers least, and clearly nearer to
-    its own point than to others.
-    """
+    """Label points (n, 2), those with most neighbours first, without covering points or a line (m, 2)."""
+    # The limits of the axes must stand. A label stands at the nearest place where it covers least, and clearly nearer
+    # to its own point than to others.
     dots = ax.figure.dpi / 72.0
     places, line = ax.transData.transform(xy), ax.transData.transform(line)
     frame = np.array([ax.get_window_extent().extents])

@@ -26,10 +26,7 @@ _SHARES = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9)
 
 
 def label_isolines(ax: Axes, lines: contour.ContourSet, labels: Mapping[float, str], outline: FloatArray) -> None:
-    """Label isolines clear of each other and of the outline, (n, 2, 2) short segments in metres.
-
-    matplotlib's own labels cover each other on lobes and at limbs.
-    """
+    """Label isolines clear of each other (matplotlib's are not) and of the outline, (n, 2, 2) segments in metres."""
     ax.apply_aspect()
     edge = ax.transData.transform(outline.reshape(-1, 2))
     size = _SIZE * style_of(ax).scale

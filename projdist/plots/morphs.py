@@ -157,10 +157,7 @@ def _spans(xy: FloatArray, triangles: IntArray) -> BoolArray:
 
 
 def open_edges(xy: FloatArray, edges: IntArray) -> IntArray:
-    """Edges at the rim of the map, without those of closed cuts, whose sides coincide.
-
-    An edge is closed if another, sharing no end with it, is beside its middle.
-    """
+    """Rim edges without those of closed cuts, which have another edge, sharing no end, beside their middle."""
     ends = xy[edges]
     lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     near = _CLOSED * float(np.median(lengths[lengths >= _SHRUNK * lengths.max()]))

@@ -104,10 +104,8 @@ class _Method:
 
 @functools.cache
 def _methods() -> tuple[_Method, ...]:
-    """The table of methods, whose parameters are `8801`, `8801?` that may be missing, `8801=90,-90`, `8832|latitude`.
-
-    A parameter without EPSG's code has a word of ours in its place.
-    """
+    """The methods and their parameters: `8801`, `8801?` that may be missing, `8801=90,-90`, `8832|latitude`."""
+    # A parameter without EPSG's code has a word of ours in its place.
     names = {row["code"]: row["name"] for row in data_rows("method_parameters.csv")}
     methods = []
     for row in data_rows("methods.csv"):
@@ -178,12 +176,10 @@ def methods_named(name: str, code: str = "") -> list[_Method]:
 
 
 def reconciled(crs: dict[str, Any], stated: Sequence[StatedParameter] | None) -> dict[str, Any]:
-    """PROJJSON of a projected CRS with all stated parameters, including those that PROJ did not understand.
-
-    Returns the given object if nothing changes. `stated` are the parameters of the original text, some of which PROJ
-    may have dropped; None for those of the CRS itself. Warns of unused parameters, and raises ProjectionError if a
-    required one is missing.
-    """
+    """PROJJSON of a projected CRS with all stated parameters, those that PROJ did not understand included."""
+    # `stated` are the parameters of the original text, some of which PROJ may have dropped; None for those of the CRS
+    # itself. The same object if nothing changes; a warning of unused ones, ProjectionError if a required one is
+    # missing.
     conversion = crs["conversion"]
     read = conversion.get("parameters", [])
     if stated is None:
@@ -225,10 +221,8 @@ def _conversion(reading: _Reading, name: str) -> dict[str, Any]:
 def _best_reading(
     candidates: Sequence[_Method], read: Sequence[dict[str, Any]], stated: Sequence[StatedParameter], code: str = ""
 ) -> _Reading | None:
-    """The match with the fewest missing, then the fewest unused parameters; None without candidates.
-
-    `code` is that of the method for which PROJ read the parameters.
-    """
+    """The match with the fewest missing, then the fewest unused parameters; None without candidates."""
+    # `code` is that of the method for which PROJ read the parameters.
     readings = [_reading(method, read, stated, code) for method in candidates]
     return min(readings, key=lambda reading: (len(reading.missing), len(reading.unused)), default=None)
 

@@ -64,10 +64,7 @@ class ProjectedCrs:
 
 
 def projected_crs_of(projection: Projection) -> ProjectedCrs | None:
-    """The projected CRS of a map; None for functions and for maps whose CRS in PROJ is another map, as Winkel Tripel's.
-
-    A CRS made of a PROJ string is compared with the map first.
-    """
+    """The projected CRS of a map; None for functions and for maps whose CRS in PROJ is another map (Winkel Tripel)."""
     crs, function = base_crs(projection), projection.function
     if crs is None:
         return None
@@ -93,11 +90,8 @@ class Graticule(NamedTuple):
 
 
 def graticule_of(projection: Projection) -> Graticule:
-    """The geographic CRS of a map's longitudes and latitudes.
-
-    A CRS has its own. Other maps state no datum: WGS 84 is assumed on its ellipsoid and on Earth spheres, an unknown
-    datum on other ellipsoids.
-    """
+    """The geographic CRS of a map's longitudes and latitudes: its own, or an assumed one if it states no datum."""
+    # Assumed is WGS 84 on its ellipsoid and on Earth spheres, an unknown datum on other ellipsoids.
     operation = projection.function
     if isinstance(operation, CrsOperation):
         geodetic = operations.geographic_base(CRS.from_wkt(operation.crs))
@@ -132,10 +126,8 @@ class DataCrs:
         return self._degrees(lon, lat)
 
     def degrees_on_map(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """As `degrees`, and NaN outside the data's own map, where PROJ may still return something.
-
-        Points that rounding puts beyond the edge of the map or across a seam are replaced by points 6 mm inside.
-        """
+        """As `degrees`, and NaN outside of the data's own map, where PROJ may still return something."""
+        # Points that rounding puts beyond the edge of the map or across a seam are replaced by points 6 mm inside.
         if self.tolerance == np.inf:
             return self.degrees(u, v)
         lon, lat, off_map = self._there_and_back(u, v, 0.0, 0.0)
@@ -164,12 +156,8 @@ class DataCrs:
 
 
 def data_crs_of(projection: Projection, crs: Any, thing: str = "points") -> DataCrs:
-    """The CRS of data with its transformation to the datum of a map.
-
-    For a map without a datum (a name, a PROJ string, a function) the data keep their own longitudes and latitudes.
-    Raises ProjectionError for a CRS without longitudes and latitudes or of another body; `thing` names the data in
-    the message.
-    """
+    """The CRS of data, called `thing` in messages, with its transformation to the datum of a map; ProjectionError."""
+    # For a map without a datum (a name, a PROJ string, a function) the data keep their own longitudes and latitudes.
     source = read_crs(crs)
     operation = projection.function
     target = operations.geographic_base(CRS.from_wkt(operation.crs) if isinstance(operation, CrsOperation) else source)
@@ -193,10 +181,7 @@ def data_crs_of(projection: Projection, crs: Any, thing: str = "points") -> Data
 
 
 def geographic(projection: Projection, crs: Any, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Longitude and latitude in Greenwich degrees of points in a CRS, on the datum of the map; NaN where undefined.
-
-    x, y are in GIS order. Raises ProjectionError as `data_crs_of` does.
-    """
+    """Greenwich degrees of x, y (GIS order) in a CRS, on the map's datum, NaN where undefined; ProjectionError."""
     return data_crs_of(projection, crs).degrees(x, y)
 
 
@@ -230,10 +215,8 @@ def ground_of(value: Any) -> Ellipsoid | None:
 
 
 def to_lonlat(value: Any) -> Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]] | None:
-    """Function from coordinates of a CRS to longitude and latitude; None if they are the same.
-
-    The result is on WGS 84; on another body on the CRS's own datum, longitudes east, latitudes geodetic.
-    """
+    """Function from coordinates of a CRS to longitude and latitude; None if they are the same."""
+    # The result is on WGS 84; on another body on the CRS's own datum, longitudes east, latitudes geodetic.
     crs = crs_of(value)
     ground = ground_of(crs)
     if ground is not None and ground.is_of_another_body:
@@ -335,10 +318,7 @@ def datum_transformation(source: Any, target: Any, lon: float, lat: float) -> Da
 
 
 def kept_datum(crs: Any) -> str:
-    """Name of the geodetic CRS whose datum the data in a CRS should keep.
-
-    "" for longitudes and latitudes of WGS 84, in which data of any datum are exchanged.
-    """
+    """Geodetic CRS whose datum data should keep; "" for WGS 84's degrees, in which data of any datum are exchanged."""
     given = CRS.from_user_input(crs)
     exchanged = given.is_geographic and keeps_datum(given, "EPSG:4326")
     return "" if given.geodetic_crs is None or exchanged else given.geodetic_crs.name
@@ -440,10 +420,8 @@ class PointTable:
 
 
 def read_point_table(path: Path, complaint: str, *, ragged: bool = False) -> PointTable:
-    """The table of a text file with a header and any separator; raises ValueError that begins with `complaint`.
-
-    Rows must be as long as the header, unless they may be `ragged`.
-    """
+    """The table of a text file with a header and any separator; raises ValueError that begins with `complaint`."""
+    # Rows must be as long as the header, unless they may be `ragged`.
     (_, header), *rows = numbered_rows(path, complaint, comments=False)
     header = [word.strip() for word in header]
     twice = next((word for word in header if header.count(word) > 1), None)
@@ -459,10 +437,7 @@ def read_point_table(path: Path, complaint: str, *, ragged: bool = False) -> Poi
 
 
 def check_degrees(lon: Iterable[Any], lat: Iterable[Any]) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes as numbers; missing ones are NaN, with a warning.
-
-    Raises ValueError for the first invalid row, counted from 1.
-    """
+    """Longitudes and latitudes as numbers, missing ones as NaN with a warning; raises ValueError for an invalid row."""
     longitudes, latitudes = _numbers("lon", list(lon)), _numbers("lat", list(lat))
     for name, limit, values in (("lon", _FARTHEST, longitudes), ("lat", 90.0, latitudes)):
         with np.errstate(invalid="ignore"):
@@ -473,11 +448,8 @@ def check_degrees(lon: Iterable[Any], lat: Iterable[Any]) -> tuple[FloatArray, F
 
 
 def tell_of_degrees(crs: Any, bounds: ArrayLike, thing: str, one: str = "feature") -> None:
-    """Warn if features of data in a projected CRS look like degrees.
-
-    `bounds` (n, 4) are minimum x, y and maximum x, y of each feature, NaN if empty. Units above 10 m, bodies as small
-    as a unit sphere and points at 0, 0 are exempt: their numbers are small anyway.
-    """
+    """Warn if features of data in a projected CRS, with `bounds` (n, 4) of x, y (NaN if empty), look like degrees."""
+    # Units above 10 m, bodies as small as a unit sphere and points at 0, 0 are exempt: their numbers are small anyway.
     stated = crs_of(crs)
     unit = stated.axis_info[0] if stated.axis_info else None
     small = stated.ellipsoid is None or stated.ellipsoid.semi_major_metre < _SMALLEST_BODY

@@ -183,10 +183,7 @@ _CENTRE = re.compile(r'PARAMETER\["Longitude of natural origin",([-+.\deE]+),ANG
 
 
 def discontinuities_of(projection: Projection) -> Discontinuities:
-    """Known discontinuities of a map; `SMOOTH` for functions, pipelines and oblique maps.
-
-    Of CRSs those of some methods only, as others have more than one meridian.
-    """
+    """Known discontinuities of a map; `SMOOTH` for functions, pipelines, oblique maps and CRSs of several meridians."""
     function = projection.function
     if isinstance(function, Pipeline) and not any(part in function.definition for part in _SHIFTED):
         values = _numbers_in(function.definition)

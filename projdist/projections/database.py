@@ -207,10 +207,8 @@ def load_crs(code: str) -> DatabaseCrs:
 
 
 def reasons_against(codes: Iterable[str]) -> dict[str, str]:
-    """Why CRSs are not on an Earth ellipsoid, by code, worded as in `load_crs`; only those that the database tells.
-
-    PROJ's database holds ESRI's world maps, half of them on spheres, as texts that PROJ takes 10 ms each to read.
-    """
+    """Why CRSs are not on an Earth ellipsoid, by code, worded as in `load_crs`; only those that the database tells."""
+    # PROJ's database holds ESRI's world maps, half of them on spheres, as texts that PROJ takes 10 ms each to read.
     stated = _spheroids()
     found = {code: _reason_against(code, *stated[code]) for code in codes if code in stated}
     return {code: reason for code, reason in found.items() if reason}
@@ -263,11 +261,8 @@ ORDER BY p.auth_name, p.code"""
 
 
 def codes_of_same_map(code: str) -> dict[str, str]:
-    """Names by code of the other CRSs that draw the same map as a CRS, without deprecated ones.
-
-    They differ in datum, false origin, axes or unit only. Empty if the database has no parameters of the CRS in its
-    columns, as for some of ESRI's, or cannot be read.
-    """
+    """Names by code of CRSs, not deprecated, that differ from one in datum, false origin, axes or unit only."""
+    # Empty if the database has no parameters of the CRS in its columns, as for some of ESRI's, or cannot be read.
     given = next(iter(catalogue.readable_rows(_GIVEN, code.split(":", 1))), None)
     if given is None or given[5] is None:
         return {}

@@ -61,11 +61,9 @@ def pipeline_of(projection: Projection, matrix: FloatArray) -> str | None:
 
 
 def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str | None, str | None]:
-    """WKT2 of a derived projected CRS in metres east and north, and None; or None and the reason.
-
-    Its deriving conversion is EPSG's affine parametric transformation (method 9624). The WKT is read back and compared
-    with the map, so that nothing a CRS cannot hold is lost silently.
-    """
+    """WKT2 of a derived projected CRS in metres east and north, and None; or None and the reason."""
+    # Its deriving conversion is EPSG's affine parametric transformation (method 9624). The WKT is read back and
+    # compared with the map, so that nothing a CRS cannot hold is lost silently.
     base = base_crs(projection)
     if base is None:
         return None, f"{projection.name} is no CRS, but a function or a pipeline."
@@ -95,10 +93,8 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
 
 
 def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
-    """A PROJ string of `matrix` times the projection, by its own parameters such as k_0 or lat_ts; None if impossible.
-
-    The coordinates agree to 1e-12 of their size and the Earth's, on a grid over the area of use.
-    """
+    """A PROJ string of `matrix` times the projection, by its own parameters such as lat_ts; None if impossible."""
+    # The coordinates agree to 1e-12 of their size and the Earth's, on a grid over the area of use.
     tokens = _projecting_step(projection)
     if tokens is None or matrix[0, 1] or matrix[1, 0]:
         return None
@@ -394,10 +390,8 @@ class DerivedCrs:
 def derived_crs(
     base: Projection, steps: Sequence[str], name: str, area: AreaOfUse, *, geodetic: str | None = None
 ) -> DerivedCrs:
-    """The CRS of a PROJ string followed by operations on its metres east and north, for an area.
-
-    It is based on the geographic CRS `geodetic`, as by `crs_wkt`. Raises ProjectionError for a base that is no CRS.
-    """
+    """The CRS, for an area, of a PROJ string followed by operations on its metres east and north; ProjectionError."""
+    # It is based on the geographic CRS `geodetic`, as by `crs_wkt`.
     text, reason = crs_wkt(base, f"{name}, base", geodetic=geodetic)
     if text is None:
         raise ProjectionError(f"Invalid base '{base.label}'. {reason}")

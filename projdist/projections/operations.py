@@ -28,12 +28,10 @@ _IDENTITY = ("id", "ids", "$schema", "scope", "area", "bbox", "usages", "remarks
 
 
 def geographic_base(crs: CRS) -> CRS | None:
-    """A geographic CRS on a CRS's datum that `always_xy` turns into longitudes east, then geodetic latitudes.
-
-    This is its geodetic CRS if that has such axes. Bodies of IAU_2015 have others (longitudes positive west,
-    planetocentric latitudes), which `always_xy` leaves as they are; for these it is a new CRS of the same datum in
-    degrees, and PROJ converts between the two.
-    """
+    """A geographic CRS on a CRS's datum that `always_xy` turns into longitudes east, then geodetic latitudes."""
+    # It is the geodetic CRS if that has such axes. Bodies of IAU_2015 have others (longitudes positive west,
+    # planetocentric latitudes), which `always_xy` leaves as they are: PROJ converts between these and a new CRS of the
+    # same datum.
     geodetic = crs.geodetic_crs
     if geodetic is None or has_plain_axes(geodetic):
         return geodetic
@@ -137,11 +135,9 @@ def check_grids(
     found: FloatArray,
     direction: TransformDirection = TransformDirection.FORWARD,
 ) -> None:
-    """Raise GridError if a point has no coordinates because PROJ could not read a grid.
-
-    PROJ fetches a grid at the first point that needs it, and returns infinity if it cannot. Points may be undefined
-    for other reasons, so PROJ is asked for the reason at up to 300 of them, evenly spaced.
-    """
+    """Raise GridError if a point has no coordinates because PROJ could not read a grid."""
+    # PROJ fetches a grid at the first point that needs it, and returns infinity if it cannot. Points may be undefined
+    # for other reasons, so PROJ is asked for the reason at up to 300 of them, evenly spaced.
     lost = np.flatnonzero(np.isfinite(given[0]) & np.isfinite(given[1]) & ~np.isfinite(found))
     asked = lost[np.unique(np.linspace(0, lost.size - 1, min(lost.size, _ASKED)).astype(int))]
     for u, v in zip(*(values.ravel()[asked].tolist() for values in given), strict=True):
@@ -253,10 +249,8 @@ class CrsOperation:
         return transform(self.transformer, *self.angles.from_degrees(lon, lat))
 
     def inverse(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Greenwich degrees of the CRS's own coordinates in the order of `native`; inf where undefined.
-
-        PROJ also answers for some points outside the map: only those that `native` takes back to u, v are on it.
-        """
+        """Greenwich degrees of the CRS's own coordinates in the order of `native`; inf where undefined."""
+        # PROJ also answers for some points outside the map: only those that `native` takes back to u, v are on it.
         return self.angles.to_degrees(*transform(self.transformer, u, v, direction=TransformDirection.INVERSE))
 
 

@@ -204,10 +204,7 @@ def needed_parameters(name: str) -> list[str]:
 
 
 def parse_name(text: str) -> Parts:
-    """The textbook map of a name in any spelling, with parameters and centre, or the CRS of that name.
-
-    Raises ProjectionError.
-    """
+    """The textbook map of a name, with parameters and centre, or the CRS of that name; raises ProjectionError."""
     words = named_map(text)
     name, complaint = known_name(words.name), f"Invalid projection '{shown(text)}'."
     if not name:

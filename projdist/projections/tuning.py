@@ -26,11 +26,8 @@ from projdist.support import check_number, close_words, did_you_mean, listed, sh
 
 
 def with_parameters(projection: Projection, parameters: Mapping[str, float]) -> Projection:
-    """A projection of a one-step PROJ string with other numeric parameters; the ellipsoid must stay.
-
-    Only PROJ's own checks run, so that thousands can be made: each takes 0.05 ms, a tenth of parsing the string.
-    Raises ProjectionError.
-    """
+    """Projection of a one-step PROJ string with other numbers, but not ellipsoid; raises ProjectionError."""
+    # Only PROJ's own checks run, so that thousands can be made: each takes 0.05 ms, a tenth of parsing the string.
     function = projection.function
     if not isinstance(function, Pipeline) or "+proj=pipeline" in function.definition:
         raise ProjectionError(f"Invalid projection '{projection.label}'. It must be a PROJ string of one step.")
@@ -39,10 +36,7 @@ def with_parameters(projection: Projection, parameters: Mapping[str, float]) -> 
 
 
 def run_as(projection: Projection, definition: str, pipeline: str) -> Projection:
-    """A projection with another PROJ string, on the same ellipsoid and in the same unit.
-
-    Raises ProjectionError if PROJ refuses it.
-    """
+    """Projection with another PROJ string, same ellipsoid and unit; ProjectionError if PROJ refuses it."""
     assert isinstance(projection.function, Pipeline)
     changed = Pipeline(pipeline, projection.function.to_metre)
     try:
@@ -253,10 +247,8 @@ def _plan_of_operation(projection: Projection) -> _Plan:
 
 
 def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
-    """The plan with parameters, `drags` and `centre`, from the latitude at the map's origin (None if it cannot move).
-
-    The parameters of an oblique map are also those of its inner map.
-    """
+    """A plan with parameters, `drags` and `centre`, from the latitude at the map's origin, None if it cannot move."""
+    # The parameters of an oblique map are also those of its inner map.
     stated, sphere = plan.stated, plan.projection.ellipsoid.is_sphere
     parameters = _ranges(stated["proj"], stated, sphere=sphere)
     if stated["proj"] == "ob_tran":

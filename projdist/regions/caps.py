@@ -219,10 +219,8 @@ class Cap(Unclipped):
 
 
 def reaches(ellipsoid: Ellipsoid, lon: ArrayLike, lat: ArrayLike, azimuth: ArrayLike, metres: float) -> FloatArray:
-    """Degrees of arc of a geodesic distance from places by azimuth, with latitudes taken as those of a sphere.
-
-    All arguments but `metres` are in degrees and broadcast. Newton's method, safeguarded by bisection.
-    """
+    """Degrees of arc of a geodesic distance from places by azimuth, with latitudes taken as those of a sphere."""
+    # All arguments but `metres` are in degrees and broadcast. Newton's method, safeguarded by bisection.
     lon, lat, azimuth = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in (lon, lat, azimuth)))
     mean = math.degrees(metres / ellipsoid.mean_radius)
     if ellipsoid.is_sphere:

@@ -127,10 +127,7 @@ def main_part(region: Region, km: float = MAIN_KM) -> Region: ...
 @overload
 def main_part(region: PointSet, km: float = MAIN_KM) -> PointSet: ...
 def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointSet:
-    """The parts of a region connected to the largest by gaps of at most `km`; raises ValueError.
-
-    A connected region is returned as it is, and so are boxes, caps and points.
-    """
+    """The parts connected to the largest by gaps of at most `km`, or all of what has none; raises ValueError."""
     farthest = math.pi * (region.figure.mean_radius / 1000.0)
     if not _NEAREST_KM <= km <= farthest:
         raise ValueError(
@@ -229,10 +226,7 @@ class RegionEdges:
         self._tree = shapely.STRtree(shapely.linestrings(edges))
 
     def crosses(self, boxes: FloatArray) -> BoolArray:
-        """Mask of boxes (n, 4) of west, south, east, north that edges may cross; True if in doubt.
-
-        Longitudes are arbitrary; a box across the antimeridian is in doubt.
-        """
+        """Mask of boxes (n, 4) W, S, E, N that edges may cross; True if in doubt, as across the antimeridian."""
         west, south, east, north = boxes.T
         turns = 360.0 * np.floor((west + 180.0) / 360.0)
         doubt = ~np.isfinite(boxes).all(axis=1) | (east - turns > 180.0)

@@ -49,11 +49,9 @@ class ReadShapes(NamedTuple):
 
 
 def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...] = ()) -> ReadShapes:
-    """The shapes of a vector file with some or (None) all columns; raises ValueError that begins with `text`.
-
-    The default layer is the first, or, if that has nothing of these `kinds`, the only one that has. Warns of
-    coordinates that look like degrees if the file states metres.
-    """
+    """The shapes of a vector file with some or (None) all columns; raises ValueError that begins with `text`."""
+    # The default layer is the first, or, if that has nothing of these `kinds`, the only one that has. Warns of
+    # coordinates that look like degrees if the file states metres.
     if path.suffix.lower() == ".wkt":
         found = _read_wkt(path, text)
     elif path.suffix.lower() in (".geojson", ".json"):
@@ -214,10 +212,8 @@ _GPX_POINTS = {"tracks": "track_points", "routes": "route_points"}
 
 
 def with_gpx_heights(path: Path, layer: str, geometries: AnyArray) -> AnyArray:
-    """Tracks or routes of a GPX file with their heights, which GDAL has only in a layer of points.
-
-    If some points lack a height no heights are used, with a warning.
-    """
+    """Tracks or routes of a GPX file with their heights, which GDAL has only in a layer of points."""
+    # If some points lack a height no heights are used, with a warning.
     if path.suffix.lower() != ".gpx" or layer not in _GPX_POINTS or not len(geometries):
         return geometries
     pyogrio = importlib.import_module("pyogrio")

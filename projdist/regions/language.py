@@ -372,10 +372,7 @@ _KINDS: dict[str, Callable[[str, str, Ellipsoid | None], Place]] = {
 
 
 def region_for(region: RegionLike | None, projections: Iterable[Projection]) -> Place:
-    """A region on the body of some maps; raises ValueError, also for maps of different bodies.
-
-    None stands for the common area of use of all maps, else the globe.
-    """
+    """A region (None: the common area of use, else the globe) on the body of maps; ValueError if bodies differ."""
     maps = list(projections)
     body = Body(ground_of_maps(maps), next((one.body.name for one in maps if one.body.name), ""))
     if region is not None:
@@ -395,11 +392,9 @@ def check_on_body(projections: Iterable[Projection], body: Body) -> None:
 
 
 def ground_of_maps(projections: Iterable[Projection]) -> Ellipsoid:
-    """The ellipsoid on which regions of maps are measured; raises ProjectionError for maps of different bodies.
-
-    For the Earth it is the mean sphere if all maps are of spheres, else WGS 84; for another body the ellipsoid of the
-    first map that is not of a sphere.
-    """
+    """The ellipsoid for regions of maps; raises ProjectionError for maps of different bodies."""
+    # For the Earth it is the mean sphere if all maps are of spheres, else WGS 84; for another body the ellipsoid of the
+    # first map that is not of a sphere.
     maps = list(projections)
     for other in maps[1:]:
         if not is_same_body(maps[0].body, other.body):

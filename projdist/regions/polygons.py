@@ -131,11 +131,8 @@ def area_km2(edges: FloatArray, ellipsoid: Ellipsoid) -> float:
 
 
 def _weights(part: Clip, to_r: Side, to_s: Side, to_lat: Side) -> FloatArray:
-    """Weights (p, p) of the Gauss nodes of a square, with which polynomials integrate exactly over the polygon.
-
-    `to_r` maps longitudes to [-1, 1], linearly; `to_s` latitudes to [-1, 1], and `to_lat` back. The
-    weights may be negative: the integral is that of the polynomial through the nodes.
-    """
+    """Weights (p, p) of a square's Gauss nodes that integrate the polynomial through them over the polygon."""
+    # `to_r` maps longitudes to [-1, 1], linearly; `to_s` latitudes to [-1, 1], and `to_lat` back.
     edges, gates = part
     moments = np.zeros((ORDER, ORDER))
     # On the eastern side the integrals of all Legendre polynomials but the first vanish.
@@ -215,11 +212,9 @@ class Polygons:
 
     @functools.cached_property
     def edges(self) -> FloatArray:
-        """The edges lon0, lat0, lon1, lat1 in degrees, shape (m, 4), with the polygons on their left.
-
-        Longitudes exceed 180 if that keeps the polygons together; there are also edges along the poles and along the
-        antimeridian where it cuts polygons.
-        """
+        """The edges lon0, lat0, lon1, lat1 in degrees, shape (m, 4), with the polygons on their left."""
+        # Longitudes exceed 180 if that keeps the polygons together; there are also edges along the poles and along the
+        # antimeridian where it cuts polygons.
         parts = shapely.get_parts(self.geometry)
         rings, polygon = shapely.get_rings(parts, return_index=True)
         points, ring = shapely.get_coordinates(rings, return_index=True)

@@ -154,11 +154,9 @@ def patch_panels(
     *,
     graded: bool = True,
 ) -> tuple[IntArray, FloatArray]:
-    """Patch numbers (n,) and rectangles (n, 4) in u, v that cover a box, with edges at known discontinuities.
-
-    Panels are at most `widest` degrees wide. Without `graded` all are in patch 0, for maps that are smooth at the poles
-    or have much rounding there.
-    """
+    """Patch numbers (n,) and rectangles (n, 4) in u, v that cover a box, with edges at known discontinuities."""
+    # Panels are at most `widest` degrees wide. Without `graded` all are in patch 0, for maps that are smooth at the
+    # poles or have much rounding there.
     west, south, east, north = bounds
     parallels = discontinuities.parallels
     low, high = (max(south, -_POLAR), min(north, _POLAR)) if graded else (south, north)
@@ -217,10 +215,8 @@ def height_of(patch: int, lat: FloatArray) -> FloatArray:
 
 
 def tightened(v0: float, v1: float, low: float, high: float) -> tuple[float, float]:
-    """The interval v0, v1 halved while one half holds low to high; low to high itself if that is far shorter.
-
-    Halves end on the 5-degree knots of Robinson's table, where his map has kinks.
-    """
+    """The interval v0, v1 halved while one half holds low to high; low to high itself if that is far shorter."""
+    # Halves end on the 5-degree knots of Robinson's table, where his map has kinks.
     while v0 < (middle := 0.5 * (v0 + v1)) < v1:
         if high <= middle:
             v1 = middle

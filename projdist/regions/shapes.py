@@ -40,11 +40,7 @@ _NAMES = ("name", "name_en", "title", "admin", "id", "code")  # fields that name
 def polygons_from_file(
     path: Path, layer: str, name: str, *, edges: str = "straight", ellipsoid: Ellipsoid | None = None
 ) -> Polygons:
-    """The union of the polygons of a vector file; raises ValueError.
-
-    `edges`: "straight" in the file's coordinates, or "geodesic", on the ellipsoid of the file's body if that is not the
-    Earth, else on the one given.
-    """
+    """Union of a vector file's polygons with "straight" edges, or "geodesic" on its body's ellipsoid; ValueError."""
     text = f"Invalid region file '{path}'."
     shapes, transform, crs = files.read(path, layer, text, [], ("Polygon", "MultiPolygon"))
     return _polygons(shapes, transform, name, text, edges, _ellipsoid(crs) or ellipsoid)

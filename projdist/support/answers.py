@@ -158,10 +158,7 @@ class Answer(Record, ABC):
 
 
 def html_table(table: Mapping[str, Any] | Sequence[Mapping[str, Any]], caption: str) -> str:
-    """HTML table of columns by name or of rows, cut after 30 rows.
-
-    Columns of several non-negative numbers get a bar in each cell, proportional to the number.
-    """
+    """HTML table of columns by name or of rows, cut after 30 rows; bars in columns of non-negative numbers."""
     if not isinstance(table, Mapping):
         names = dict.fromkeys(name for row in table for name in row)
         table = {name: [row.get(name) for row in table] for name in names}

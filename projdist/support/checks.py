@@ -121,10 +121,8 @@ def check_path(thing: str, value: Any) -> Path:
 
 
 def check_raster(image: Any, bands: Iterable[int], text: str) -> None:
-    """Raise ValueError that begins with `text` for an open rasterio raster without a transform or of complex numbers.
-
-    Without a transform GDAL takes rows and columns as coordinates; a real array loses the imaginary part.
-    """
+    """Raise ValueError that begins with `text` for an open raster without a transform or of complex numbers."""
+    # Without a transform GDAL takes rows and columns as coordinates; a real array loses the imaginary part.
     if image.transform.is_identity:
         raise ValueError(f"{text} It does not state where its pixels lie: it has no transform.")
     for band in bands:

@@ -64,11 +64,9 @@ def open_executor(text: str) -> Iterator[Executor]:
 
 @contextlib.contextmanager
 def own_executor(tasks: int) -> Iterator[Executor | None]:
-    """A pool with one process per core, or None if it would not be faster or not be safe.
-
-    Processes are forked: spawned ones would run the caller's script again unless it is guarded. Threads would not help,
-    since PROJ's database is read under Python's lock.
-    """
+    """A pool with one process per core, or None if it would not be faster or not be safe."""
+    # Processes are forked: spawned ones would run the caller's script again unless it is guarded. Threads would not
+    # help, since PROJ's database is read under Python's lock.
     cores = _cores()
     forks = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
     if tasks <= _FEW or cores == 1 or not forks or _WITHOUT.get():
@@ -232,11 +230,8 @@ def run_all(
     tasks: Sequence[Task],
     progress: Callable[[int], None] | None = None,
 ) -> list[Result]:
-    """Results of a function for each task, in order.
-
-    Tasks lost with a worker are repeated by another worker, or by this process if the executor is broken. `progress`
-    is called with the number of finished tasks.
-    """
+    """Results of a function for each task, in order; `progress` is called with the number of finished tasks."""
+    # Tasks lost with a worker are repeated by another worker, or by this process if the executor is broken.
     results: dict[int, Result] = {}
 
     def keep(index: int, result: Result) -> None:

@@ -43,11 +43,9 @@ def numbered_rows(path: Path, complaint: str, *, comments: bool = True) -> list[
 
 
 def rows_of_text(text: str, complaint: str, *, comments: bool = True) -> list[NumberedRow]:
-    """Rows of a text with line numbers; raises ValueError that begins with `complaint`.
-
-    The first row determines the separator. Empty rows are left out, with `comments` also lines that begin with #. No
-    row may have more cells than the first, except empty ones. Decimal commas become points.
-    """
+    """Rows of a text with line numbers; raises ValueError that begins with `complaint`."""
+    # The first row determines the separator. Empty rows are left out, with `comments` also lines that begin with #. No
+    # row may have more cells than the first, except empty ones. Decimal commas become points.
     lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if comments:
         lines = [(number, line) for number, line in lines if not line.lstrip().startswith("#")]

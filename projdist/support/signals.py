@@ -25,10 +25,7 @@ _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if
 
 @contextlib.contextmanager
 def orderly_end() -> Iterator[None]:
-    """Context in which a signal raises SystemExit, so that cleanup runs, undisturbed by further signals.
-
-    After it a signal ends the process at once.
-    """
+    """Context in which a signal raises SystemExit, so that cleanup runs undisturbed; after it a signal ends at once."""
     _handle(_stop)
     kept, sys.unraisablehook = sys.unraisablehook, _tell_again
     try:

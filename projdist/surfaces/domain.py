@@ -241,10 +241,7 @@ _LONGEST = 0.1  # of the map's size: near a point where many seams meet, some ma
 
 
 def project_lines(domain: Domain, lines: Sequence[FloatArray], size: float) -> list[FloatArray]:
-    """Images of lines of (lon, lat), as pieces of (x, y) that cross no seam.
-
-    `size` is the width or height of the map in metres, which sets how smooth curves are.
-    """
+    """Images of lines of (lon, lat) as pieces of (x, y) without seams, smooth for a map of `size` metres."""
     if not lines:
         return []
     line = np.repeat(np.arange(len(lines)), [len(points) for points in lines])
@@ -298,10 +295,7 @@ _MOST_LINES = 2000  # more cannot be told apart
 
 
 def graticule_steps(bounds: Bounds, step: float | None = None) -> tuple[float, float]:
-    """Degrees between meridians and between parallels: the given step, or round numbers for about six lines across.
-
-    Raises ValueError for a step that makes more than 2000 lines.
-    """
+    """Degrees between meridians and parallels: given, or round for six lines; ValueError for more than 2000."""
     if step is not None:
         check_step(step)
         count = (longitude_width(bounds) + bounds[3] - bounds[1]) / step

@@ -98,10 +98,7 @@ def field(surface: Surface, measure: Measure) -> FloatArray:
 
 
 def jacobians(surface: Surface) -> FloatArray:
-    """Jacobians (n, 2, 2) at the vertices of a surface, at images of a seam on their own side of it.
-
-    NaN at the grid's poles, where a map may be singular, and where the derivative does not exist.
-    """
+    """Jacobians (n, 2, 2) at a surface's vertices, on their own side of a seam; NaN at poles and where undefined."""
     inner = _off_poles(surface)
     found = np.full((surface.x.size, 2, 2), np.nan)
     found[inner] = jacobian(surface.domain.projection, *surface.lonlat_off_seams(inner))

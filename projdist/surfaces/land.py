@@ -221,10 +221,8 @@ def _polygons(surface: Surface, kind: str, resolution: str) -> tuple[IntArray, l
 
 
 def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArray] | None:
-    """Rings (x, y) around the land of a surface and around its holes; None where the map may be torn there.
-
-    `size` is the width or height of the map in metres. Usually takes a quarter of the time of `land_polygons`.
-    """
+    """Rings (x, y) around the land of a surface and around its holes; None where the map may be torn there."""
+    # `size` is the width or height of the map in metres. Usually takes a quarter of the time of `land_polygons`.
     rows, columns = surface.shape
     # A turned map is singular at a point, which a ring may surround.
     turned = surface.frame.axes is not None
@@ -272,10 +270,8 @@ def _window(bounds: Bounds, margin: float = _MARGIN) -> Bounds:
 
 
 def coast(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
-    """Coastlines within bounds and a little beyond: lines of (lon, lat) with steps of at most `step` degrees.
-
-    The default is a sixtieth of the size of the part of the world, at most a degree.
-    """
+    """Coastlines within bounds and a little beyond: lines of (lon, lat) with steps of at most `step` degrees."""
+    # The default is a sixtieth of the size of the part of the world, at most a degree.
     return _within("coast", resolution, bounds, step)
 
 

@@ -25,10 +25,7 @@ _SOUGHT, _ROUND = 193, 1.0  # nodes across the search for surroundings, and its 
 
 
 def surface_of(projection: ProjectionLike, region: RegionLike | None, step: float | None = None) -> Surface:
-    """The surface of the drawn part of a projection; the region None is its area of use, or the globe.
-
-    `step` is the size of cells in degrees, by default that of a picture.
-    """
+    """The surface of a map's drawn part, of None the area of use or the globe, in cells of `step` degrees."""
     domain = domain_of(Projection.from_user_input(projection), region)
     surface = build_surface(domain, step)
     return _regional(surface, domain.region) if is_part(domain.region) else surface

@@ -142,10 +142,8 @@ class Surface:
         return triangles_of(*self.cells(chosen))
 
     def covering(self, chosen: BoolArray | None = None) -> IntArray:
-        """About a quarter as many triangles that cover the chosen cells, or all, for filling with one colour.
-
-        Blocks of whole cells become fans about their middles, except where a fan would fold.
-        """
+        """About a quarter as many triangles that cover the chosen cells, or all, for filling with one colour."""
+        # Blocks of whole cells become fans about their middles, except where a fan would fold.
         whole, cut = (self.whole, self.cut) if chosen is None else self.cells(chosen)
         blocks = np.array(self.shape) // _BLOCK
         row, column = np.divmod(whole[:, 0], self.shape[1])

@@ -70,11 +70,9 @@ def indicatrices(domain: Domain, region: Place, lon: FloatArray, lat: FloatArray
 
 
 def close_pairs(indicatrices: Ellipses) -> tuple[IntArray, FloatArray, float]:
-    """Pairs (m, 2) of close indicatrices, the radii in metres at which they touch, and the usual such radius.
-
-    The usual radius is the median over the points of the radius at which they touch their closest neighbour; the pairs
-    are all that touch at no larger radius. There must be two or more indicatrices.
-    """
+    """Pairs (m, 2) of close indicatrices, the radii in metres at which they touch, and the usual such radius."""
+    # The usual radius is the median over the points of the radius at which they touch their closest neighbour; the
+    # pairs are all that touch at no larger radius. There must be two or more indicatrices.
     xy, count = indicatrices.xy, len(indicatrices.xy)
     places = shapely.points(xy)
     tree = shapely.STRtree(places)
@@ -235,10 +233,7 @@ def ellipses(indicatrices: Ellipses, radius: float, vertices: int) -> FloatArray
 
 
 def tissot_points(surface: Surface, step: float | None, grid: tuple[float, float] | None = None) -> Indicatrices:
-    """The indicatrices of a surface, by default about a dozen across.
-
-    They are `step` degrees apart on the ground, or on a `grid` of steps of latitude and longitude in degrees.
-    """
+    """Indicatrices of a surface, about a dozen across, `step` degrees apart, or on a `grid` of degrees lat, lon."""
     # An ellipse may reach over the border of a country, but not over a seam or the map's edge.
     domain = surface.domain if surface.ground is None else surface.ground.domain
     region = surface.domain.region

@@ -162,10 +162,8 @@ def _united(polygons: Sequence[FloatArray], grid: Grid, window: shapely.Polygon)
 
 
 def _rings_around(polygons: Sequence[FloatArray], grid: Grid) -> Iterator[FloatArray]:
-    """Rings of edges, in whole steps, that belong to one polygon only: shared edges cancel.
-
-    Takes a twentieth of the time of a union, with the same even-odd filling.
-    """
+    """Rings of edges, in whole steps, that belong to one polygon only: shared edges cancel."""
+    # It takes a twentieth of the time of a union, with the same even-odd filling.
     if not polygons:
         return
     points = np.rint(grid.exact(np.concatenate(polygons))).astype(np.int64)
@@ -243,11 +241,7 @@ def packed(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> byt
 def frame_of(
     surface: Surface, title: str, *, height: float = 0.0, marks: Mapping[str, Any] | None = None
 ) -> tuple[dict[str, Any], Arrays, FloatArray]:
-    """The header and the arrays of a surface's frame, and the Jacobians at its nodes.
-
-    Scales refer to distances on the ground at an ellipsoidal height in metres. `marks` are geometries to draw, in
-    longitude and latitude, by name.
-    """
+    """The header and the arrays of a surface's frame at a height in metres, and the Jacobians at its nodes."""
     J = surfaces.jacobians(surface)
     whole = np.zeros(surface.shape, dtype=bool)  # the cells right of and above nodes that are not torn
     whole.ravel()[surface.whole[:, 0]] = True
@@ -384,10 +378,8 @@ def _errors(surface: Surface, fields: FloatArray, whole: BoolArray, cubic: BoolA
 
 
 def _cut_errors(surface: Surface, fields: FloatArray, mirrored: bool, grid: Grid) -> Any:
-    """Errors in the triangles of torn cells, as bytes like those of cells; error 1 for invisible triangles.
-
-    These are slivers beside seams, which would take more time than all others.
-    """
+    """Errors in the triangles of torn cells, as bytes like those of cells; error 1 for invisible triangles."""
+    # These are slivers beside seams, which would take more time than all others.
     every = _triangles(surface)
     sides = np.diff(grid.exact(np.column_stack([surface.x, surface.y]))[every], axis=1)
     seen = np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]) > _UNSEEN
@@ -444,10 +436,8 @@ def _apart(found: FloatArray, true: FloatArray, least: FloatArray) -> FloatArray
 def _near_jacobians(
     projection: projections.Projection, lon: FloatArray, lat: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Jacobians (n, 2, 2) by central differences, and their relative errors.
-
-    If the second difference is k times the first, the third, which is the error, is about k^2 times it.
-    """
+    """Jacobians (n, 2, 2) by central differences, and their relative errors."""
+    # If the second difference is k times the first, the third, which is the error, is about k^2 times it.
     cos = np.cos(np.radians(lat))
     north = np.degrees(_STEP)
     zero = np.zeros(lat.shape)

@@ -27,11 +27,9 @@ _EXPORT = re.compile(r"^export ((?:async )?function|class|const) (\w+)", re.MULT
 
 
 def bundled(files: Mapping[str, str], entry: str) -> str:
-    """An ES module bundled with its imports, each in its own scope; its own exports stay.
-
-    `files` are texts by name (`frames.js`). Imports must be of names in braces, each ended by a semicolon, exports of
-    functions, classes and constants where they are made.
-    """
+    """An ES module bundled with its imports from `files`, texts by name (`frames.js`), each in its own scope."""
+    # Imports must be of names in braces, each ended by a semicolon, exports of functions, classes and constants where
+    # they are made; its own exports stay.
     order: list[str] = []
     _visit(files, entry.removesuffix(".js"), order)
     scopes = [_scope(name, files[f"{name}.js"]) for name in order[:-1]]
@@ -209,10 +207,7 @@ class Page:
 
 
 def page_html(page: Page) -> str:
-    """HTML of a page, complete without scripts.
-
-    Its content security policy allows its own style and script by hash, and no address.
-    """
+    """HTML of a page, complete without scripts; its content security policy allows only its style and script."""
     has_maps = page.maps is not None and bool(page.maps.frames)
     style, script = _file("page.css"), _script((*_MAP_SCRIPTS, *_SCRIPTS) if has_maps else _SCRIPTS)
     policy = (

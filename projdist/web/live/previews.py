@@ -154,10 +154,7 @@ class CutCells:
 
 
 def cut_cells(level: FloatArray, cells: BoolArray) -> CutCells:
-    """The part of `cells` (n - 1, m - 1) where a level given at the nodes (n, m), linear along edges, is at most 0.
-
-    Only of cells that the zero level crosses.
-    """
+    """The part of `cells` (n - 1, m - 1), all crossed by level 0, where a level at the nodes (n, m) is at most 0."""
     flat, nodes = level.ravel(), level.size
     row, column = np.nonzero(cells)
     low = row * level.shape[1] + column
@@ -505,10 +502,8 @@ def _geographic(
 
 
 def _untorn(length: FloatArray) -> BoolArray:
-    """True for edges in rows (n, m) that are finite and not many times as long as their neighbours.
-
-    Towards infinity an edge is longer than one neighbour, across a gap longer than both.
-    """
+    """True for finite edges in rows (n, m), not many times as long as their neighbours."""
+    # Towards infinity an edge is longer than one neighbour, across a gap longer than both.
     padded = np.pad(np.nan_to_num(length, nan=np.inf), ((0, 0), (1, 1)), constant_values=np.inf)
     before, after = padded[:, :-2], padded[:, 2:]
     longest = np.minimum(_JUMP * np.minimum(before, after), _PEAK * np.maximum(before, after))

@@ -125,10 +125,8 @@ class Worker:
         self._thread.start()
 
     def ask(self, page: Hashable, key: Hashable, request: Request, told: Told) -> None:
-        """Queue a request of a page; it replaces a waiting one of the same key.
-
-        `told` is called from another thread with progress and the reply, or at once if the queue is full.
-        """
+        """Queue a request of a page; it replaces a waiting one of the same key."""
+        # `told` is called from another thread with progress and the reply, or at once if the queue is full.
         try:
             with self._changed:
                 self._waiting.put(page, key, _Task(page, key, request, told), len(request.file))
