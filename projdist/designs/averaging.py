@@ -12,21 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist import decisions, regions
+from projdist import projections as proj
 from projdist._typing import FloatArray
 from projdist.designs import plane_maps
 from projdist.designs.base_maps import TORN, WIDEST, check_degree, check_extent, overlaps
 from projdist.field import FIGURES, Nodes, cut_length, nodes_of, sample
-from projdist.projections import (
-    AreaOfUse,
-    DerivedCrs,
-    Projection,
-    ProjectionError,
-    ProjectionLike,
-    derived_crs,
-    geodetic_ellipsoid,
-    listed_projections,
-    parameters_of,
-)
+from projdist.projections import AreaOfUse, DerivedCrs, Projection, ProjectionError, ProjectionLike
 from projdist.support import HIDDEN, Answer, check_text, schema
 
 
@@ -193,7 +184,7 @@ def mean_map(
     >>> round(found.airy_kavrayskiy / cone.airy_kavrayskiy, 5)
     1.0
     """
-    listed = listed_projections(projections)
+    listed = proj.listed_projections(projections)
     if not listed:
         raise ValueError("Invalid projections. There must be one map or more.")
     maps = tuple(Projection.from_user_input(one) for one in listed)
@@ -213,7 +204,7 @@ def mean_map(
     for one in maps[1:]:
         if not 0.99 < one.ellipsoid.a / maps[0].ellipsoid.a < 1.01:
             raise ProjectionError(f"Invalid map '{one.label}'. It is of another size than '{maps[0].label}'.")
-    datum_ellipsoid = None if datum is None else geodetic_ellipsoid(check_text("datum", datum))
+    datum_ellipsoid = None if datum is None else proj.geodetic_ellipsoid(check_text("datum", datum))
     coarse = _Ground.of(area, maps, counts, _NODES)
     west, south, east, north = area.bounds
     goes_round = isinstance(area, regions.Box) and east - west >= 360.0  # along its edge a map may be cut
@@ -336,7 +327,7 @@ def _nearest_base(ground: _Ground, maps: tuple[Projection, ...]) -> Projection:
         return float(f"{ground.total(ground.jacobian(one)):.{_SAME}g}"), one.definition
 
     chosen = min(maps, key=order)
-    text = parameters_of(chosen, np.eye(2))
+    text = proj.parameters_of(chosen, np.eye(2))
     return chosen if text is None else Projection.from_user_input(text)
 
 
@@ -356,7 +347,7 @@ def _placed(
     mean = mean.moved(turn, ground.middle(average) - turn * ground.middle(own))
     if isinstance(mean, plane_maps.Corrected):
         with contextlib.suppress(ProjectionError):  # of a base that is no CRS
-            crs = derived_crs(mean.base, mean.plane_map.steps, title, area, geodetic=datum)
+            crs = proj.derived_crs(mean.base, mean.plane_map.steps, title, area, geodetic=datum)
             return crs.projection, crs
     return Projection.from_function(mean, name=title, ellipsoid=ellipsoid), None
 

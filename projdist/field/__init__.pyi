@@ -10,19 +10,11 @@ from .at_points import (
 )
 from .extremes import Extreme
 from .field import Field
-from .figures import (
-    FIGURES,
-    AiryKavrayskiy,
-    AnyFigure,
-    Figure,
-    GeometricMedian,
-    Spread,
-    check_declared_property,
-    get_figure,
-)
+from .figures import FIGURES, AiryKavrayskiy, AnyFigure, Figure, GeometricMedian, Spread, get_figure
 from .sampling import (
     DEFAULT_TOLERANCE,
     Nodes,
+    check_declared_property,
     field_of,
     field_resolving,
     named_measures,

@@ -1,4 +1,4 @@
-"""Figures of a map over a region, by which maps are ranked and optimised, and a check of declared properties."""
+"""Figures of a map over a region, by which maps are ranked and optimised."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
-from projdist import matrices, projections
+from projdist import matrices
 from projdist._typing import FloatArray
 from projdist.matrices import MEASURES, Measure, fisher, get_measure, log_anisotropy, log_areal_scale
 from projdist.numerics import Estimate, get_criterion, mean, rms
-from projdist.support import Registry, check_choice, check_text, tell
+from projdist.support import Registry, check_choice, check_text
 
 # 0.1 ppm, in each unit: derivatives are good to 1e-10 and better, true differences begin at 1e-6.
 _ROUNDING = {"ppm": 0.1, "deg": float(np.degrees(1e-7))}
@@ -286,46 +286,3 @@ def get_figure(figure: AnyFigure) -> Figure:
         measure = get_measure(figure)
         return Figure(name=measure.name, description=measure.description, measure=measure, statistic="mean")
     return FIGURES.named(figure)
-
-
-_MOST = 60  # Jacobians, so that the check costs next to nothing
-# PROJ's iterations and elliptic functions leave 1e-6; the wrong ellipsoid, or a series far from home, 1e-4 and more.
-_EXACT = 1e-5
-
-
-def check_declared_property(
-    projection: projections.Projection, J: FloatArray, weight: FloatArray | None = None, error: float = 0.0
-) -> None:
-    """Give a notice if most Jacobians (..., 2, 2) lack the property that the map's method is declared to keep.
-
-    They may be wrong by `error`. Of Jacobians with weights (...) the heaviest count, because nodes crowd where a map is
-    singular and PROJ's rounding is large.
-    """
-    declared = projections.declared_property_of(projection)
-    if declared is None:
-        return
-    J = J.reshape(-1, 2, 2)
-    if weight is not None:
-        J = J[np.argsort(-np.abs(weight), axis=None)[: max(_MOST, len(J) // 4)]]
-    J = J[:: max(1, len(J) // _MOST)]
-    J = J[np.isfinite(J).all(axis=(-1, -2))]
-    if not len(J):
-        return
-    # How far most Jacobians are from the property, as a logarithm of scales.
-    if declared.keeps == "conformal":
-        off = float(np.median(log_anisotropy(J)))
-    else:  # equal-area maps have one areal scale, which need not be 1: the range of half of the points
-        values = np.sort(log_areal_scale(J))  # `np.quantile` takes ten times as long for so few
-        low, high = np.interp([0.25 * (values.size - 1), 0.75 * (values.size - 1)], np.arange(values.size), values)
-        off = float(high - low) if np.isfinite(values[-1]) else np.nan
-    if not off > max(_EXACT, error):
-        return
-    if declared.keeps == "conformal":  # tan^2 of (90 degrees + omega) / 4 is the ratio of the scales
-        size, text = np.degrees(2.0 * np.arcsin(np.tanh(off / 2.0))), "angles are off by {} degrees"
-    else:
-        size, text = 100.0 * np.expm1(off), "areas differ by {} %"
-    digits = f"{size:.2g}" if size < 99.5 else f"{size:,.0f}"
-    tell(
-        f"{projection.label} is not {declared.keeps} here, as {declared.name} should be: {text.format(digits)}. "
-        "It may be too far from where the map is meant for."
-    )

@@ -1,4 +1,4 @@
-"""Fields of maps over regions, Jacobians at fixed nodes, and fields whose Jacobians are given."""
+"""Fields of maps over regions and a check of them, Jacobians at fixed nodes, and fields of given Jacobians."""
 
 from __future__ import annotations
 
@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist import earth, matrices
+from projdist import earth
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.field.at_points import derivatives, jacobian
 from projdist.field.cubature import STENCIL, Integrand, Mesh, MeshGoal
 from projdist.field.field import AnyMeasure, Field
-from projdist.field.figures import check_declared_property
 from projdist.field.panels import Pieces
 from projdist.field.stencils import fourth_order, hessian
-from projdist.matrices import Measure, get_measure
-from projdist.projections import Projection, ProjectionError, ProjectionLike, native_pole_of
+from projdist.matrices import Measure, get_measure, listed_measures, log_anisotropy, log_areal_scale
+from projdist.projections import Projection, ProjectionError, ProjectionLike, declared_property_of, native_pole_of
 from projdist.regions import Box, Place, PointSet, Region, RegionLike, TurnedGlobe, cells_of, get_region, region_for
-from projdist.support import check_number, check_numbers
+from projdist.support import check_number, check_numbers, tell
 
 # ---- fields of maps ------------------------------------------------------------------------------
 
@@ -37,7 +36,7 @@ _STUCK = 1.5  # for means of integrands: kinks may keep nearly all of their erro
 def named_measures(measures: Any) -> dict[str, Measure]:
     """Measures by the names that they were asked for; raises ValueError if two have the same."""
     chosen: dict[str, Measure] = {}
-    for given in matrices.listed_measures(measures):
+    for given in listed_measures(measures):
         measure = get_measure(given)
         name = given if isinstance(given, str) else measure.name
         if chosen.get(name, measure) != measure:
@@ -197,6 +196,46 @@ def _field_at_points(
     return Field(projection=None, region=None, measures={}, coverage=coverage, evaluations=0, limit="", _pieces=pieces)
 
 
+_MOST_CHECKED = 60  # Jacobians, so that the check costs next to nothing
+# PROJ's iterations and elliptic functions leave 1e-6; the wrong ellipsoid, or a series far from home, 1e-4 and more.
+_AS_DECLARED = 1e-5
+
+
+def check_declared_property(
+    projection: Projection, J: FloatArray, weight: FloatArray | None = None, error: float = 0.0
+) -> None:
+    """Give a notice if most Jacobians, wrong by up to `error`, lack the property that the map's method declares."""
+    # The heaviest weights (...) count, because nodes crowd where a map is singular and PROJ's rounding is large.
+    declared = declared_property_of(projection)
+    if declared is None:
+        return
+    J = J.reshape(-1, 2, 2)
+    if weight is not None:
+        J = J[np.argsort(-np.abs(weight), axis=None)[: max(_MOST_CHECKED, len(J) // 4)]]
+    J = J[:: max(1, len(J) // _MOST_CHECKED)]
+    J = J[np.isfinite(J).all(axis=(-1, -2))]
+    if not len(J):
+        return
+    # How far most Jacobians are from the property, as a logarithm of scales.
+    if declared.keeps == "conformal":
+        off = float(np.median(log_anisotropy(J)))
+    else:  # equal-area maps have one areal scale, which need not be 1: the range of half of the points
+        values = np.sort(log_areal_scale(J))  # `np.quantile` takes ten times as long for so few
+        low, high = np.interp([0.25 * (values.size - 1), 0.75 * (values.size - 1)], np.arange(values.size), values)
+        off = float(high - low) if np.isfinite(values[-1]) else np.nan
+    if not off > max(_AS_DECLARED, error):
+        return
+    if declared.keeps == "conformal":  # tan^2 of (90 degrees + omega) / 4 is the ratio of the scales
+        size, text = np.degrees(2.0 * np.arcsin(np.tanh(off / 2.0))), "angles are off by {} degrees"
+    else:
+        size, text = 100.0 * np.expm1(off), "areas differ by {} %"
+    digits = f"{size:.2g}" if size < 99.5 else f"{size:,.0f}"
+    tell(
+        f"{projection.label} is not {declared.keeps} here, as {declared.name} should be: {text.format(digits)}. "
+        "It may be too far from where the map is meant for."
+    )
+
+
 # ---- fixed nodes ---------------------------------------------------------------------------------
 
 
@@ -291,14 +330,10 @@ _POLE = 90.0 - 1e-9  # degrees
 def nodes_of(
     region: Place, ellipsoid: earth.Ellipsoid, count: int, *, edges: bool = False, all_ends: bool = False
 ) -> Nodes:
-    """About `count` nodes of a region; with `edges` also nodes of weight 0 where it ends.
-
-    Where the panels lie wholly in the region, as those of boxes and caps do, the nodes are the panels' Gauss points.
-    Otherwise each of `count` cells has a node at the middle of its part of the region, with the area of that part, so
-    that means are good to the square of a cell, and islands count. Of a set of points the nodes are some of its points.
-    Nodes on the edges of polygons are a selection, and small islands may have none; with `all_ends` every vertex has
-    one.
-    """
+    """About `count` nodes of a region; with `edges` also some, or with `all_ends` all, of weight 0 where it ends."""
+    # Where the panels lie wholly in the region, as those of boxes and caps do, the nodes are the panels' Gauss points.
+    # Otherwise each of `count` cells has a node at the middle of its part of the region, with the area of that part, so
+    # that means are good to the square of a cell, and islands count.
     if isinstance(region, PointSet):
         every = max(1, region.lon.size // count)
         return nodes_at(region.lon[::every], region.lat[::every], region.weight[::every], ellipsoid)

@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
 from projdist.matrices import frechet, spd
-from projdist.matrices.spd import EPS, logarithms, lower_factor, pieces, place, refuse, symmetric_exp, transposed
+from projdist.matrices.spd import EPS, logarithms, lower_factor, pieces, place, symmetric_exp, transposed
 from projdist.support import Answer, check_choice, check_numbers
 
 _GROUP = 1 << 15  # doubles in the sets of matrices processed together
-_REGULAR = "finite and invertible"
+_SINGULAR = "Invalid matrix{}. It must be finite and invertible."
 _TOO_FAR = "Invalid matrices. They lie so far apart that their squares leave the range of doubles."
 
 
@@ -118,19 +118,14 @@ def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto")
 
 
 def field_mdt(J: FloatArray, weights: FloatArray) -> MDT:
-    """The MDT of a smooth field of matrices J (N, n, n) at the nodes of a quadrature rule.
-
-    The rule's weights may be negative, as those of `Samples` over polygons are: the mean is that of the field, and
-    the field's weight is positive. Raises ValueError for singular or non-finite matrices.
-    """
+    """The MDT of a smooth field J (N, n, n) at the nodes of a rule; ValueError for singular or non-finite matrices."""
+    # The rule's weights may be negative, over polygons; the field's own weight is positive.
     return _solved(J, weights / weights.sum(), "auto")
 
 
 def field_median(J: FloatArray, weights: FloatArray, noise: float) -> MDT:
-    """The geometric median of many samples J (N, n, n) of a smooth field, with non-negative weights.
-
-    Distances and directions below `noise` count as 0. Raises ValueError for singular or non-finite matrices.
-    """
+    """The geometric median of many samples J (N, n, n) of a smooth field, with non-negative weights; ValueError."""
+    # Distances and directions below `noise` count as 0.
     return _solved(J, weights / weights.sum(), "median", noise)
 
 
@@ -138,27 +133,28 @@ def _solved(A: FloatArray, w: FloatArray, method: str, noise: float = 0.0) -> MD
     """The means of sets of matrices (..., N, n, n) with weights (..., N), some sets at a time."""
     shape, (count, n, _) = A.shape[:-3], A.shape[-3:]
     A, w = A.reshape(-1, count, n, n), w.reshape(-1, count)
-    rows = max(1, _GROUP // (count * n * n))
+    rows, in_plane = max(1, _GROUP // (count * n * n)), n == 2 and method in ("auto", "newton")
     found: list[frechet.Mean] = []
     for first in range(0, len(A), rows):
         part = slice(first, first + rows)
         singular = np.zeros((len(A), count), dtype=bool)
         try:
             with np.errstate(all="ignore"):
-                if n == 2 and method in ("auto", "newton"):
+                if in_plane:
                     points, singular[part] = frechet.plane_points(A[part])
-                    refuse(singular.reshape(*shape, count), _REGULAR)
-                    found.append(frechet.newton_in_plane(points, w[part]))
                 else:
                     singular[part] = ~np.isfinite(A[part]).all(axis=(-1, -2))
-                    refuse(singular.reshape(*shape, count), _REGULAR)
-                    start, singular[part] = frechet.middle(A[part], w[part])
-                    refuse(singular.reshape(*shape, count), _REGULAR)
-                    if method == "median":
-                        found.append(medians(A[part], w[part], start, noise))
-                    else:
-                        solve = frechet.METHODS["newton" if method == "auto" else method]
-                        found.append(solve(A[part], w[part], start))
+                    if not singular.any():
+                        start, singular[part] = frechet.middle(A[part], w[part])
+                if singular.any():
+                    raise ValueError(_SINGULAR.format(place(singular.reshape(*shape, count))))
+                if in_plane:
+                    found.append(frechet.newton_in_plane(points, w[part]))
+                elif method == "median":
+                    found.append(medians(A[part], w[part], start, noise))
+                else:
+                    solve = frechet.METHODS["newton" if method == "auto" else method]
+                    found.append(solve(A[part], w[part], start))
         except np.linalg.LinAlgError as error:
             raise ValueError(_TOO_FAR) from error
         if not np.isfinite(found[-1].cost).all():

@@ -15,7 +15,6 @@ from projdist._typing import FloatArray
 from projdist.plots import map_drawing
 from projdist.plots.colours import ColourScale, Levels
 from projdist.projections import Projection
-from projdist.surfaces import Surface
 
 _THRESHOLD = 5e-4  # of a map's shorter side, as cartopy has it for Robinson's map
 
@@ -241,7 +240,7 @@ def _plane_of(projection: Projection) -> projections.ProjectedCrs:
     return plane
 
 
-def _in_unit(surface: Surface, matrix: FloatArray) -> Surface:
+def _in_unit(surface: surfaces.Surface, matrix: FloatArray) -> surfaces.Surface:
     """Surface with coordinates transformed by a matrix (2, 2)."""
     x, y = matrix @ np.stack([surface.x, surface.y])
     return dataclasses.replace(

@@ -255,10 +255,7 @@ def _parameters(name: str, mapping: Mapping[str, Any]) -> list[StatedParameter]:
 
 
 def parse_crs(value: Any) -> Parts:
-    """The projection of anything that pyproj accepts as a projected CRS; raises ProjectionError.
-
-    Its definition is the code of a registered CRS, else WKT.
-    """
+    """The projection, by code or else WKT, of what pyproj accepts as a projected CRS; raises ProjectionError."""
     given = value if isinstance(value, str) else getattr(value, "name", None) or str(value)
     complaint = f"Invalid projection '{shown(given)}'."
     try:
@@ -302,16 +299,14 @@ def parse_crs(value: Any) -> Parts:
 
 
 def read_crs(value: Any) -> CRS:
-    """The CRS of anything that pyproj accepts, with parameters of its WKT that PROJ alone would drop.
-
-    Raises pyproj's CRSError, TypeError or ValueError, and ProjectionError for input that PROJ would misread.
-    """
+    """The CRS of anything that pyproj accepts, with parameters of its WKT that PROJ alone would drop."""
+    # Raises pyproj's CRSError, TypeError or ValueError, and ProjectionError for input that PROJ would misread.
     if not isinstance(value, str) and (mapping := grid_mapping_in(value)) is not None:
         value = next((str(mapping[key]) for key in _WKT if mapping.get(key)), "") or crs_of_grid_mapping(mapping)
     text = value.srs if isinstance(value, CRS) else value
     form = form_of(text)
     if form not in ("wkt", "json"):
-        code = catalogue.code_of_number(value) if isinstance(value, str) else ""
+        code = catalogue.code_of_number(value) if isinstance(value, str) and ":" not in value else ""
         return CRS.from_user_input(code or value)
     stated, restored = None, False
     if form == "wkt":
@@ -352,11 +347,9 @@ def _with_conversion(crs: dict[str, Any], stated: Sequence[StatedParameter] | No
 
 
 def registered_code(crs: CRS) -> str:
-    """AUTHORITY:CODE of a registered CRS, else "".
-
-    PROJ is sure of a CRS without a code only if its name is registered. For any other name it would search its database
-    for 0.1 s, for CRSs that are equal but for their names, and not be sure of them.
-    """
+    """AUTHORITY:CODE of a registered CRS, else ""."""
+    # PROJ is sure of a CRS without a code only if its name is registered. For any other name it would search its
+    # database for 0.1 s, for CRSs that are equal but for their names, and not be sure of them.
     inner = cast(CRS, crs.source_crs) if crs.is_bound else crs
     parts = inner.to_json_dict()
     name, is_identified = parts["name"], "id" in parts or "ids" in parts

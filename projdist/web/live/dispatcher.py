@@ -12,7 +12,6 @@ from typing import Any
 from numpy.typing import NDArray
 
 from projdist import earth, projections, regions, support
-from projdist.projections import Projection
 from projdist.web import frames
 from projdist.web.live import handlers
 from projdist.web.live.handlers import Pictures, Progress, outline
@@ -154,7 +153,7 @@ class InputPolicy:
     opened: frozenset[str] = frozenset()
     is_open: bool = False
 
-    def projection(self, text: str) -> Projection:
+    def projection(self, text: str) -> projections.Projection:
         """The projection of a text; raises ProjectionError."""
         if not (self.is_open or text in self.opened):
             _check_projection(text)
@@ -196,7 +195,7 @@ def _check_atom(kind: str, argument: str) -> None:
         )
 
 
-_projection = functools.lru_cache(maxsize=256)(Projection.from_user_input)
+_projection = functools.lru_cache(maxsize=256)(projections.Projection.from_user_input)
 
 
 @functools.lru_cache(maxsize=64)
@@ -281,7 +280,7 @@ class Dispatcher:
             return handlers.exported(projection, region, request.options)
         return handlers.texts(projection, region), {}
 
-    def projection(self, request: Request) -> Projection:
+    def projection(self, request: Request) -> projections.Projection:
         """The projection of a request, with its parameters and its centre; raises ProjectionError."""
         given = self.policy.projection(request.projection)
         source = self.policy.source(request.projection)
