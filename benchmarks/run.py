@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from pyproj import Proj
 
-from projdist.answers.point_factors import factors
+from projdist.answers.points_and_lines import factors
 from projdist.answers.summaries import summarize
 from projdist.field import interpolant, jacobian, jacobian_grid
 from projdist.matrices.measures import principal_scales

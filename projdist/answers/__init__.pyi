@@ -2,8 +2,7 @@ from .batch_tasks import Area, areas_of
 from .batches import Batch, BatchFailure, BatchResult, batch
 from .corrections import CONSTRAINTS, CORRECTION_CRITERIA, Correction, LocalCorrections, correct, local_corrections
 from .distances import DISTANCE_MEASURES, FiniteDistortion, distance_distortion, great_circle_bending
-from .point_factors import Factors, factors
-from .profiles import Profile, elevation_factor, profile
+from .points_and_lines import Factors, Profile, elevation_factor, factors, profile
 from .published_indices import INDICES, Index, IndexSummary, IndexValue, get_indices, goldberg_gott_score, indices
 from .published_tables import TABLES, PublishedRow, PublishedTable, tables
 from .summaries import (

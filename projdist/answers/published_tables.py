@@ -12,7 +12,7 @@ import numpy as np
 
 from projdist import earth, matrices, projections, regions, support
 from projdist.answers.distances import distance_distortion
-from projdist.answers.point_factors import factors
+from projdist.answers.points_and_lines import factors
 from projdist.answers.published_indices import goldberg_gott_score, indices
 from projdist.numerics import Estimate
 
@@ -90,7 +90,6 @@ def conventions() -> dict[str, tuple[float, str]]:
 
 # ---- figures by others' conventions --------------------------------------------------------------
 
-
 _COARSE = 1e-6  # of means; printed are four digits at most
 
 
@@ -135,7 +134,6 @@ _REGIONS: dict[str, regions.Place] = {
 
 
 # ---- printed beside computed ---------------------------------------------------------------------
-
 
 _ROUNDING = 1e-9  # of half a unit of the last decimal
 

@@ -13,7 +13,7 @@ from tables import each
 
 from projdist import SPHERE, WGS84, Notice, factors, profile
 from projdist.answers import Profile
-from projdist.answers.profiles import _round_step
+from projdist.answers.points_and_lines import _round_step
 
 R = SPHERE.a
 UTM = "EPSG:32632"

@@ -11,7 +11,7 @@ from closed_errors import PLATE_CARREE, R
 from tables import each
 
 from projdist import Notice, correct, indices
-from projdist.answers.point_factors import factors
+from projdist.answers.points_and_lines import factors
 from projdist.answers.summaries import compare, sort_order, summarize
 from projdist.projections import Projection, ProjectionError
 

@@ -10,7 +10,7 @@ from pyproj import CRS, Geod, Transformer
 from pyproj.database import query_crs_info
 from tables import each
 
-from projdist.answers.point_factors import factors
+from projdist.answers.points_and_lines import factors
 from projdist.answers.summaries import compare
 from projdist.earth import Ellipsoid
 from projdist.plots import heatmap

@@ -12,7 +12,7 @@ from pyproj import CRS, Geod, Proj, Transformer
 from pyproj.exceptions import ProjError
 from tables import each
 
-from projdist.answers.point_factors import factors
+from projdist.answers.points_and_lines import factors
 from projdist.earth.ellipsoid import Ellipsoid
 from projdist.projections import ProjectionError, pipeline_of, projected_crs_of, projection_names
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_IN_METRES, NOT_MAPS

@@ -13,7 +13,7 @@ from region_texts import area, refused
 from tables import each
 
 from projdist import Notice
-from projdist.answers.point_factors import factors
+from projdist.answers.points_and_lines import factors
 from projdist.answers.summaries import compare, summarize
 from projdist.regions import Box, PointSet, get_region, line_of
 
