@@ -129,7 +129,6 @@ def map_text(projection: projections.ProjectionLike) -> str:
 
 # ---- the work ------------------------------------------------------------------------------------
 
-
 _SLICE = 1.5  # seconds after which a worker returns its results
 _KEPT = 4  # regions that a worker keeps, as the tasks of many maps over a region follow each other
 

@@ -44,10 +44,7 @@ class BatchResult(support.Record):
 
 @dataclass(frozen=True)
 class BatchFailure(support.Record):
-    """A region, or a map over it, without an answer, and the error.
-
-    It is repeated when the job goes on if it was `lost` with its processes.
-    """
+    """A region, or a map over it, without an answer, and the error; if `lost` with a process it is tried again."""
 
     region: str
     projection: str | None = field(metadata=support.schema(optional=True))
@@ -208,7 +205,6 @@ def _tasks(regions: Any, projections: Any) -> list[Task]:
 
 # ---- the file of results ---------------------------------------------------------------------------
 
-
 _SYNC = 1.0  # seconds; after each line, of which a cluster sends hundreds a second, it would take most of the time
 _MARK = b'{"projdist": '  # beginning of every such file
 
@@ -293,7 +289,6 @@ def _parsed(line: bytes, path: Path, number: int) -> dict[str, Any]:
 
 
 # ---- tasks on an executor ------------------------------------------------------------------------
-
 
 _PAYS = 1.0  # seconds of a group of tasks, compared with the milliseconds for sending it
 _ASK = 2.0  # seconds

@@ -46,7 +46,6 @@ class FiniteDistortion(support.Answer):
 
 # ---- distance measures ---------------------------------------------------------------------------
 
-
 MapDistance = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 DistanceMeasure = Callable[[FloatArray, FloatArray], float]
 
@@ -257,7 +256,6 @@ def _globe_distances(projection: Projection, one: ScatteredPoints, other: Scatte
 
 # ---- great circles -------------------------------------------------------------------------------
 
-
 _GREAT_CIRCLE_SIZES = dict.fromkeys(_SIZES, (128, 256))  # points in a set
 _STATIONS = 8  # on a great circle
 
@@ -360,7 +358,6 @@ def _along(
 
 # ---- means over draws of points ------------------------------------------------------------------
 
-
 _DRAWS = 16  # the error itself is good to a fifth
 _GROUPS = 4  # for as many pairs, twice the points: up to half the error, and matrices that fit a processor's cache
 
@@ -430,7 +427,6 @@ def _groups(
 
 
 # ---- points scattered over regions ---------------------------------------------------------------
-
 
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)  # the step, modulo 1, of the sequence that fills an interval most evenly
 _CELLS = 200  # of polygons; between a half and nine tenths of them is polygon

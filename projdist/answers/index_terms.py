@@ -196,7 +196,6 @@ def _share(good: BoolArray, weights: FloatArray) -> numerics.Estimate:
 
 # ---- best scales ----------------------------------------------------------------------------
 
-
 BEST_SCALES: dict[str, Callable[[ScaleField], float]] = {
     # sum (a + b) / sum (a^2 + b^2), a linear least-squares problem
     "airy": lambda field: field.mean(lambda a, b: a + b).value / field.mean(lambda a, b: a * a + b * b).value,
@@ -261,7 +260,6 @@ def searched(figure: Figure) -> Callable[[ScaleField], float]:
 
 
 # ---- the length of the cuts ----------------------------------------------------------------------
-
 
 _COLUMNS, _ROWS = 144, 72  # cells of 2.5 degrees
 _POLE = (27.31, 63.17, 11.7)  # longitude, latitude and turn of the grid's pole: where no cut runs along its lines

@@ -225,7 +225,6 @@ def get_indices(names: str | Iterable[str] = "all") -> list[Index]:
 
 # ---- indices of a map --------------------------------------------------------------------------------
 
-
 _TOLERANCE = 1e-6
 _MAX_EVALUATIONS = 400_000  # a quarter more for each mean; diverging ones take all
 

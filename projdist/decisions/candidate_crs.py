@@ -153,7 +153,6 @@ def try_crs(record: projections.CrsRecord, probe: WeightedPoints, ranking: Figur
 
 # ---- countries of areas of use -------------------------------------------------------------------
 
-
 _MOST = 0.5  # of the part of a region that lies in any country: a country with more is the region's own
 _BETWEEN = re.compile(r"[;:]|\. ")  # countries of a list
 _AT_SEA = re.compile(r"^(?!.*onshore).*offshore", re.IGNORECASE)
@@ -246,7 +245,6 @@ def _vocabulary() -> tuple[re.Pattern[str], dict[str, str]]:
 
 # ---- country parts -------------------------------------------------------------------------------
 
-
 _IS_IN = 0.9  # share of the region in a state, at least: outlines differ
 _IS_MOST = 0.5  # least share of the state in the region; least share of the country's points in its main part
 
@@ -299,7 +297,6 @@ def _is_within(bounds: Area, lon: Any, lat: Any) -> Any:
 
 
 # ---- the pool ------------------------------------------------------------------------------------
-
 
 HOLDS = 0.99
 """Share of the region in the area of use that counts as all of it: both are rounded."""

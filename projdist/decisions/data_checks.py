@@ -212,7 +212,6 @@ def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> project
 
 # ---- data errors ---------------------------------------------------------------------------------
 
-
 FAIL_ON = ("worst", "overall")
 """Errors to compare with a limit: those of every feature, or those of the totals."""
 

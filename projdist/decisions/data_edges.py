@@ -123,7 +123,6 @@ def _shorter_way(shape: Any) -> list[Any]:
 
 # ---- edges ---------------------------------------------------------------------------------------
 
-
 Place = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """Longitude and latitude in degrees of coordinates; NaN where undefined."""
 

@@ -61,7 +61,6 @@ def usual_crs(extent: Extent) -> tuple[str, str]:
 
 # ---- families ------------------------------------------------------------------------------------
 
-
 Limits = tuple[float, float]
 """Lowest and highest value of a parameter."""
 _MOST = 89.5  # degrees: a cone that touches nearer to a pole is a plane for every purpose

@@ -172,7 +172,6 @@ _EXTREMES: dict[object, Extremes] = {
 
 # ---- family search -------------------------------------------------------------------------------
 
-
 DECIMALS = 7
 """Decimals of parameters in degrees that are not rounded otherwise: a centimetre."""
 
@@ -212,10 +211,7 @@ class Flat(NamedTuple):
 
 
 class Members:
-    """The members of one family over a region; `variables` are the free parameters but the scale.
-
-    With a step the angles that are not free are multiples of it, in degrees.
-    """
+    """Members of a family over a region, by `variables` (not the scale); other angles are multiples of a step."""
 
     def __init__(
         self,

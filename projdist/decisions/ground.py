@@ -148,7 +148,6 @@ def statistics_of(ppm: FloatArray, weight: FloatArray, limits: Iterable[float]) 
 
 # ---- heights -------------------------------------------------------------------------------------
 
-
 _NAMES = (
     ("lon", "longitude", "long", "lng", "x"),
     ("lat", "latitude", "y"),

@@ -120,7 +120,6 @@ def _crowded(q: Factors, w: FloatArray, target: float, unit: float) -> float:
 
 # ---- the axis ----------------------------------------------------------------------------------------
 
-
 _STARTS, _LATTICE = 8, 64  # starts of descents to whole numbers, and places tried before
 _SMOOTH = 24  # places tried for the least RMS or maximum
 _COARSE = ((64.0, 5), (8.0, 3), (1.0, 3))  # steps of the axis, in units of its rounding, and the ends that are kept
@@ -259,7 +258,6 @@ def _starts(axis: LdpAxis, goal: LdpGoal, ground: Ground) -> list[FloatArray]:
 
 
 # ---- projections ----------------------------------------------------------------------------------
-
 
 LDP_FAMILIES = ("tmerc", "lcc", "omerc")
 

@@ -76,7 +76,6 @@ PROPERTIES: dict[str, Callable[[FloatArray, FloatArray], FloatArray]] = {
 
 # ---- map info ------------------------------------------------------------------------------------
 
-
 INFO_MEASURES = ("scale_error_ppm", "omega", "s", "h", "k")
 """Measures of a map over its area of use."""
 

@@ -84,7 +84,6 @@ def _columns(areas: Sequence[Area]) -> tuple[FloatArray, ...]:
 
 # ---- in full -------------------------------------------------------------------------------------
 
-
 INTERRUPTED = "It is cut within the region."
 _RELATIVE = 1e-5  # of the Airy-Kavrayskiy errors
 _RESOLVED = 0.01  # relative error above which the mean of a measure without a bound diverges

@@ -64,7 +64,6 @@ def lower_bound_of(
 
 # ---- optimization --------------------------------------------------------------------------------
 
-
 _ROUND_SCALE = 1e-6  # a part per million is what scale factors are stated to
 _RELATIVE = 1e-5  # the cubature's tolerance, of the value found
 _TOO_WIDE = 60.0  # degrees from the middle: nobody would take UTM

@@ -33,7 +33,6 @@ def suits(kept: tuple[str, ...], purpose: str) -> bool:
 
 # ---- CRSs of the same map ------------------------------------------------------------------------
 
-
 _VARIANT = re.compile(r"\((?:z?E[-,]z?N|z?N[-,]z?E)\)$")
 """The end of EPSG's names of CRSs that differ from others only by their axes, or by a zone number in the easting."""
 
@@ -131,7 +130,6 @@ def _merged(groups: list[list[Candidate]], size: Size) -> list[list[Candidate]]:
 
 # ---- maps that are close -------------------------------------------------------------------------
 
-
 CLOSE = 0.1
 """Relative difference of figures of maps that are as good as each other.
 
@@ -197,7 +195,6 @@ def _is_outdated(one: Candidate, latest: Candidate) -> bool:
 
 
 # ---- shortlist -----------------------------------------------------------------------------------
-
 
 # The mean of a trial is good to a few per cent (6 on the globe, without the poles), its maximum is never too large.
 _MEAN_MARGIN, _MAXIMUM_MARGIN = 0.7, 0.99

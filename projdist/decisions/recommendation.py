@@ -306,7 +306,6 @@ class _CrsSearch(Shortlist):
 
 # ---- custom projections --------------------------------------------------------------------------
 
-
 _FAMILIES = {
     "equal-area": ("laea", "aea", "cea"),
     "conformal": ("lcc", "tmerc", "omerc", "stere", "merc"),

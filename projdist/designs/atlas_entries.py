@@ -153,7 +153,6 @@ def _over(one: AtlasMap, limit: float | None) -> float | None:
 
 # ---- the shipped file ----------------------------------------------------------------------------
 
-
 _ZONE = re.compile(r"(utm )?(zone )?\d{1,2} ?[ns]")
 _CRITERIA = {"least scale error": "max_scale_error_ppm"}  # for other purposes the Airy-Kavrayskiy error
 _MOST = 3  # names in a hint
@@ -287,7 +286,6 @@ def _existing(read: dict[str, Any]) -> AtlasMap:
 
 # ---- atlas measurement ---------------------------------------------------------------------------
 
-
 _BASINS = {
     "North Atlantic": "ocean@110m & box:-75,0,-6,66",
     "South Atlantic": "ocean@110m & box:-65,-60,15,0",
@@ -370,17 +368,14 @@ def _town(part: regions.Place) -> str:
 
 # ---- an entry ------------------------------------------------------------------------------------
 
-
 _SCALE_ERROR = "max_scale_error_ppm"
 
 
 def measured_entry(region: regions.Region) -> dict[str, Any]:
-    """The best CRSs, custom projections and maps made to measure for a region, by purpose, as JSON.
-
-    Purposes are those of `recommend`, by the Airy-Kavrayskiy error; "least scale error" is by the largest scale error
-    of any existing map, and of conformal custom projections and maps made to measure. The map made for any purpose
-    keeps neither angles nor areas, so that it is also the compromise.
-    """
+    """The best CRSs, custom projections and maps made to measure for a region, by purpose, as JSON."""
+    # Purposes are those of `recommend`, by the Airy-Kavrayskiy error; "least scale error" is by the largest scale error
+    # of any existing map, and of conformal custom projections and maps made to measure. The map made for any purpose
+    # keeps neither angles nor areas, so that it is also the compromise.
     best = decisions.recommend(region, limit=1, custom=True)
     others = ("conformal", "equal-area", "compromise")
     by_purpose = {name: decisions.recommend(region, purpose=name, limit=1) for name in others}

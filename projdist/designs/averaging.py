@@ -104,7 +104,6 @@ class MeanMap(Answer):
 
 # ---- the mean map --------------------------------------------------------------------------------
 
-
 _NODES, _FINE = 3000, 10_000
 _HIGHEST = 86.0  # degrees of latitude: beyond, poles that are lines pull the mean onto a fold
 _WORLD = regions.Box(-180.0, -85.0, 180.0, 85.0)

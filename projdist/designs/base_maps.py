@@ -131,7 +131,6 @@ def check_extent(region: Place) -> decisions.Extent:
 
 # ---- nodes on a base -----------------------------------------------------------------------------
 
-
 SYMMETRIES: tuple[str, ...] = ("none", "meridian", "equator", "both")
 
 _KEPT = 1e-7  # relative error of scales of a map that is conformal or equal-area: 0.1 ppm

@@ -78,7 +78,6 @@ def _fitted(powers: Any, z: Any, weights: FloatArray) -> Any:
 
 # ---- equal-area maps -----------------------------------------------------------------------------
 
-
 _NEAR = 1e-8  # of |mu|^2: there atanh(t) / t is its series to rounding
 _SQRT2 = float(np.sqrt(2.0))
 
@@ -231,7 +230,6 @@ def general_map(nodes: BaseNodes, energy: Energy, degree: int, share: float) -> 
 
 
 # ---- degree by degree ----------------------------------------------------------------------------
-
 
 SHARES = (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
 """The surroundings' shares of the energy that are tried until one keeps them whole."""

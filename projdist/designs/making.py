@@ -109,7 +109,6 @@ class Design(support.Answer):
 
 # ---- the finished map, measured ------------------------------------------------------------------
 
-
 _TOLERANCE = 1e-8  # of the cubature
 
 
@@ -147,7 +146,6 @@ def measure_map(
 
 
 # ---- the design ----------------------------------------------------------------------------------
-
 
 _NODES, _AROUND = 3000, 1000
 _MARGIN = 0.15  # width of the surroundings, of the region's radius

@@ -89,7 +89,6 @@ def _curvatures(found: Expansion, gradients: FloatArray, w: FloatArray) -> tuple
 
 # ---- maps of elements ----------------------------------------------------------------------------
 
-
 _ELEMENT_STEPS = 200
 _ELEMENTS_DONE = 1e-13  # relative gain of the last step
 _RIDGE = 1e-12  # added to the diagonal of a Hessian that may be singular without its negative curvatures

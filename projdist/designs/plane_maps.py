@@ -180,7 +180,6 @@ PlaneMap = PolynomialMap | ComplexPolynomial | Shears
 
 # ---- projections as functions --------------------------------------------------------------------
 
-
 Sides = tuple[float, float, float, float]
 _BESIDE = 1e-9  # degrees: rounding of points on the edge
 
@@ -260,7 +259,6 @@ def _in_box(box: Sides, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, F
 
 
 # ---- plane means ---------------------------------------------------------------------------------
-
 
 _ENERGY = Energy()
 

@@ -136,7 +136,6 @@ def get_cut(given: CutLike) -> Cut:
 
 # ---- spline sheets -------------------------------------------------------------------------------
 
-
 _POLE = 0.5 * np.pi
 _ROUNDING = 1e-12  # radians
 
@@ -192,10 +191,7 @@ class Splines:
 
 @dataclass(frozen=True, eq=False)
 class SplineMap:
-    """A map of the world as a function of longitude and latitude in degrees; x, y in the unit of the coefficients.
-
-    The coefficients are (2, of v, of u); beyond the latitudes of v it is undefined.
-    """
+    """A map of the world from degrees; x, y in the unit of the coefficients (2, of v, of u), NaN beyond those of v."""
 
     cut: Cut
     u: Splines

@@ -23,7 +23,6 @@ from projdist.projections import Projection, ProjectionLike, listed_projections
 
 # ---- what is wanted ------------------------------------------------------------------------------
 
-
 WORLD_SYMMETRIES = ("auto", *SYMMETRIES)
 
 _DEGREE = 3
@@ -118,7 +117,6 @@ def _nearest(breaks: FloatArray, t: FloatArray) -> tuple[IntArray, IntArray]:
 
 # ---- triangulation -------------------------------------------------------------------------------
 
-
 _ROUNDING = 1e-9  # of a step, and of degrees
 _BEYOND = 1e-13  # of a latitude, beyond the poles: PROJ may miss triangles with a pole on their edge
 
@@ -176,7 +174,6 @@ def _triangles(rows: int, columns: int) -> IntArray:
 
 
 # ---- world maps ----------------------------------------------------------------------------------
-
 
 AGAINST = ("winkel-tripel", "wagner-9", "robinson", "equal-earth")
 

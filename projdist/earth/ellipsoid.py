@@ -122,10 +122,8 @@ WGS84 = Ellipsoid(6378137.0, 1 / 298.257223563)
 def destination(
     lon: ArrayLike, lat: ArrayLike, azimuth: ArrayLike, distance: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Longitude and latitude at a distance along great circles; all in degrees, broadcast together.
-
-    The azimuth is clockwise from north. Exact also at the poles, where north is along the meridian `lon`.
-    """
+    """Longitude and latitude at a distance along great circles in an azimuth from north; in degrees, broadcast."""
+    # Exact also at the poles, where north is along the meridian `lon`.
     turn, arc, lat = (np.radians(value) for value in (azimuth, distance, lat))
     east, north, up = np.sin(arc) * np.sin(turn), np.sin(arc) * np.cos(turn), np.cos(arc)
     axial, meridional = up * np.sin(lat) + north * np.cos(lat), up * np.cos(lat) - north * np.sin(lat)
@@ -148,10 +146,7 @@ def wrapped(lon: ArrayLike) -> FloatArray:
 
 
 def chord_angle(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Angles in radians between unit vectors (3, ...), broadcast, computed from the chord.
-
-    Exact to rounding for near vectors, to 1e-8 for opposite ones.
-    """
+    """Angles in radians between unit vectors (3, ...): exact to rounding for near ones, to 1e-8 for opposite ones."""
     square = np.square(one[0] - other[0])
     square += np.square(one[1] - other[1])
     square += np.square(one[2] - other[2])

@@ -104,12 +104,10 @@ Curve = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
-    """Points (m, 2) of a polygon within `tolerance` degrees of a curve, with its area to fourth order.
-
-    `t` are initial parameters; intervals are halved until their middles are within the tolerance, and 1e-5 of the
-    curve's size, of their chords. Then each middle is moved to 4/3 of its distance from the chord, so that the triangle
-    has the area under the curve by Simpson's rule.
-    """
+    """Points (m, 2) of a polygon within `tolerance` degrees of a curve, with its area to fourth order."""
+    # `t` are initial parameters; intervals are halved until their middles are within the tolerance, and 1e-5 of the
+    # curve's size, of their chords. Then each middle is moved to 4/3 of its distance from the chord, so that the
+    # triangle has the area under the curve by Simpson's rule.
     lon, lat = curve(t)
     size = float(np.degrees(np.ptp(unit_vectors(lon, lat), axis=1).max()))  # degrees of arc
     nearest = min(tolerance, _NEAR * size)
@@ -141,7 +139,6 @@ def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
 
 
 # ---- TopoJSON ------------------------------------------------------------------------------------
-
 
 POLE_CAP = 89.99  # degrees; a ring beyond is an artefact of closing Antarctica, not a coast
 
@@ -223,7 +220,6 @@ def as_stored(outlines: Iterable[Outline], arcs: Sequence[FloatArray]) -> Iterat
 
 
 # ---- Natural Earth -------------------------------------------------------------------------------
-
 
 RESOLUTIONS = ("110m", "50m", "10m")
 """Scales of the data, in millionths: for the world, for parts of it, and for small countries."""

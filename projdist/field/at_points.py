@@ -293,7 +293,6 @@ def _hard_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found:
 
 # ---- on rasters ----------------------------------------------------------------------------------
 
-
 # Central weights over one to four neighbours on each side, for the first derivative times the spacing, and their
 # difference from those of sixth order.
 _EIGHTH = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
@@ -391,7 +390,6 @@ def _difference_grid(projection: Projection, lon: FloatArray, lat: FloatArray, J
 
 
 # ---- as polynomials on panels --------------------------------------------------------------------
-
 
 _HELD_OUT = np.array([[-0.83, 0.31], [0.13, -0.71], [0.57, 0.89]])  # of a panel, where no node is
 

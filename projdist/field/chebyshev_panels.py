@@ -281,7 +281,6 @@ def _powers(coefficients: FloatArray, kept: IntArray, half: FloatArray) -> Float
 
 # ---- many points on panels -----------------------------------------------------------------------
 
-
 _EPS = np.finfo(float).eps
 _DISAGREEMENT = 32.0  # roundings of x or y; PROJ's own arithmetic has ten
 _MARGIN = 1e-6  # of a panel's half; points nearer to its edge may lie on a break

@@ -58,7 +58,6 @@ def defined(values: FloatArray) -> FloatArray:
 
 # ---- the Jacobian as polynomials -----------------------------------------------------------------
 
-
 _SLOPE = 50.0  # of the first Legendre polynomial left out, at the ends: ORDER (ORDER + 1) / 2 = 55
 _BENT = 1e3  # its second derivative there, over the width
 # Times the last coefficients: the part of smooth fields left out is smaller, and rounding, whose coefficients are all
@@ -142,7 +141,6 @@ def basis(t: FloatArray) -> FloatArray:
 
 # ---- quadratics ----------------------------------------------------------------------------------
 
-
 OFFSETS = np.linspace(-1.0, 1.0, 5)  # of the values, in halves of a cell's width
 _MARGIN = 3.0  # times the largest residual: enough for the tip of a cone, too
 
@@ -210,7 +208,6 @@ def _candidates(c: FloatArray) -> FloatArray:
 
 # ---- on cells ------------------------------------------------------------------------------------
 
-
 Inside = Callable[[IntArray, FloatArray, FloatArray], BoolArray]
 """True where points at grids r by s of pieces are in the region."""
 
@@ -257,12 +254,10 @@ def reach(goal: Goal, pieces: Polynomials, chosen: IntArray, inside: Inside) -> 
 def climb_cells(
     goal: Goal, pieces: Polynomials, chosen: IntArray, error: FloatArray, inside: Inside, known: float, exact: float
 ) -> tuple[float, Top]:
-    """An upper bound over the pieces, to `exact` if that is not too much work, and the largest values seen in each.
-
-    In pieces that the region's edge crosses, only peaks within the region count, and peaks on the pieces' own sides,
-    where the map may be torn; other largest values lie on the region's edge. `error` (n,) is that of the goal in each
-    piece, and `known` a value that it certainly reaches.
-    """
+    """An upper bound over the pieces, to `exact` if that is not too much work, and the largest values seen in each."""
+    # In pieces that the region's edge crosses, only peaks within the region count, and peaks on the pieces' own sides,
+    # where the map may be torn; other largest values lie on the region's edge. `error` (n,) is that of the goal in each
+    # piece, and `known` a value that it certainly reaches.
     cells = _Cells.of(len(chosen))
     top = Top(np.full(len(chosen), -np.inf), np.zeros(len(chosen)), np.zeros(len(chosen)))
     bound = -np.inf
@@ -318,7 +313,6 @@ def _look_at_cells(
 
 
 # ---- along edges of polygons ---------------------------------------------------------------------
-
 
 _INTERVAL_LEVELS = 20
 _MOST_INTERVALS = 1024  # intervals at a level

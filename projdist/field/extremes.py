@@ -64,7 +64,6 @@ class State:
 
 # ---- values at places ----------------------------------------------------------------------------
 
-
 _EXACT = 1e-10  # of the scales: a search resolves as much, which is above the rounding of derivatives
 BENT = 1e-7  # of the second derivatives
 _LEAST = 2e-12  # of J, as the differences leave it
@@ -113,7 +112,6 @@ def _size(field: FloatArray) -> FloatArray:
 
 
 # ---- measures without bound ----------------------------------------------------------------------
-
 
 _BROAD = 3e-3  # of the largest panel's area
 # Ever nearer to the maximum, in shares of the way to the middle of the nearest broad panel. Not nearer than
@@ -179,7 +177,6 @@ def _ends(values: FloatArray) -> BoolArray:
 
 
 # ---- search --------------------------------------------------------------------------------------
-
 
 _NOISY = 1e-3  # errors of the scales
 _SURE = 4.0  # times an error: at a pole, where coefficients fall slowly, it was twice the estimate

@@ -26,12 +26,10 @@ _STATIONS = np.concatenate([[-1.0], NODES, [1.0]])
 
 
 def jumps(xy: FloatArray, smallest: float) -> BoolArray:
-    """True for the panels in which the speed of x, y (2, n, p, p) along either axis breaks out between two nodes.
-
-    It does so if it is out of line with its neighbours by more than twice what they differ, or eight times at either
-    end. Smooth maps, even with a singularity near by, do that only where they are already resolved. `smallest` is the
-    least jump that counts, in metres.
-    """
+    """True for the panels in which the speed of x, y (2, n, p, p) along either axis breaks out between two nodes."""
+    # It does so if it is out of line with its neighbours by more than twice what they differ, or eight times at either
+    # end. Smooth maps, even with a singularity near by, do that only where they are already resolved. `smallest` is the
+    # least jump that counts, in metres.
     found = np.zeros(xy.shape[1], dtype=bool)
     gap = np.diff(NODES)
     for f in (xy, xy.swapaxes(-1, -2)):

@@ -36,7 +36,6 @@ class Rows:
 
 # ---- seams along the sides of panels -------------------------------------------------------------
 
-
 _DEEPEST = 8  # strips of strips: each is a 38th as wide, the last one rounding
 _INSET = 1e-9  # of half a panel: a seam on the side itself does no harm
 LINES = [1, 4, 8]  # the nodes through which lines go from side to side
@@ -157,7 +156,6 @@ def _divided(rectangles: FloatArray, torn: BoolArray) -> tuple[IntArray, FloatAr
 
 
 # ---- panels without a map ------------------------------------------------------------------------
-
 
 Partials = tuple[FloatArray | float, FloatArray | float, FloatArray | float, FloatArray | float]
 """du/dr, du/ds, dv/dr and dv/ds, with r and s in [-1, 1] along the two node axes."""
@@ -324,7 +322,6 @@ plan_of = functools.lru_cache(maxsize=_REGIONS)(Plan)
 
 
 # ---- panels with a map ---------------------------------------------------------------------------
-
 
 # From one side along a node axis: the derivative, and the last Legendre coefficients.
 _FROM_LEFT = np.concatenate([DIFFERENTIATE, LEGENDRE[ORDER - 6 :]])

@@ -23,7 +23,6 @@ from projdist.support import check_number, check_numbers, tell
 
 # ---- fields of maps ------------------------------------------------------------------------------
 
-
 DEFAULT_TOLERANCE = 1e-8
 _SLACK = 0.5  # of the tolerance that would be enough if the error were proportional to it
 _MAX_EVALUATIONS = 1_500_000
@@ -237,7 +236,6 @@ def check_declared_property(
 
 
 # ---- fixed nodes ---------------------------------------------------------------------------------
-
 
 # Radians. Where the truncation of the fourth order, step^4 / 30, meets rounding, 1e-16 / step; and, where a pole that
 # is drawn as a line is near, as a part of the distance to it.

@@ -71,12 +71,10 @@ def _improve(
     patient: bool = False,
     one_sided: bool = False,
 ) -> None:
-    """Take over better Jacobians of ever smaller steps at the points of an index; one-sided ones if ten times better.
-
-    They are sixth-order differences: central ones, or the best one-sided ones of the four quadrants. Points where a
-    smaller central step does not help are given up, unless `patient`: near a smooth singularity the error falls by 4^6,
-    beside a seam it does not. All further steps of few points are computed together.
-    """
+    """Take over better Jacobians of ever smaller steps at points of an index; one-sided ones if ten times better."""
+    # They are sixth-order differences: central ones, or the best one-sided ones of the four quadrants. Points where a
+    # smaller central step does not help are given up, unless `patient`: near a smooth singularity the error falls by
+    # 4^6, beside a seam it does not. All further steps of few points are computed together.
     if not index.size:
         return
     points, centre = points.take(index), centre[:, index]

@@ -49,11 +49,10 @@ def find_tears(
     most: int = 3,
     smallest: float | None = None,
 ) -> Links:
-    """The tears between evaluated points `start` and `stop`, both (n, 4), on an Earth of `radius` metres.
-
-    Of several tears in a link, up to `most`, those nearest to its ends are given. Only bent links are examined, in
-    which jumps of a thousandth of their length count; with `smallest` all links are, and jumps of as many metres count.
-    """
+    """The tears between evaluated points `start` and `stop`, both (n, 4), on an Earth of `radius` metres."""
+    # Of several tears in a link, up to `most`, those nearest to its ends are given. Only bent links are examined, in
+    # which jumps of a thousandth of their length count; with `smallest` all links are, and jumps of as many metres
+    # count.
     valid = drawn(start), drawn(stop)
     middle = evaluate(function, *(0.5 * (start[:, :2] + stop[:, :2])).T)
     offset = _distance(middle, 0.5 * (start + stop))
@@ -110,7 +109,6 @@ def _halve(function: Map, start: FloatArray, stop: FloatArray) -> tuple[FloatArr
 
 
 # ---- the length of cuts --------------------------------------------------------------------------
-
 
 _CELLS = 60  # along the longer side of a region: 3 or 6 degrees on the globe
 _BLOCK = 4  # cells in a row, within which a cut is a straight line

@@ -79,7 +79,6 @@ def frame_of_regions(rows: Sequence[Mapping[str, Any]], regions: Sequence[Any]) 
 
 # ---- layers --------------------------------------------------------------------------------------
 
-
 LAYER_SUFFIXES = (".gpkg", ".geojson")
 
 DRIVERS = {".gpkg": "GPKG", ".geojson": "GeoJSON", ".fgb": "FlatGeobuf", ".shp": "ESRI Shapefile"}
@@ -264,7 +263,6 @@ def _native(places: FloatArray, plane: ProjectedCrs | None) -> FloatArray:
 
 
 # ---- the atlas ------------------------------------------------------------------------------------
-
 
 ATLAS_SUFFIXES = (".csv", ".parquet", ".gpkg")
 

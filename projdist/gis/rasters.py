@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from projdist import answers, projections, support, surfaces
+from projdist import answers, earth, projections, support, surfaces
 from projdist._typing import AnyArray, FloatArray
 from projdist.applications.mosaics import Georeference
 from projdist.applications.oldmaps import RectifiedScan
@@ -64,11 +64,8 @@ class RasterPixels:
 
 
 def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resolution: float | None) -> RasterPixels:
-    """The pixels of an extent.
-
-    `size` is the number of pixels along the longer side, which are square then, or columns and
-    rows; `resolution` the side of a pixel in the CRS's unit, on whose multiples the edges lie.
-    """
+    """The pixels of an extent, by `size` (of the longer side, or columns and rows) or by a side in the CRS's unit."""
+    # The pixels of a longer side are square. Those of a `resolution` have edges on its multiples.
     x0, y0, x1, y1 = extent
     width, height = x1 - x0, y1 - y0
     if resolution is not None:
@@ -111,7 +108,6 @@ def on_plane(
 
 
 # ---- rasters -------------------------------------------------------------------------------------
-
 
 RASTER_SUFFIXES = (".tif", ".tiff")
 
@@ -175,7 +171,7 @@ def raster(
             """Degrees of coordinates; NaN beyond the poles, where outer pixels may lie."""
             lon, lat = graticule.angles.to_degrees(u, v)
             outside = np.abs(lat) > 90.0
-            return np.where(outside, np.nan, surfaces.normalised(lon)), np.where(outside, np.nan, lat)
+            return np.where(outside, np.nan, earth.wrapped(lon)), np.where(outside, np.nan, lat)
 
         west, south, east, north = area.bounds
         (x0, x1), (y0, y1) = graticule.angles.from_degrees(np.array([west, east]), np.array([south, north]))
@@ -221,7 +217,6 @@ def _values(
 
 
 # ---- GeoTIFF --------------------------------------------------------------------------------
-
 
 # Of GeoTIFF keys: the second holds more CRSs, as Equal Earth; fewer programs read it.
 FLAVOURS = ("STANDARD", "ESRI_PE")
@@ -370,7 +365,6 @@ def save_sheet(
 
 
 # ---- arrays --------------------------------------------------------------------------------------
-
 
 _MAPPING = "spatial_ref"  # the name in rioxarray
 

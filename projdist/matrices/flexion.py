@@ -10,11 +10,9 @@ from projdist._typing import FloatArray
 
 
 def flexion(J: FloatArray, H: FloatArray) -> FloatArray:
-    """Goldberg and Gott's flexion |v x w| / |v|^2, the mean over all directions.
-
-    v is the velocity and w the acceleration on the map of a unit-speed great circle; the
-    unit is one per radian of arc when J and H are per radian. Goldberg & Gott 2007, section 3.
-    """
+    """Goldberg and Gott's flexion |v x w| / |v|^2, the mean over all directions."""
+    # v is the velocity and w the acceleration on the map of a unit-speed great circle; the unit is one per radian of
+    # arc when J and H are per radian. Goldberg & Gott 2007, section 3.
     return _mean_over_directions(J, H, lambda v, w: np.asarray(v[..., 0] * w[..., 1] - v[..., 1] * w[..., 0]))
 
 

@@ -73,12 +73,10 @@ def minimise(
     count: int | None = None,
     start: FloatArray | None = None,
 ) -> BoxMinimum:
-    """Minimum over the box of the sum of squares of a function's terms, or, with `worst`, of the largest term.
-
-    With `worst` the terms have the shape (groups, n), and the sum of the groups' largest terms is minimised.
-    `count` points are tried before the descents; by default 24 in one dimension, 53 in two, 126 in four. With a
-    `start` the minimum is the local one that a descent from there finds.
-    """
+    """Minimum over the box of the sum of squares of a function's terms, or, with `worst`, of the largest term."""
+    # With `worst` the terms have the shape (groups, n), and the sum of the groups' largest terms is minimised. `count`
+    # points are tried before the descents; by default 24 in one dimension, 53 in two, 126 in four. With a `start` the
+    # minimum is the local one that a descent from there finds.
     counted = _Counted(function, low, high, worst)
     dimensions = low.size
     if not dimensions:

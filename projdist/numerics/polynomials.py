@@ -149,7 +149,6 @@ class ComplexPolynomials:
 
 # ---- harmonic fits -------------------------------------------------------------------------------
 
-
 _ROUNDS = 200  # of reweighting; some twenty suffice
 _SETTLED = 1e-10  # relative to the largest residual
 

@@ -273,7 +273,6 @@ def _joined(segments: FloatArray) -> list[FloatArray]:
 
 # ---- places --------------------------------------------------------------------------------------
 
-
 _TEXT = 6.5  # points
 _LETTER, _LINE = 0.6, 1.25  # of a letter and a line, in the size
 
@@ -388,7 +387,7 @@ def _draw_locator(ax: Axes, surface: Surface, texts: _Texts) -> None:
     place = left / texts.width, bottom / texts.height, (right - left) / texts.width, (top - bottom) / texts.height
     globe = ax.inset_axes(place, zorder=6.0)
     west, south, east, north = surface.domain.region.bounds
-    lon, lat = float(surfaces.normalised(np.array(0.5 * (west + east)))), 0.5 * (south + north)
+    lon, lat = float(earth.wrapped(np.array(0.5 * (west + east)))), 0.5 * (south + north)
     centre = f"+lon_0={lon:.6f} +lat_0={0.8 * lat:.6f}"
     tilted = projections.Projection.from_user_input(f"+proj=ortho {centre} +R=6371008.7714")
     seen = surfaces.surface_of(tilted, regions.GLOBE, 4.0)
@@ -408,7 +407,7 @@ def _is_true_to_scale(surface: Surface) -> bool:
     nodes = np.flatnonzero(surface.weights > 0)
     nodes = nodes[:: max(nodes.size // _SAMPLE, 1)]
     lon, lat = surface.lonlat()
-    J = field.jacobian(surface.domain.projection, surfaces.normalised(lon[nodes]), lat[nodes])
+    J = field.jacobian(surface.domain.projection, earth.wrapped(lon[nodes]), lat[nodes])
     scales = matrices.principal_scales(J)
     off = np.abs(scales[np.isfinite(scales).all(axis=1)] - 1.0)
     return bool(off.size and np.quantile(off, 0.95) < _NEARLY_ONE)

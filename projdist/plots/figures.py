@@ -36,8 +36,8 @@ def _measured_against(
     projection: Projection, measure: matrices.Measure, other: Projection | None, lon: FloatArray, lat: FloatArray
 ) -> FloatArray:
     """The values of `field_against` at points."""
-    values = surfaces.measured(projection, measure, lon, lat)
-    return values if other is None else _against(values, surfaces.measured(other, measure, lon, lat), measure)
+    values = field.measure_at(projection, measure, lon, lat)
+    return values if other is None else _against(values, field.measure_at(other, measure, lon, lat), measure)
 
 
 def _against(values: FloatArray, others: FloatArray, measure: matrices.Measure) -> FloatArray:
@@ -188,7 +188,7 @@ def modes_figure(
 
     def draw(ax: Axes, k: int) -> None:
         surface = panels[k].surface
-        values_at = functools.partial(surfaces.measured, surface.domain.projection, scores[k])
+        values_at = functools.partial(field.measure_at, surface.domain.projection, scores[k])
         map_drawing.draw_heatmap(ax, surface, values[k], scale, panels[k].words, context, values_at)
 
     return _figure(panels, draw, size, dpi, look, f"{_MODE}{_over([replace(maps[0], place='')])}", scale)

@@ -137,11 +137,9 @@ def arranged(
     labels: tuple[float, float] = (0.0, 0.0),
     look: Look = USUAL,
 ) -> tuple[StyledFigure, list[Axes], float]:
-    """Figure with a foot, and axes of `shapes`, widths and heights (n, 2), as large as possible.
-
-    Columns are as wide as titles and subtitles, `words`, where the figure has room for it, with room for `labels` in
-    inches to the left of and below the axes; last returned is the room for titles in inches.
-    """
+    """Figure with a foot, axes of `shapes`, widths and heights (n, 2), as large as possible, and room for titles."""
+    # Columns are as wide as titles and subtitles, `words`, where the figure has room for it, with room for `labels` in
+    # inches to the left of and below the axes.
     size, dpi, count = check_size(size), check_dpi(dpi), len(shapes)
     make = functools.partial(_Grid, shapes, size, foot, labels, look)
     # In a figure of a stated size titles and subtitles share a line if they fit.

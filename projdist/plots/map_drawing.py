@@ -12,7 +12,7 @@ from matplotlib import colorbar, colors, contour, patheffects, transforms, tri
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 
-from projdist import answers, decisions, matrices, projections, regions, support, surfaces
+from projdist import answers, decisions, field, matrices, projections, regions, support, surfaces
 from projdist._typing import FloatArray, IntArray
 from projdist.plots import basemap, layouts
 from projdist.plots.colours import ColourScale, Levels, level_labels, shown_levels
@@ -183,7 +183,7 @@ def heatmap(
     words = words_of(surface.domain.projection, title, airy_kavrayskiy)
     values = surfaces.field(surface, chosen)
     scale = ColourScale.of_surfaces(chosen, [surface], [values], levels=levels, cmap=cmap, limits=limits)
-    values_at = functools.partial(surfaces.measured, surface.domain.projection, chosen)
+    values_at = functools.partial(field.measure_at, surface.domain.projection, chosen)
     draw_heatmap(ax, surface, values, scale, words, basemap.check_context(context), values_at, step=step)
     if colourbar:
         draw_bar_below(ax, scale)
@@ -319,7 +319,6 @@ def _ticks(scale: ColourScale, length: float) -> list[float]:
 
 
 # ---- ground distortion ---------------------------------------------------------------------------
-
 
 # Values at the vertices are given, none are computed.
 _DISTORTION = matrices.Measure("distortion_ppm", lambda J: np.full(J.shape[:-2], np.nan), unit="ppm", kind="signed")

@@ -14,7 +14,7 @@ from matplotlib.animation import FFMpegWriter
 from matplotlib.axes import Axes
 from PIL import Image
 
-from projdist import field, matrices, projections, regions, support, surfaces
+from projdist import earth, field, matrices, projections, regions, support, surfaces
 from projdist._typing import AnyArray, AnyPath, BoolArray, FloatArray, IntArray
 from projdist.plots import layouts, map_drawing
 from projdist.plots.colours import ColourScale
@@ -118,7 +118,7 @@ def _turn(first: Projection, second: Projection, region: regions.Place) -> float
     west, south, _, north = region.bounds
     u = west + (np.mod(region.bounds[2] - west - 1e-9, 360.0) + 1e-9) * (np.arange(_COARSE) + 0.5) / _COARSE
     v = np.linspace(south, north, _COARSE + 2)[1:-1]
-    lon, lat = (one.ravel() for one in np.meshgrid(surfaces.normalised(u), v))
+    lon, lat = (one.ravel() for one in np.meshgrid(earth.wrapped(u), v))
     one, other = (np.column_stack(projection(lon, lat)) for projection in (first, second))
     kept = np.isfinite(one + other).all(axis=1) & region.contains(lon, lat)
     if not kept.any():
@@ -179,7 +179,7 @@ def _tracks(
     line = np.repeat(np.arange(len(lines)), [len(points) for points in lines])
     points = surfaces.cut_at_tears(domain, field.evaluate(domain, *np.concatenate(lines).T), line)
     there = field.drawn(points)
-    lon, lat = surfaces.normalised(np.where(there, points[:, 0], 0.0)), np.where(there, points[:, 1], 0.0)
+    lon, lat = earth.wrapped(np.where(there, points[:, 0], 0.0)), np.where(there, points[:, 1], 0.0)
     one, other = (np.column_stack(projection(lon, lat)) for projection in (first, second))
     there &= np.isfinite(one).all(axis=1) & np.isfinite(other).all(axis=1)
     return [Track(one[run], other[run]) for run in surfaces.runs(there)]

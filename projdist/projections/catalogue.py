@@ -55,7 +55,6 @@ NOT_IN_METRES = {
 
 # ---- hints ---------------------------------------------------------------------------------------
 
-
 _OF_THE_EARTH = ("EPSG", "ESRI", "IGNF")
 MOST_HINTS = 6  # hints: Eckert and Wagner each made that many maps
 

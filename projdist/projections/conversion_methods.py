@@ -65,11 +65,7 @@ def kind_of(name: str) -> ParameterKind:
 
 @dataclass(frozen=True)
 class _Parameter:
-    """A parameter that a method takes: its name in WKT 2, and EPSG's code, "" if it has none.
-
-    `values` are the only ones that PROJ supports; empty if it takes any. `instead` is a kind that files may state in
-    its place.
-    """
+    """A parameter of a method: WKT 2's name, EPSG's code or "", the only `values` if not any, a kind `instead`."""
 
     name: str
     code: str

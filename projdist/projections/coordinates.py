@@ -36,10 +36,7 @@ _EARTHLY = 2e-3  # of the radius: spheres for the Earth have 6370 to 6378 km
 
 @dataclass(frozen=True)
 class ProjectedCrs:
-    """The projected CRS of a map, with coordinates u, v in GIS order (x, y).
-
-    `wkt` is the 2-D CRS in WKT2.
-    """
+    """The projected CRS of a map, 2-D in WKT2, with coordinates u, v in GIS order (x, y)."""
 
     wkt: str
     operation: CrsOperation
@@ -108,10 +105,7 @@ def graticule_of(projection: Projection) -> Graticule:
 
 @dataclass(frozen=True, kw_only=True)
 class DataCrs:
-    """The CRS of data, with coordinates u, v in GIS order, and the transformation to the datum of a map.
-
-    `has_degrees` is True if u, v are longitudes and latitudes in degrees.
-    """
+    """The CRS of data, u, v in GIS order, perhaps in degrees, and the transformation to the datum of a map."""
 
     name: str
     has_degrees: bool
@@ -275,10 +269,7 @@ def geodesic_direct(
 
 @dataclass(frozen=True)
 class DatumTransformation:
-    """A datum transformation at a place: the difference of coordinates and PROJ's accuracy, both in metres.
-
-    Both are NaN if unknown, for example because a grid is not installed.
-    """
+    """A datum transformation at a place: difference of coordinates and PROJ's accuracy in metres, NaN if unknown."""
 
     source: str
     target: str
@@ -334,7 +325,6 @@ def keeps_datum(source: Any, target: Any) -> bool:
 
 
 # ---- tables of points ----------------------------------------------------------------------------
-
 
 TEXT_SUFFIXES = (".csv", ".tsv", ".txt")
 """Suffixes of tables of points in text files."""

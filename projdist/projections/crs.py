@@ -126,7 +126,6 @@ def with_spaces(text: str) -> str:
 
 # ---- CF conventions ------------------------------------------------------------------------------
 
-
 _WKT = ("crs_wkt", "spatial_ref")  # CF's, and GDAL's
 _NAME = "grid_mapping_name"
 _SIZES = ("semi_major_axis", "semi_minor_axis", "inverse_flattening", "earth_radius")

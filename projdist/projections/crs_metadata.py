@@ -167,7 +167,6 @@ def _method_of(wkt: str) -> str:
 
 # ---- discontinuities -----------------------------------------------------------------------------
 
-
 _SHIFTED = ("+pm=", "+over", "+proj=pipeline", "+proj=ob_tran", "+axis=")
 
 
@@ -217,7 +216,6 @@ def _numbers_in(pipeline: str) -> dict[str, float | str]:
 
 
 # ---- native poles --------------------------------------------------------------------------------
-
 
 _AZIMUTHAL = frozenset("laea aeqd stere ortho gnom airy nsper".split())  # about lon_0, lat_0
 _ENDLESS = frozenset("stere merc webmerc cc lcc".split())  # unbounded at a pole

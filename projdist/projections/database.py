@@ -107,7 +107,6 @@ def year_of(date: str | None) -> int:
 
 # ---- the index of CRSs ---------------------------------------------------------------------------
 
-
 AUTHORITIES = ("EPSG", "ESRI", "IGNF")
 """Authorities with projected CRSs of the Earth; IAU_2015's are of other planets."""
 
@@ -142,11 +141,7 @@ class CrsRecord:
 
 @dataclass(frozen=True)
 class DatabaseCrs:
-    """A CRS as a projection, with the name of its geodetic CRS as `datum` and its `conversion`.
-
-    CRSs with the same `conversion` draw the same map up to the ellipsoid and the false origin. `is_upright` is True if
-    the axes point east and north.
-    """
+    """A CRS as a projection, with its datum; CRSs of one `conversion` draw the same map but for the false origin."""
 
     projection: Projection
     datum: str
@@ -236,7 +231,6 @@ def _spheroids() -> dict[str, tuple[str, float, float]]:
 
 # ---- CRSs of one map -----------------------------------------------------------------------------
 
-
 _FIGURE = 1e-8  # of the axes: GRS 80 and WGS 84 differ by 2e-11 of them
 _SEXAGESIMAL = 9110  # EPSG's code for degrees, minutes and seconds as DDD.MMSSsss
 _DEGREE = 9102
@@ -291,7 +285,6 @@ def _value(value: float, unit: int, factors: Mapping[int, float | None]) -> floa
 
 
 # ---- search by words --------------------------------------------------------------------------
-
 
 _AUTHORITIES = ("", "EPSG", "ESRI", "IGNF")  # order of equally good hits; "" is for bare names
 _MODERN = 1984  # year of the first satellite datum still in use

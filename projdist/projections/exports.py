@@ -222,7 +222,6 @@ def _changed_parameters(tokens: dict[str, str], x: float, y: float) -> Iterator[
 
 # ---- PROJ strings as CRSs ------------------------------------------------------------------------
 
-
 _VERSIONS = ("WKT2_2019", "WKT1_ESRI")
 
 
@@ -323,11 +322,7 @@ class Composed:
 
 
 def compose(projection: Projection, matrix: ArrayLike, name: str) -> Projection:
-    """A projection followed by `matrix` (2, 2).
-
-    Its definition is the PROJ pipeline if there is one. Raises ProjectionError for a matrix that is not finite and
-    invertible.
-    """
+    """A projection followed by `matrix` (2, 2), as a PROJ pipeline if there is one; raises ProjectionError."""
     M = np.asarray(matrix, dtype=float)
     if M.shape != (2, 2) or not np.isfinite(M).all() or np.linalg.det(M) == 0.0:
         raise ProjectionError(f"Invalid matrix {M.tolist()} of a map. It must be 2 by 2, finite and invertible.")
@@ -346,7 +341,6 @@ def uncomposed(projection: Projection, matrix: FloatArray) -> tuple[Projection, 
 
 # ---- followed by operations of PROJ --------------------------------------------------------------
 
-
 _METHOD = "PROJ-based operation method"
 _SCOPE = "Maps of the area with little distortion."
 _DECIMALS = 6  # of degrees: a tenth of a metre
@@ -361,10 +355,7 @@ class AreaOfUse(NamedTuple):
 
 @dataclass(frozen=True)
 class DerivedCrs:
-    """A CRS as text: a PROJ pipeline from degrees, and WKT2.
-
-    `wkt` is a projected CRS with the pipeline as its conversion; `wkt_derived` is derived from the CRS of the base.
-    """
+    """A CRS as a PROJ pipeline from degrees, projected WKT2 with it as conversion, and WKT2 derived from the base."""
 
     pipeline: str
     wkt: str

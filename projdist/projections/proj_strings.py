@@ -166,7 +166,6 @@ def _meant(token: str, step: Sequence[str]) -> list[str]:
 
 # ---- PROJ strings as dictionaries ----------------------------------------------------------------
 
-
 Stated = Mapping[str, str]
 """The parameters of a PROJ string and their values, as texts; "" for flags."""
 
@@ -239,7 +238,6 @@ def prime_meridian(stated: Stated) -> float:
 
 
 # ---- projections of PROJ strings -----------------------------------------------------------------
-
 
 # These relate a datum to WGS 84 or concern heights: PROJ would apply them, but they are not part of the map.
 _DATUM_SHIFT_KEYS = frozenset("towgs84 nadgrids geoidgrids vunits vto_meter geoid_crs type no_defs wktext".split())

@@ -320,7 +320,6 @@ def _textbook(name: str) -> str:
 
 # ---- bodies --------------------------------------------------------------------------------------
 
-
 _NAMED = re.compile(r'(?:ELLIPSOID|SPHEROID|DATUM|BASEGEOGCRS|BASEGEODCRS|GEOGCRS|GEODCRS|GEOGCS)\["([^"]*)"')
 # Ellipsoids used for one body differ by up to 3.4 % (Saturn: equatorial and mean radius); the Moon and Io by 4.8 %.
 # Bodies of more similar size are distinguished by name, if they have one.
@@ -442,7 +441,6 @@ def _parse_file(path: Path) -> Parts:
 
 
 # ---- the type ------------------------------------------------------------------------------------
-
 
 _FARTHEST = 1e10  # radii, the reach of the gnomonic map; PROJ returns larger numbers outside of some maps
 _LONGEST_LABEL, _LONGEST_PATH = 60, 300  # characters

@@ -68,12 +68,10 @@ class ParameterRange:
 
 
 def _ranges(operation: str, stated: Stated, *, sphere: bool) -> tuple[ParameterRange, ...]:
-    """The numeric parameters of an operation with some parameters stated.
-
-    Rows of the table with different `form` exclude each other: of alternatives, such as k_0 or lat_ts, those are taken
-    that are stated, else the first. `where` limits a row to polar maps, to maps of an ellipsoid, or to maps with
-    another parameter stated. A range is mirrored or extended to include the value.
-    """
+    """The numeric parameters of an operation with some parameters stated."""
+    # Rows of the table with different `form` exclude each other: of alternatives, such as k_0 or lat_ts, those are
+    # taken that are stated, else the first. `where` limits a row to polar maps, to maps of an ellipsoid, or to maps
+    # with another parameter stated. A range is mirrored or extended to include the value.
     stated = {"k_0": stated["k"], **stated} if "k" in stated else stated  # PROJ's older word
     polar = abs(degrees_of(stated.get("lat_0", "0"))) == 90.0
     there = {"", *stated, *(["polar"] if polar else []), *([] if sphere else ["ellipsoid"])}
@@ -101,7 +99,6 @@ def _longitude_key(parameters: Collection[ParameterRange]) -> str:
 
 
 # ---- sliders and dragging ------------------------------------------------------------------------
-
 
 Centre = tuple[float, float]
 

@@ -169,11 +169,9 @@ def _equidistant(lam: FloatArray, phi: FloatArray, across: float, along: float) 
 
 
 def _mollweide(sine: FloatArray, cosine: FloatArray) -> XY:
-    """Sine and cosine of the angle theta of Mollweide's map, of those of the latitude.
-
-    2 theta + sin 2 theta = pi sin phi (Snyder 1987, equation 31-3), solved for u = pi - 2 |theta|, so that
-    nothing cancels at the poles: u - sin u = pi (1 - |sin phi|), by Newton's method from u^3 / 6.
-    """
+    """Sine and cosine of the angle theta of Mollweide's map, of those of the latitude."""
+    # 2 theta + sin 2 theta = pi sin phi (Snyder 1987, equation 31-3), solved for u = pi - 2 |theta|, so that nothing
+    # cancels at the poles: u - sin u = pi (1 - |sin phi|), by Newton's method from u^3 / 6.
     rest = np.pi * cosine**2 / (1.0 + np.abs(sine))
     u = np.cbrt(6.0 * rest)
     for _ in range(_NEWTON_STEPS):

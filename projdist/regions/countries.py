@@ -105,7 +105,6 @@ def folded(text: str) -> str:
 
 # ---- countries -----------------------------------------------------------------------------------
 
-
 DEFAULT_RESOLUTION = "50m"
 
 
@@ -163,7 +162,6 @@ def _outlines(geometry: shapely.MultiPolygon, text: str, resolution: str) -> Pol
 
 
 # ---- states --------------------------------------------------------------------------------------
-
 
 RESOLUTION = "10m"
 

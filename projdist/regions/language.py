@@ -433,7 +433,6 @@ def share_in(box: Box, region: Region | PointSet) -> float:
 
 # ---- regions as titles ---------------------------------------------------------------------------
 
-
 _LONGEST_TITLE = 70  # letters
 
 

@@ -229,7 +229,6 @@ def tightened(v0: float, v1: float, low: float, high: float) -> tuple[float, flo
 
 # ---- boxes ---------------------------------------------------------------------------------------
 
-
 Sides = tuple[float, float, float, float]
 
 

@@ -140,7 +140,6 @@ def is_number(text: str) -> bool:
 
 # ---- writing ------------------------------------------------------------------------------------
 
-
 # Paths of open streams: a file behind one was opened by the parent process.
 _BLOCK = bytes(4096)  # a block of a disk
 _AFTER_FAILURE = 256  # blocks: SQLite frees some space before it fails

@@ -66,7 +66,6 @@ def suggestion(text: str, known: Collection[str]) -> str:
 
 # ---- notices -------------------------------------------------------------------------------------
 
-
 _KEPT: ContextVar[list[str] | None] = ContextVar("kept", default=None)
 
 

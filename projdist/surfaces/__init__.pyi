@@ -7,11 +7,10 @@ from .domain import (
     ground_size,
     is_part,
     longitude_width,
-    normalised,
     project_lines,
     runs,
 )
-from .fields import ValuesAt, crosses, field, filled, jacobians, jumping, measured
+from .fields import ValuesAt, crosses, field, filled, jacobians, jumping
 from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons, land_rings
 from .regional import shown_part, surface_of
 from .surface import Surface, boundary_polygon, extent_of, frame_of_part, rim_edges
@@ -61,8 +60,6 @@ __all__ = [
     "land_polygons",
     "land_rings",
     "longitude_width",
-    "measured",
-    "normalised",
     "principal_axes",
     "project_lines",
     "rim_edges",

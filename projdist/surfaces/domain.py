@@ -11,6 +11,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.earth import wrapped
 from projdist.field import drawn, evaluate, find_tears
 from projdist.numerics import quantile
 from projdist.projections import Projection
@@ -46,11 +47,6 @@ def check_step(step: float) -> None:
         raise ValueError(f"Invalid step '{step}'. It must be a positive number of degrees.")
 
 
-def normalised(lon: FloatArray) -> FloatArray:
-    """Longitudes within -180 .. 180; those already within stay exactly as they are."""
-    return np.where(np.abs(lon) <= 180.0, lon, np.mod(lon + 180.0, 360.0) - 180.0)
-
-
 class Survey(NamedTuple):
     """Images x, y and rough principal scales a >= b of a map on a grid lon, lat over a region, (rows, columns)."""
 
@@ -80,7 +76,7 @@ class Domain:
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Coordinates in metres of points in degrees, NaN for points that are not drawn."""
         lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
-        lon = normalised(lon)
+        lon = wrapped(lon)
         x, y = self.projection(lon, lat)
         outside = self._outside(lon, lat, x)
         if self.beyond is not None:
@@ -122,7 +118,7 @@ def domain_of(projection: Projection, region: RegionLike | None) -> Domain:
     # 180 by 121 places: two degrees apart on a globe.
     u = west + longitude_width(place.bounds) * (np.arange(180) + 0.5) / 180
     v = np.clip(south + (north - south) * np.linspace(0.0, 1.0, 121), -POLE, POLE)
-    lon, lat = np.meshgrid(normalised(u), v)
+    lon, lat = np.meshgrid(wrapped(u), v)
     x, y = projection(lon, lat)
     survey = Survey(lon, lat, x, y, *rough_scales(projection, lon, lat, x, y))
     return Domain(projection, place, box, survey, _beyond(projection, place, survey))
@@ -149,7 +145,7 @@ def rough_scales(
         lat, x, y = np.clip(lat, -POLE + _STEP, POLE - _STEP), x.copy(), y.copy()
         x[polar], y[polar] = projection(lon[polar], lat[polar])
     east = _STEP / np.cos(np.radians(lat))
-    lons = normalised(np.stack([lon + east, lon - east, lon, lon]))
+    lons = wrapped(np.stack([lon + east, lon - east, lon, lon]))
     lats = np.stack([lat, lat, lat + _STEP, lat - _STEP])
     xs, ys = projection(lons, lats)
     metres = np.radians(_STEP) * projection.ellipsoid.a
@@ -225,7 +221,7 @@ def climb(
     """Longitude, latitude and value of a local maximum near a point, found on ever finer grids of 9 by 9 points."""
     span, offsets = 2.0, np.linspace(-1.0, 1.0, 9)
     while span > 1e-4:
-        lons = normalised(lon + span * offsets[:, None] / max(np.cos(np.radians(lat)), 1e-3))
+        lons = wrapped(lon + span * offsets[:, None] / max(np.cos(np.radians(lat)), 1e-3))
         lons, lats = np.broadcast_arrays(lons, np.clip(lat + span * offsets, -POLE, POLE))
         values = function(lons, lats)
         best = int(np.argmax(values))
@@ -360,7 +356,7 @@ def even_grid(bounds: Bounds, step: float, central_meridian: float | None = None
         count = max(round(width * np.cos(np.radians(lat)) / step), 3 if width == 360.0 else 1)
         lons.append(start + width * (np.arange(count) + 0.5) / count)
         points.append(np.full(count, lat))
-    return normalised(np.concatenate(lons)), np.concatenate(points)
+    return wrapped(np.concatenate(lons)), np.concatenate(points)
 
 
 def graticule_grid(bounds: Bounds, lat_step: float, lon_step: float) -> tuple[FloatArray, FloatArray]:
@@ -371,4 +367,4 @@ def graticule_grid(bounds: Bounds, lat_step: float, lon_step: float) -> tuple[Fl
         raise ValueError(f"Invalid grid '{lat_step:g},{lon_step:g}'. At most {_MOST_POINTS:,} ellipses are drawn.")
     meridians, parallels = graticule_values(bounds, lon_step, lat_step)
     lon, lat = np.meshgrid(meridians, parallels)
-    return normalised(lon.ravel()), lat.ravel()
+    return wrapped(lon.ravel()), lat.ravel()

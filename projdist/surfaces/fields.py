@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.field import hessian, jacobian
+from projdist.earth import wrapped
+from projdist.field import jacobian, measure_at
 from projdist.matrices import Measure
-from projdist.projections import Projection
-from projdist.surfaces.domain import POLE, normalised
+from projdist.surfaces.domain import POLE
 from projdist.surfaces.surface import Surface
 
 _HALVINGS = 6
@@ -61,7 +61,7 @@ def _jumps(surface: Surface, edges: IntArray, level: FloatArray, values_at: Valu
     def along(share: FloatArray | float) -> FloatArray:
         """Values at a share of the way along the edges."""
         lon, lat = surface.frame.geographic(u + share * du, v + share * dv)
-        return values_at(normalised(lon), lat)
+        return values_at(wrapped(lon), lat)
 
     here, there = along(0.0), along(1.0)
     passed = (here - level) * (there - level) < 0.0  # false where a pole's vertex took its neighbours' value
@@ -84,7 +84,7 @@ def field(surface: Surface, measure: Measure) -> FloatArray:
     """Values of a measure at the vertices of a surface, at images of a seam on their own side of it."""
     inner = _off_poles(surface)
     values = np.full(surface.x.size, np.nan)
-    values[inner] = measured(surface.domain.projection, measure, *surface.lonlat_off_seams(inner))
+    values[inner] = measure_at(surface.domain.projection, measure, *surface.lonlat_off_seams(inner))
     values[~np.isfinite(values)] = np.nan
     nodes = filled(values[: surface.nodes].reshape(surface.shape))
     # The largest difference of a node to a neighbour, 0 without neighbours.
@@ -108,14 +108,6 @@ def jacobians(surface: Surface) -> FloatArray:
 def _off_poles(surface: Surface) -> IntArray:
     """Numbers of the drawn vertices off the grid's poles, where maps may be singular."""
     return np.flatnonzero(np.isfinite(surface.x) & (np.abs(surface.v) < POLE))
-
-
-def measured(projection: Projection, measure: Measure, lon: FloatArray, lat: FloatArray) -> FloatArray:
-    """Values of a measure at points."""
-    J = jacobian(projection, lon, lat)
-    if not measure.needs_hessian:
-        return measure(J)
-    return measure(J, hessian(projection, lon, lat))
 
 
 def filled(values: FloatArray) -> FloatArray:

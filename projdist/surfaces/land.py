@@ -11,9 +11,9 @@ import shapely
 from numpy.typing import NDArray
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import GEOS_ARITHMETIC, borders, coastlines, lakes, land, polygons_within, shores
+from projdist.earth import GEOS_ARITHMETIC, borders, coastlines, lakes, land, polygons_within, shores, wrapped
 from projdist.regions import Polygons
-from projdist.surfaces.domain import Bounds, ground_size, longitude_width, normalised, project_lines
+from projdist.surfaces.domain import Bounds, ground_size, longitude_width, project_lines
 from projdist.surfaces.surface import Surface
 
 _TURNS = (-360.0, 0.0, 360.0)
@@ -94,10 +94,7 @@ class PreparedArea:
 
 @dataclass(frozen=True)
 class CellsIn:
-    """The parts of a surface's cells in an area: the cells wholly `inside`, and `pieces` (x, y) of others.
-
-    The cells are `surface.whole`, then `surface.cut`; `touched` marks those that intersect the area.
-    """
+    """The cells of a surface, whole ones, then cut ones, in an area: those `inside`, those `touched`, and `pieces`."""
 
     inside: BoolArray
     touched: BoolArray
@@ -107,7 +104,7 @@ class CellsIn:
 def cells_in(surface: Surface, area: PreparedArea) -> CellsIn:
     """The parts of a surface's cells in an area."""
     lon, lat = surface.lonlat()
-    inside = area.contains(normalised(lon), lat)
+    inside = area.contains(wrapped(lon), lat)
     sizes = np.array([len(cell) for cell in surface.cut], dtype=int)
     first = len(surface.whole)
     groups = [(np.arange(first), surface.whole, False)]
@@ -132,7 +129,7 @@ def _in_cells(
     lon, lat = surface.lonlat()
     xy = np.column_stack([surface.x, surface.y])
     lons, lats = lon[cells.T], lat[cells.T]
-    first = normalised(lons[0])
+    first = wrapped(lons[0])
     lons = first + (np.mod(lons - lons[0] + 180.0, 360.0) - 180.0)
     near = area.may_border(lons, lats)
     near = near[np.abs(lats[:, near]).max(axis=0) <= area.end]
@@ -153,7 +150,7 @@ def _in_cells(
     if torn:
         image = np.full(points.shape, np.nan)
     else:
-        image = np.column_stack(surface.domain(normalised(points[:, 0]), points[:, 1]))
+        image = np.column_stack(surface.domain(wrapped(points[:, 0]), points[:, 1]))
     starts = np.searchsorted(ring, np.arange(owner.size))
     places, polygons = (np.split(values, starts)[1:] for values in (points, image))
     for number in np.unique(ring[np.isnan(image[:, 0])]):

@@ -8,10 +8,11 @@ import numpy as np
 import shapely
 
 from projdist._typing import BoolArray, FloatArray
+from projdist.earth import wrapped
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import GLOBE, Box, Place, Polygons, Region, RegionLike, main_part, polygons_of
 from projdist.support import tell
-from projdist.surfaces.domain import domain_of, ground_size, is_part, longitude_width, normalised, project_lines
+from projdist.surfaces.domain import domain_of, ground_size, is_part, longitude_width, project_lines
 from projdist.surfaces.land import CellsIn, PreparedArea, cells_in, segments_of
 from projdist.surfaces.surface import Surface, build_surface, extent_of, frame_of_part, node_weights, triangles_of
 
@@ -67,7 +68,7 @@ def _regional(surface: Surface, region: Region) -> Surface:
     )
     if _lies_apart(part):
         bounds, name = part.domain.region.bounds, part.domain.projection.name
-        middle = float(normalised(np.array(0.5 * (bounds[0] + bounds[2]))))
+        middle = float(wrapped(np.array(0.5 * (bounds[0] + bounds[2]))))
         tell(
             f"{name} is cut within {part.domain.region.name}, so that its parts lie apart. "
             f"A map with its middle there, +lon_0={middle:.0f}, may show it whole."
@@ -134,7 +135,7 @@ def _surroundings(part: Surface) -> Surface:
     across = reach / max(np.cos(np.radians(max(-low, top))), 1e-3)
     lons = west + 0.5 * width + min(0.5 * width + across, 180.0) * np.linspace(-1.0, 1.0, _SOUGHT)
     lats = np.linspace(low, top, _SOUGHT)
-    x, y = projection(*np.meshgrid(normalised(lons), lats))
+    x, y = projection(*np.meshgrid(wrapped(lons), lats))
     left, right, bottom, top = part.view
     seen = np.asarray((x >= left) & (x <= right) & (y >= bottom) & (y <= top), dtype=bool)
     near = _one_sheet(part, lons, lats, x, y, seen)
@@ -142,8 +143,8 @@ def _surroundings(part: Surface) -> Surface:
     low, high = _reach(lats, np.asarray(near.any(axis=1)))
     south, north = max(low, -90.0), min(high, 90.0)
     if east - west < 360.0:
-        first = float(normalised(np.array(west)))
-        box = Box(first, south, float(normalised(np.array(first + east - west))), north)
+        first = float(wrapped(np.array(west)))
+        box = Box(first, south, float(wrapped(np.array(first + east - west))), north)
     else:
         box = Box(-180.0, south, 180.0, north)
     domain = domain_of(projection, box)

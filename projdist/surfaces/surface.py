@@ -10,10 +10,10 @@ import numpy as np
 import shapely
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import GEOS_ARITHMETIC
+from projdist.earth import GEOS_ARITHMETIC, wrapped
 from projdist.field import Links, Map, drawn, evaluate, find_tears
 from projdist.regions import GLOBE
-from projdist.surfaces.domain import POLE, Domain, climb, ground_size, longitude_width, normalised, rough_scales
+from projdist.surfaces.domain import POLE, Domain, climb, ground_size, longitude_width, rough_scales
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class Surface:
         du, dv = self.u[self.source] - self.u, self.v[self.source] - self.v
         u, v = self.u + _INWARD * (np.mod(du + 180.0, 360.0) - 180.0), self.v + _INWARD * dv
         lon, lat = self.frame.geographic(u[chosen], v[chosen])
-        return normalised(lon), lat
+        return wrapped(lon), lat
 
     def triangles_of(self, chosen: BoolArray) -> IntArray:
         """Triangles of the chosen cells; `chosen` is for those in `whole`, then those in `cut`."""
@@ -423,7 +423,7 @@ class _Builder:
         torn = np.flatnonzero(self.across.torn.reshape(self.rows, self.width)[row])
         if torn.size != 1:
             return None
-        return float(normalised(self.across.start[row * self.width + torn[0], 0] + 180.0))
+        return float(wrapped(self.across.start[row * self.width + torn[0], 0] + 180.0))
 
 
 def _longest_sides(xy: FloatArray) -> FloatArray:

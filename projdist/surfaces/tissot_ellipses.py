@@ -9,12 +9,12 @@ import numpy as np
 import shapely
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import destination, unit_vectors
+from projdist.earth import destination, unit_vectors, wrapped
 from projdist.field import jacobian
 from projdist.matrices import principal_scales
 from projdist.regions import Box, Place
 from projdist.support import check_number
-from projdist.surfaces.domain import Domain, even_grid, graticule_grid, ground_size, longitude_width, normalised
+from projdist.surfaces.domain import Domain, even_grid, graticule_grid, ground_size, longitude_width
 from projdist.surfaces.surface import Surface
 
 _LEAST_SHARE = 0.4  # of the usual step
@@ -110,12 +110,10 @@ def touching_radius(indicatrices: Ellipses, pairs: IntArray) -> FloatArray:
 def fit(
     panels: Sequence[Indicatrices], radius: float | None = None, exaggeration: float = 1.0, *, crowded: bool = False
 ) -> tuple[float, list[Indicatrices]]:
-    """One radius in metres for all panels, and the indicatrices to draw with it.
-
-    No two of a panel overlap, unless a radius is given. Left out are indicatrices that would touch a seam or an edge or
-    differ much from the circle's image, and, unless `crowded`, those far closer than usual. An `exaggeration`
-    multiplies the logarithms of the principal scales.
-    """
+    """One radius in metres for all panels, and the indicatrices to draw with it, of which no two of a panel overlap."""
+    # With a `radius` they may. Left out are indicatrices that would touch a seam or an edge or differ much from the
+    # circle's image, and, unless `crowded`, those far closer than usual. An `exaggeration` multiplies the logarithms of
+    # the principal scales.
     if radius is not None:
         if not 0.0 < check_number("radius", radius) < np.inf:
             raise ValueError(f"Invalid radius '{radius}'. It must be a positive number of metres.")
@@ -214,7 +212,7 @@ def _circles(panel: Indicatrices, radii: FloatArray) -> FloatArray:
     distance = np.degrees(radii[:, None] / panel.domain.radius)
     azimuths = np.degrees(np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False))
     lons, lats = destination(panel.lon[:, None, None], panel.lat[:, None, None], azimuths, distance)
-    return np.stack(panel.domain(normalised(lons), lats), axis=-1)
+    return np.stack(panel.domain(wrapped(lons), lats), axis=-1)
 
 
 def _off_ellipse(panel: Indicatrices, radius: float, rim: FloatArray) -> FloatArray:

@@ -211,7 +211,6 @@ def _packed(lines: Iterator[FloatArray]) -> PackedLines:
 
 # ---- frames --------------------------------------------------------------------------------------
 
-
 _SAFETY = 2.0  # the error is that of three points in a cell
 _FLOOR = 2e-7  # of float32
 _TENTHS = 10.0  # errors are kept as tenths of their decimal exponent
@@ -417,7 +416,7 @@ def _off(
 ) -> FloatArray:
     """Errors of the four numbers (n, 4) at grid coordinates; 1 where undefined."""
     projection, (lon, lat) = surface.domain.projection, surface.frame.geographic(u, v)
-    lon = surfaces.normalised(lon)
+    lon = earth.wrapped(lon)
     J, doubt = _near_jacobians(projection, lon, lat)
     off = _apart(found, four_numbers(J, mirrored), least)
     unsure = ~(doubt <= _DOUBTFUL * np.clip(least, _FLAT, 1.0) * (off + _FLOOR))
@@ -441,7 +440,7 @@ def _near_jacobians(
     cos = np.cos(np.radians(lat))
     north = np.degrees(_STEP)
     zero = np.zeros(lat.shape)
-    lons = surfaces.normalised(lon + np.stack([zero, north / cos, -north / cos, zero, zero]))
+    lons = earth.wrapped(lon + np.stack([zero, north / cos, -north / cos, zero, zero]))
     x, y = projection(lons, lat + np.stack([zero, zero, zero, zero + north, zero - north]))
     meridian, vertical = projection.ellipsoid.radii(lat)
     J, bend, size = np.empty((lat.size, 2, 2)), zero.copy(), zero.copy()

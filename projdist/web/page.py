@@ -79,7 +79,6 @@ SHOWN_MEASURES = tuple(name for names in GROUPS.values() for name in names)
 
 # ---- maps ----------------------------------------------------------------------------------------
 
-
 MOST_MAPS = 6
 """Largest number of maps on a page."""
 
@@ -170,7 +169,6 @@ def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]
 
 
 # ---- page ----------------------------------------------------------------------------------------
-
 
 # In this order: modules use names of earlier ones only.
 _MAP_SCRIPTS = ("frames.js", "measures.js", "sheets.js", "drawing.js", "maps.js")

@@ -9,16 +9,16 @@ from refusals import refuses
 from tables import each
 
 import projdist
-from projdist import surfaces
+from projdist import earth, surfaces
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.earth.natural_earth import coastlines
-from projdist.field.at_points import jacobian
+from projdist.field.at_points import jacobian, measure_at
 from projdist.matrices.measures import get_measure, principal_scales
 from projdist.plots.basemap import map_size
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Box, Cap, RegionLike
 from projdist.surfaces import domain
-from projdist.surfaces.fields import field, jumping, measured
+from projdist.surfaces.fields import field, jumping
 from projdist.surfaces.land import PreparedArea, _whole_area, coast, coast_resolution, land_polygons
 from projdist.surfaces.surface import Surface, build_surface
 
@@ -334,7 +334,7 @@ def test_few_cells_may_be_on_the_border(region: tuple[float, float, float, float
     """Cells that GEOS finds on the coast are among them, all but boxes of which are off it; inland there are none."""
     surface = build_surface(domain.domain_of(Projection.from_user_input("eqc"), region), None if region else 2.0)
     lons, lats = (degrees[surface.whole.T] for degrees in surface.lonlat())
-    lons = domain.normalised(lons[0]) + np.mod(lons - lons[0] + 180.0, 360.0) - 180.0
+    lons = earth.wrapped(lons[0]) + np.mod(lons - lons[0] + 180.0, 360.0) - 180.0
     area: PreparedArea = _whole_area("coast", "110m")
     boxes = shapely.box(lons.min(axis=0), lats.min(axis=0), lons.max(axis=0), lats.max(axis=0))
     met = set(area.edges.query(boxes, predicate="intersects")[0].tolist())
@@ -364,7 +364,7 @@ def test_jumps_are_where_maps_are_joined(projection: str, measure: str, jumps: b
     chosen = get_measure(measure)
     values = field(surface, chosen)
     levels = np.concatenate([np.linspace(0.5, 3.0, 26), np.arange(5.0, 90.0, 5.0)])
-    at = functools.partial(measured, surface.domain.projection, chosen)
+    at = functools.partial(measure_at, surface.domain.projection, chosen)
     found = jumping(surface, values, levels, at)
     assert found.any() == jumps
     lat = np.abs(surface.lonlat()[1][surface.triangles[found]])

@@ -211,10 +211,7 @@ _Item = TypeVar("_Item")
 
 
 class _Features(NamedTuple):
-    """Places (n, 2) in pixels of the full image, and descriptors (n, 128), the clearest features first.
-
-    `reduction`: factor by which the image was reduced to find them.
-    """
+    """Places (n, 2) in pixels of the full image, by how much it was reduced to find them, descriptors (n, 128)."""
 
     places: FloatArray
     descriptors: AnyArray

@@ -191,10 +191,7 @@ def register_groups(
 
 @dataclass(frozen=True, eq=False)
 class MatchedImages(ConnectedImages):
-    """Images with their `links`, numbered within the group, the maps of these `pairs`, and a start for the adjustment.
-
-    `chain`: maps (n, 3, 3) into the first image along the pairs.
-    """
+    """Images, their `links`, the maps of these `pairs`, and `chain`, maps (n, 3, 3) into the first, to start from."""
 
     links: list[Link]
     pairs: list[Pair]

@@ -37,10 +37,7 @@ class AffineFit(Affine):
 
 
 class WhitenedPoints(NamedTuple):
-    """Points (M, n) as centre + basis @ root, the basis (M, n) with orthonormal columns.
-
-    For weighted points the rows of the basis are multiplied by the square roots of the weights.
-    """
+    """Points (M, n) as centre + basis @ root, the basis with orthonormal columns, rows times roots of weights."""
 
     centre: FloatArray
     basis: FloatArray

@@ -139,16 +139,12 @@ def _centre(value: Any) -> tuple[float, float] | None:
 
 # ---- inputs --------------------------------------------------------------------------------------
 
-
 _FILES = ("file", "geodesic", "points")  # kinds of regions
 
 
 @dataclass(frozen=True)
 class InputPolicy:
-    """Reads projections and regions of requests.
-
-    Only `opened`, texts of the user's own, may name files; all may if `is_open`, as in a notebook's own kernel.
-    """
+    """Reads projections and regions of requests; files only of the user's own `opened` texts, or all if `is_open`."""
 
     opened: frozenset[str] = frozenset()
     is_open: bool = False

@@ -77,7 +77,6 @@ class Pictures:
 
 # ---- answers to requests --------------------------------------------------------------------------
 
-
 Progress = Callable[[int, int], None]
 
 EXPORTS = ("png", "svg", "pdf", "html")

@@ -63,7 +63,7 @@ def sketch_of(region: str | regions.Place) -> Sketch:
     lon, lat = np.meshgrid(u, v)
     weights = np.cos(np.radians(lat))
     if not whole:
-        inside = place.contains(surfaces.normalised(lon), lat)
+        inside = place.contains(earth.wrapped(lon), lat)
         weights = np.where(inside, weights, 0.0) if inside.any() else weights  # it may be smaller than a cell
     regional = not whole and surfaces.is_part(place)
     if regional:
@@ -192,7 +192,6 @@ def _around(kind: int) -> list[int]:
 
 # ---- previews ------------------------------------------------------------------------------------
 
-
 _DIGITS = re.compile(r"[-+]?\d[\d.eE+-]*")
 _MARGIN = 0.01  # of a map's larger side
 _ERROR = 15  # in tenths of a decimal exponent: three per cent
@@ -259,7 +258,7 @@ class _Picture:
         lon, lat, self.turned = _geographic(axes, u, v)
         lines = sketch.lines
         lons, lats = np.concatenate([lon.ravel(), lines.lon]), np.concatenate([lat.ravel(), lines.lat])
-        x, y = projection(surfaces.normalised(lons), lats)
+        x, y = projection(earth.wrapped(lons), lats)
         nodes = lon.size
         self.x, self.y = x[:nodes].reshape(self.shape), y[:nodes].reshape(self.shape)
         self.line_x, self.line_y = x[nodes:], y[nodes:]
@@ -353,7 +352,7 @@ class _Picture:
     def _projected(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Places on the map of grid coordinates."""
         lon, lat, _ = _geographic(self.axes, u, v)
-        return self.projection(surfaces.normalised(lon), lat)
+        return self.projection(earth.wrapped(lon), lat)
 
     def _between(self, near: IntArray, far: IntArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Grid coordinates at fractions of the way between nodes."""

@@ -85,7 +85,6 @@ class RequestQueue(Generic[_Waiting]):
 
 # ---- workers ---------------------------------------------------------------------------------------
 
-
 LIMITS = {"preview": 5.0, "picture": 60.0, "figures": 120.0, "long": 600.0}
 """Seconds after which a request is stopped."""
 
@@ -317,7 +316,6 @@ def _leave_with(parent: int) -> None:
 
 
 # ---- in a notebook's kernel ----------------------------------------------------------------------
-
 
 # Warning filters are global to the process: one answer at a time.
 _ANSWERING = threading.Lock()
