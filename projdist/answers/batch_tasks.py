@@ -134,16 +134,13 @@ _KEPT = 4  # regions that a worker keeps, as the tasks of many maps over a regio
 
 
 class Task(NamedTuple):
-    """The number of a task, the name of its region and its text for `get_region` or GeoJSON, and the map if any.
-
-    `figure` is the semi-major axis and the flattening of the ellipsoid for the regions of all maps.
-    """
+    """The number of a task, the name of its region and its text for `get_region` or GeoJSON, and the map if any."""
 
     number: int
     name: str
     region: str
     projection: str | None = None
-    figure: tuple[float, float] | None = None
+    figure: tuple[float, float] | None = None  # semi-major axis and flattening, for the regions of all maps
 
 
 Done = tuple[list[str], float]

@@ -24,18 +24,14 @@ from projdist.regions import RegionLike, ground_of_maps
 
 @dataclass(frozen=True, kw_only=True)
 class BatchResult(support.Record):
-    """The answer of a function for a region, or for a map over it.
-
-    `answer` is the returned value as in JSON, for answers their `to_dict()`; `rows` are those of an answer's frame,
-    `notices` the warnings.
-    """
+    """The answer of a function for a region, or for a map over it."""
 
     region: str = field(metadata=support.HIDDEN)
     area_km2: float = field(metadata=support.HIDDEN)
     projection: str | None = field(metadata=support.schema(optional=True))
-    answer: Any
-    rows: list[dict[str, Any]] = field(metadata=support.HIDDEN)
-    notices: tuple[str, ...]
+    answer: Any  # as in JSON
+    rows: list[dict[str, Any]] = field(metadata=support.HIDDEN)  # those of an answer's frame
+    notices: tuple[str, ...]  # warnings
 
     def to_dict(self) -> dict[str, Any]:
         """`{"region": {"name", "area_km2"}, "projection", "answer", "notices"}`, the map if there is one."""

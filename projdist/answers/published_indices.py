@@ -21,15 +21,7 @@ from projdist.numerics import Estimate
 
 @dataclass(frozen=True, kw_only=True)
 class Index:
-    """A published index of a whole map.
-
-    `value` (field, scale) is the index of the map enlarged by a scale; `best_scale` (field) the scale that minimises
-    it, or maximises it if more is better; None if the index does not depend on the scale. `terms` are the functions of
-    a and b whose means it needs, `kinked` is True if they have kinks that move with the scale; `second_order` are the
-    measures of second derivatives. `band` is the latitude north and south to which the index restricts the globe,
-    `published_within` the one to which the published figures do, if the index does not. `figure` is the one of
-    `FIGURES` that the index is made of, if any.
-    """
+    """A published index of a whole map."""
 
     name: str
     symbol: str
@@ -37,14 +29,14 @@ class Index:
     definition: str
     normalisation: str
     source: str
-    value: Value
-    best_scale: Callable[[ScaleField], float] | None = None
-    terms: tuple[Scales, ...] = ()
-    second_order: tuple[str, ...] = ()
-    band: float | None = None
-    published_within: float | None = None
-    kinked: bool = False
-    figure: Figure | None = None
+    value: Value  # of a field at a scale: the index of the map so enlarged
+    best_scale: Callable[[ScaleField], float] | None = None  # if it depends on the scale
+    terms: tuple[Scales, ...] = ()  # functions of a and b whose means it needs
+    second_order: tuple[str, ...] = ()  # measures of second derivatives
+    band: float | None = None  # latitude north and south to which it restricts the globe
+    published_within: float | None = None  # the one of the published figures, if the index has none
+    kinked: bool = False  # the terms have kinks that move with the scale
+    figure: Figure | None = None  # the one of `FIGURES` that it is made of, if any
 
     @property
     def published_over(self) -> str:
@@ -231,17 +223,13 @@ _MAX_EVALUATIONS = 400_000  # a quarter more for each mean; diverging ones take 
 
 @dataclass(frozen=True)
 class IndexValue(support.Record):
-    """An index at the map's nominal scale, and `best` at the scale that makes it best.
-
-    The errors are estimates; NaN if the index diverges, infinite if it has no bound. If the index does not depend on
-    the scale, `best` is the same value and `best_scale` 1.
-    """
+    """An index at the map's nominal scale, and `best` at the scale that makes it best."""
 
     value: float
-    error: float
-    best: float
+    error: float  # an estimate; NaN if the index diverges, infinite if it has no bound
+    best: float  # the value itself if the index does not depend on the scale
     best_error: float
-    best_scale: float
+    best_scale: float  # then 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

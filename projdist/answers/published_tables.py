@@ -32,23 +32,19 @@ TABLES: dict[str, str] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Printed:
-    """A printed figure of a projection, at a point or of the globe; `lon` and `lat` are then NaN.
-
-    `value` has so many `decimals`. `measure` is the name or symbol of a measure at points, or of an index. `status`
-    says how the figure was read, `convention` by which other convention or sampling it comes out, if not by ours.
-    """
+    """A printed figure of a projection, at a point or of the globe."""
 
     table: str = field(metadata=support.HIDDEN)
     source: str
     projection: str
     definition: str
-    lon: float
+    lon: float  # NaN for the globe, as the latitude
     lat: float
-    measure: str
+    measure: str  # name or symbol of a measure at points, or of an index
     value: float = field(metadata=support.schema("published"))
     decimals: int
-    status: str
-    convention: str = field(metadata=support.HIDDEN)
+    status: str  # how the figure was read
+    convention: str = field(metadata=support.HIDDEN)  # by which it comes out, if not by ours
 
     @property
     def at_point(self) -> bool:

@@ -38,10 +38,7 @@ _MOSTLY = 0.5  # share of a region
 
 @dataclass(frozen=True, kw_only=True)
 class MeasureSummary(Record):
-    """A measure over a region: its mean, RMS, median, 95th percentile, and its extremes, infinite if unbounded.
-
-    `max_at` and `min_at` are longitude and latitude. The errors are estimates, NaN for infinite figures.
-    """
+    """Mean, RMS, median, 95th percentile and extremes of a measure over a region, infinite if unbounded."""
 
     mean: float
     rms: float
@@ -49,12 +46,12 @@ class MeasureSummary(Record):
     p95: float
     max: float
     min: float
-    mean_error: float
+    mean_error: float  # an estimate, as the others; NaN for infinite figures
     rms_error: float
     max_error: float
     min_error: float
-    max_at: tuple[float, float]
-    min_at: tuple[float, float]
+    max_at: tuple[float, float]  # longitude and latitude
+    min_at: tuple[float, float]  # likewise
 
     def _flat(self) -> dict[str, Any]:
         places = ("max_lon", "max_lat", "min_lon", "min_lat")

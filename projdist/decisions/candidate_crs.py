@@ -29,20 +29,15 @@ _UNMEASURED = Distortion(**dict.fromkeys((one.name for one in fields(Distortion)
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """Figures of a CRS at the nodes of a region, good to a few per cent.
+    """Figures of a CRS at the nodes of a region, good to a few per cent."""
 
-    `value` is the figure of the criterion, `level` the Airy-Kavrayskiy error, infinite if undefined. CRSs with the same
-    `conversion` draw the same map. `modern` is True on the ellipsoids of GRS 80 and WGS 84, `upright` if the axes point
-    east and north, `positive` if all coordinates are.
-    """
-
-    value: float
-    level: float
+    value: float  # the figure of the criterion
+    level: float  # the Airy-Kavrayskiy error, infinite if undefined
     jacobian: FloatArray
-    conversion: projections.Conversion
-    modern: bool
-    upright: bool
-    positive: bool
+    conversion: projections.Conversion  # the same for CRSs that draw the same map
+    modern: bool  # on the ellipsoids of GRS 80 and WGS 84
+    upright: bool  # the axes point east and north
+    positive: bool  # all coordinates are
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,15 +31,12 @@ _NEAR = 0.03  # degrees: a little more than the accuracy of outlines, 2 km
 
 @dataclass(frozen=True)
 class CrsForData:
-    """A CRS for data, with the datum shift that it needs, if any, and the RMS convergence in degrees.
-
-    `foreign` is a note that it is for another country, as none was found for the data's own; else "".
-    """
+    """A CRS for data, with the datum shift that it needs, if any, and the RMS convergence in degrees."""
 
     code: str
     shift: projections.DatumTransformation | None
     convergence: float
-    foreign: str = ""
+    foreign: str = ""  # a note that it is for another country, as none was found for the data's own
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -28,17 +28,13 @@ _COMPOUND = 4  # and those that follow
 
 @dataclass(frozen=True)
 class Outlines:
-    """The edges (m, 4) of features, each with the number of its chain (m,), a ring or a line.
-
-    `feature` (n,) is the number of a chain's feature; `sign` (n,) is 1 for shells, -1 for holes, 0 for lines; `notes`
-    has a text for each feature, mostly "".
-    """
+    """The edges (m, 4) of features, each with the number of its chain (m,), a ring or a line."""
 
     edges: FloatArray
     chain: IntArray
-    feature: IntArray
-    sign: FloatArray
-    notes: list[str]
+    feature: IntArray  # (n,), the number of a chain's feature
+    sign: FloatArray  # (n,), 1 for shells, -1 for holes, 0 for lines
+    notes: list[str]  # a text for each feature, mostly ""
 
 
 def outlines(geometries: Iterable[Any], *, has_degrees: bool) -> Outlines:
@@ -145,21 +141,16 @@ _SUMS = ("map_length", "length", "map_area", "area", "bearing_square")
 
 @dataclass(frozen=True, kw_only=True)
 class ChainFigures:
-    """Figures of chains of edges on the map and on the ground, each of shape (n,), in metres and m^2.
+    """Figures of chains of edges on the map and on the ground, each of shape (n,), in metres and m^2."""
 
-    Areas are signed, and defined for closed chains. `bearing_square` is the integral along the ground of the squared
-    difference of grid and true bearing, `bearing_most` its largest absolute value, in degrees. A chain that is
-    `outside` has a point that is not on the map; a `torn` one crosses a cut of it.
-    """
-
-    outside: BoolArray
-    torn: BoolArray
+    outside: BoolArray  # a point is not on the map
+    torn: BoolArray  # the chain crosses a cut of the map
     map_length: FloatArray
     length: FloatArray
     map_area: FloatArray
-    area: FloatArray
-    bearing_square: FloatArray
-    bearing_most: FloatArray
+    area: FloatArray  # signed, like that on the map, and defined for closed chains
+    bearing_square: FloatArray  # integral along the ground of the squared difference of grid and true bearing
+    bearing_most: FloatArray  # largest absolute value of that difference, in degrees
 
 
 def measure_chains(projection: Projection, place: Place, edges: FloatArray, chain: IntArray) -> ChainFigures:

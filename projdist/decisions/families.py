@@ -77,20 +77,15 @@ _CROSSES = 15.0  # degrees of latitude from the equator within which cylinders a
 
 @dataclass(frozen=True, kw_only=True)
 class Family:
-    """A method with free parameters.
-
-    `text` is the PROJ string without ellipsoid, by default only the method's name; `limits` are the ranges of
-    parameters that may be free, `fixed` values of all parameters, `free` the names that are free by default. `scale` is
-    the parameter that multiplies the map, "" if there is none. `rule` is the rule of thumb that `fixed` follows, or "".
-    """
+    """A method with free parameters."""
 
     name: str
-    text: str = ""
-    limits: dict[str, Limits]
-    fixed: dict[str, float]
-    free: tuple[str, ...]
-    scale: str = ""
-    rule: str = ""
+    text: str = ""  # the PROJ string without ellipsoid, by default only the method's name
+    limits: dict[str, Limits]  # ranges of parameters that may be free
+    fixed: dict[str, float]  # values of all parameters
+    free: tuple[str, ...]  # names that are free by default
+    scale: str = ""  # the parameter that multiplies the map, "" if there is none
+    rule: str = ""  # the rule of thumb that `fixed` follows, or ""
     states_ellipsoid: bool = False
 
     @property

@@ -39,15 +39,11 @@ def probe_of(region: Region) -> WeightedPoints:
 
 @dataclass(frozen=True)
 class Lattice(WeightedPoints):
-    """Some thousand points of a region to find its share in areas of use; weights are areas that sum to 1.
-
-    `meridians` and `parallels` are the distinct longitudes and latitudes, a few dozen in a box, with the index of each
-    point's.
-    """
+    """Some thousand points of a region to find its share in areas of use; weights are areas that sum to 1."""
 
     bounds: Area
-    meridians: tuple[FloatArray, IntArray]
-    parallels: tuple[FloatArray, IntArray]
+    meridians: tuple[FloatArray, IntArray]  # the distinct longitudes, and the index of each point's
+    parallels: tuple[FloatArray, IntArray]  # the same for latitudes
 
     def near(self, areas: Sequence[Area]) -> BoolArray:
         """True for areas of west, south, east, north that meet the region's bounds."""

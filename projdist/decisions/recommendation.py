@@ -10,8 +10,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from projdist import earth, projections, regions, support
-from projdist.decisions import candidate_crs
-from projdist.decisions.candidate_crs import Candidate
+from projdist.decisions.candidate_crs import HOLDS, LEVEL, Candidate, CandidatePool, of_datum, or_infinity, try_crs
 from projdist.decisions.families import extent_of, sensible_families
 from projdist.decisions.map_info import WeightedPoints, properties_of
 from projdist.decisions.measurement import Distortion, FullMeasurement, Rejected, measure, probe_of
@@ -187,7 +186,7 @@ def recommend(
     if codes:
         records = [one for one in records if one.code in codes]
     search = _CrsSearch(
-        pool=candidate_crs.CandidatePool(place, records, area),
+        pool=CandidatePool(place, records, area),
         probe=probe_of(place),
         ranking=ranking,
         close=0.0 if area == "intersects" else CLOSE,  # there areas of use do not count
@@ -225,12 +224,12 @@ class _CrsSearch(Shortlist):
         rejected = [*self.pool.rejected, *(Rejected(code, records[code].name, text) for code, text in unfit.items())]
         fit = [record for code, record in records.items() if code not in unfit]
         total = len(fit) + len(self.families) + (self.limit or len(fit))
-        trials = [functools.partial(candidate_crs.try_crs, record, self.probe, self.ranking) for record in fit]
+        trials = [functools.partial(try_crs, record, self.probe, self.ranking) for record in fit]
         tried = support.run_all(executor, operator.call, trials, self._report(0, total))
         candidates = [one for one in tried if isinstance(one, Candidate)]
         rejected += [one for one in tried if isinstance(one, Rejected)]
         if datum is not None:
-            candidates = candidate_crs.of_datum(candidates, datum)
+            candidates = of_datum(candidates, datum)
         maps = [one for one in self._maps(candidates) if suits(one.keeps, self.purpose)]
         custom, not_custom = self._custom(self._report(len(fit), total))
         best = self.best(maps, self.limit, self._report(len(fit) + len(self.families), total))
@@ -273,7 +272,7 @@ class _CrsSearch(Shortlist):
         # By the figure of the trial, or the level where that is no more than rounding.
         for group in grouped(used, lambda one: self.ranking.without_rounding(one.trial.value) or one.trial.level):
             one = self.pool.as_one_map(by_usage(group, self.pool.records))
-            maps.append(one if self.area == "intersects" else replace(one, weight=weight_of(one, candidate_crs.HOLDS)))
+            maps.append(one if self.area == "intersects" else replace(one, weight=weight_of(one, HOLDS)))
         return maps
 
     def _custom(self, on_progress: OnProgress) -> tuple[tuple[Custom, ...], tuple[Rejected, ...]]:
@@ -285,7 +284,7 @@ class _CrsSearch(Shortlist):
         custom = [replace(one, over_limit=self._over_limit(one.value)) for one in found if isinstance(one, Custom)]
 
         def order(one: Custom) -> tuple[float, float]:
-            figure = self.ranking.without_rounding(candidate_crs.or_infinity(one.value))
+            figure = self.ranking.without_rounding(or_infinity(one.value))
             return figure, one.distortion.airy_kavrayskiy
 
         return tuple(sorted(custom, key=order)), tuple(one for one in found if isinstance(one, Rejected))
@@ -336,7 +335,7 @@ def best_custom(
     keeps = properties_of(J, probe).keeps
     if not suits(keeps, purpose):
         return Rejected("", family, f"It is not {purpose} on the ellipsoid.")
-    level = candidate_crs.LEVEL(J, probe.weight)
+    level = LEVEL(J, probe.weight)
     found = measure(FullMeasurement(projection.definition, family, region, probe, keeps, level, ranking))
     if isinstance(found, Rejected):
         return found

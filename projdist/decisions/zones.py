@@ -41,29 +41,22 @@ _NUMBER = re.compile(r"\d+(?:[.'/-]\d+)*\s*[NSEW]?\b|\b[IVX]+\b|\d+")
 
 @dataclass(frozen=True)
 class Zone(Record):
-    """A CRS over the part of the region in its area of use, a `share` of it.
-
-    `part` is where that lies in the region, as "northeast" or "middle"; `value` is the figure of the criterion there,
-    `max_scale_error_ppm` the largest |scale - 1|.
-    """
+    """A CRS over the part of the region in its area of use."""
 
     code: str
     name: str
-    part: str
+    part: str  # where that lies in the region, as "northeast" or "middle"
     share: float = field(metadata=schema("share_in_area_of_use"))
-    value: float
-    max_scale_error_ppm: float
+    value: float  # of the criterion there
+    max_scale_error_ppm: float  # the largest |scale - 1|
 
 
 @dataclass(frozen=True, kw_only=True)
 class ZoneSystem(Record):
-    """Zones that together cover the region, from west to east; the figures are the worst of any zone.
+    """Zones that together cover the region, from west to east; the figures are the worst of any zone."""
 
-    `name` is that of the first and the last; `national` is True for the country's own.
-    """
-
-    name: str
-    national: bool
+    name: str  # that of the first and the last
+    national: bool  # True for the country's own
     share: float = field(metadata=schema("share_in_area_of_use"))
     value: float
     max_scale_error_ppm: float

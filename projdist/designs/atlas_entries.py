@@ -21,20 +21,15 @@ _BEST = ("existing", "custom", "made")
 
 @dataclass(frozen=True, kw_only=True)
 class AtlasMap(support.Record):
-    """A map of a region: `projection` is its code or its PROJ string; figures that were not measured are None.
+    """A map of a region; figures that were not measured are None."""
 
-    `share` is that of the region within the area of use of a CRS, `national` is True for a CRS of the region's country,
-    `datum` is "" except for CRSs, `keeps` are the properties that the map keeps in the region, as measured, `cut_km` is
-    the length of its cuts within the region in kilometres.
-    """
-
-    projection: str
+    projection: str  # code or PROJ string
     name: str
     method: str = ""
-    datum: str = ""
-    keeps: tuple[str, ...] | None = None
-    national: bool | None = None
-    share: float | None = None
+    datum: str = ""  # only of CRSs
+    keeps: tuple[str, ...] | None = None  # properties that the map keeps in the region, as measured
+    national: bool | None = None  # a CRS of the region's country
+    share: float | None = None  # of the region within the area of use of a CRS
     airy_kavrayskiy: float | None = None
     max_scale_error_ppm: float | None = None
     mean_scale_error_ppm: float | None = None
@@ -42,25 +37,20 @@ class AtlasMap(support.Record):
     mean_omega: float | None = None
     max_areal_error_ppm: float | None = None
     mean_areal_error_ppm: float | None = None
-    cut_km: float | None = None
+    cut_km: float | None = None  # of cuts within the region
 
 
 @dataclass(frozen=True, kw_only=True)
 class AtlasPurpose(support.Record):
-    """The best maps for a purpose, by a figure, the `criterion`.
-
-    `existing` is the best CRS of the registries, `custom` the best member of PROJ's families, `made` the best map made
-    to measure; None if there is none, with a `reason` for the last. `limit` is about the error of the best of all maps
-    of the purpose; None if unknown.
-    """
+    """The best maps for a purpose, by a figure, the `criterion`."""
 
     name: str = field(metadata=support.HIDDEN)
-    criterion: str
-    existing: AtlasMap | None
-    custom: AtlasMap | None
-    made: AtlasMap | None
-    limit: float | None
-    reason: str = ""
+    criterion: str  # the figure
+    existing: AtlasMap | None  # the best CRS of the registries, None without one
+    custom: AtlasMap | None  # the best member of PROJ's families
+    made: AtlasMap | None  # the best map made to measure
+    limit: float | None  # about the error of the best of all maps of the purpose; None if unknown
+    reason: str = ""  # why no map was made
 
     @property
     def maps(self) -> dict[str, AtlasMap]:

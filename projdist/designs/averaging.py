@@ -23,18 +23,13 @@ from projdist.support import HIDDEN, Answer, check_text, schema
 
 @dataclass(frozen=True)
 class Nearness:
-    """The distance of a map from the given ones, and its distortion.
+    """The distance of a map from the given ones, and its distortion."""
 
-    `kind` is "bound", "mean", "average" or "given". `total` is the sum over the given maps of weight times the mean of
-    the squared Fisher distance, `airy_kavrayskiy` the Airy-Kavrayskiy error at the best scale, with its `error`. The
-    bound is that of the mean metrics, which no map has: its `projection` is None.
-    """
-
-    kind: str
+    kind: str  # "bound", "mean", "average" or "given"
     name: str
-    projection: Projection | None = field(metadata=HIDDEN)
-    total: float
-    airy_kavrayskiy: float = field(metadata=schema("airy_kavrayskiy_scaled"))
+    projection: Projection | None = field(metadata=HIDDEN)  # None for the bound, which is that of the mean metrics
+    total: float  # sum over the given maps of weight times the mean squared Fisher distance
+    airy_kavrayskiy: float = field(metadata=schema("airy_kavrayskiy_scaled"))  # at the best scale
     error: float | None = field(metadata=schema("airy_kavrayskiy_error"))
 
 

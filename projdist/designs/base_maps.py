@@ -19,16 +19,13 @@ from projdist.support import Registry, check_choice, check_number, quoted
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of map: the PROJ families to start from, and the degrees to try.
-
-    The search stops after `idle` degrees in a row that gain too little. A map with `free_scale` may have any scale.
-    """
+    """A kind of map: the PROJ families to start from, and the degrees to try."""
 
     name: str
     families: tuple[str, ...]
     degrees: range
     adjective: str
-    free_scale: bool = True
+    free_scale: bool = True  # a map of the kind may have any scale
     idle: int = 3  # for two islands the fifth degree may be the first that gains, and it gains a lot
 
 
@@ -143,20 +140,16 @@ TORN = 1e-9
 
 @dataclass(frozen=True)
 class BaseNodes:
-    """Nodes with their coordinates `x`, `y` (n,) in metres and Jacobians `J` (n, 2, 2) on the base.
-
-    `weight` (n,) sums to 1 over the region; `around` (n,) are the weights of the surroundings, which also sum to 1;
-    nodes without either lie on the region's edge.
-    """
+    """Nodes on the base; those without either weight lie on the edge of the region."""
 
     base: projections.Projection
     lon: FloatArray
     lat: FloatArray
-    weight: FloatArray
-    around: FloatArray
-    x: FloatArray
+    weight: FloatArray  # (n,), of the region, with the sum 1
+    around: FloatArray  # (n,), of the surroundings, with the sum 1
+    x: FloatArray  # (n,), metres
     y: FloatArray
-    J: FloatArray
+    J: FloatArray  # (n, 2, 2)
 
     @property
     def origin(self) -> complex:

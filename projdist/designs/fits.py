@@ -141,18 +141,15 @@ def _sheared(z: Any, columns: Any, angles: FloatArray, coefficients: FloatArray,
 
 
 class _Step(NamedTuple):
-    """A shear x + f(y) of a turned plane at points: powers of y with their derivatives, and f, f', f''.
+    """A shear x + f(y) of a turned plane at points: powers of y with their derivatives, and f, f', f''."""
 
-    `along` (2, n) are the y of the Jacobian's columns; `back` turns the plane back.
-    """
-
-    back: complex
+    back: complex  # turns the plane back
     monomials: FloatArray
     by_y: Any
     shift: FloatArray
     slope: FloatArray
     bend: FloatArray
-    along: FloatArray
+    along: FloatArray  # (2, n), the y of the Jacobian's columns
 
 
 class _FollowingSteps(NamedTuple):

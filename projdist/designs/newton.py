@@ -96,18 +96,13 @@ _RIDGE = 1e-12  # added to the diagonal of a Hessian that may be singular withou
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """e elements, each with q nodes, at which a map has the Jacobians J_rb = sum over a of c_ra g_ab.
+    """e elements of q nodes, at which a map has the Jacobians J_rb = sum over a of c_ra g_ab; c_ra are unknowns."""
 
-    `gradients` (e, q, a, 2) are those of the basis functions by metres east and north, `weights` (e, q) sum to 1.
-    c_ra is `signs` (2, e, a) times the unknown with the number in `numbers` (2, e, a), and 0 if that is negative. There
-    are `count` unknowns; near numbers for near ones make Newton's method quick.
-    """
-
-    numbers: IntArray
-    signs: FloatArray
-    gradients: FloatArray
-    weights: FloatArray
-    count: int
+    numbers: IntArray  # (2, e, a), of the unknowns, near ones for near elements; if negative c_ra is 0
+    signs: FloatArray  # (2, e, a), by which unknowns are multiplied
+    gradients: FloatArray  # (e, q, a, 2), of the basis functions by metres east and north
+    weights: FloatArray  # (e, q), of sum 1
+    count: int  # of unknowns
 
     def jacobians(self, unknowns: FloatArray) -> FloatArray:
         """Jacobians (e q, 2, 2) of the map."""

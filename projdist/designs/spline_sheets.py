@@ -29,15 +29,11 @@ CutLike = float | Sequence[Sequence[float]]
 
 @dataclass(frozen=True)
 class ObliqueFrame:
-    """Longitudes and latitudes about other poles, by the formulas and the parameters of PROJ's ob_tran.
-
-    The frame's north pole lies at the latitude `lat_p` on the meridian opposite to `lon_0`; `lon_p` is added to its
-    longitudes.
-    """
+    """Longitudes and latitudes about other poles, by the formulas and the parameters of PROJ's ob_tran."""
 
     lon_0: float
-    lat_p: float
-    lon_p: float
+    lat_p: float  # latitude of the frame's north pole, on the meridian opposite to `lon_0`
+    lon_p: float  # added to the frame's longitudes
 
     def of(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitudes and latitudes in the frame, in degrees."""

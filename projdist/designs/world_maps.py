@@ -187,16 +187,12 @@ _NORTH = 1e-3  # degrees, for the direction of north
 
 @dataclass(frozen=True)
 class Refinement:
-    """A mesh of `cells` by `cells`, its unknowns, and the figures of the best map on it at the nodes.
-
-    `energy` is the root of the mean energy, `airy_kavrayskiy` the root mean square Fisher distortion, both by the
-    weights of the objective.
-    """
+    """A mesh of `cells` by `cells`, its unknowns, and the figures of the best map on it at the nodes."""
 
     cells: int
     unknowns: int
-    energy: float
-    airy_kavrayskiy: float
+    energy: float  # root of the mean energy, by the objective's weights
+    airy_kavrayskiy: float  # root mean square Fisher distortion, by the same
     steps: int
 
 

@@ -53,15 +53,11 @@ _POWERS = np.array(
 
 @dataclass(frozen=True)
 class Panels:
-    """A map's polynomials on n panels: x, y, their derivatives, and the errors of these.
-
-    `index` (rows, columns) holds the panel of each cell of a graticule that begins at the south-west `corner`, -1 for
-    none.
-    """
+    """A map's polynomials on n panels: x, y, their derivatives, and the errors of these."""
 
     projection: Projection
-    corner: tuple[float, float]
-    index: IntArray
+    corner: tuple[float, float]  # south-west, of a graticule
+    index: IntArray  # (rows, columns), the panel of each of its cells, -1 for none
     centre: FloatArray  # (n, 2), degrees east and north
     half: FloatArray  # (n, 2), degrees
     kept: IntArray  # (n, 2), how many powers of the longitude and of the latitude

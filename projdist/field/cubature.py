@@ -39,16 +39,14 @@ _BORDER = (1.0 - 1e-9) * np.array(
 
 @dataclass(frozen=True)
 class MeshGoal:
-    """What a refinement resolves: the Airy-Kavrayskiy errors if `column` is 0, else the mean of another integrand.
-
-    The mean is resolved relative to itself where it is above 1. A family of panels is at the level of rounding if it
-    keeps the share `stuck` of its error when it is split. With `gives_up` the refinement goes on beside such panels.
-    """
+    """What a refinement resolves: the Airy-Kavrayskiy errors if `column` is 0, else the mean of another integrand."""
 
     column: int
-    tolerance: float
-    stuck: float = 0.8  # singular points and lines halve their errors, cuts and resolved parts do far better
-    gives_up: bool = False
+    tolerance: float  # relative where the mean is above 1
+    # A family of panels that keeps this share of its error when it is split is at the level of rounding: singular
+    # points and lines halve their errors, cuts and resolved parts do far better.
+    stuck: float = 0.8
+    gives_up: bool = False  # go on beside panels at the level of rounding
 
 
 @dataclass(kw_only=True)

@@ -21,15 +21,12 @@ from projdist.regions import Region
 
 
 class Extreme(NamedTuple):
-    """A largest or smallest value and its place; infinite if the measure grows without bound towards the place.
-
-    `error` is by how much the true extreme may lie beyond the value, rounding included; NaN for an infinite value.
-    """
+    """A largest or smallest value and its place; infinite if the measure grows without bound towards the place."""
 
     value: float
     lon: float
     lat: float
-    error: float = math.nan
+    error: float = math.nan  # by how much the true extreme may lie beyond, with rounding; NaN if infinite
 
 
 @dataclass(frozen=True)

@@ -21,17 +21,12 @@ _JUMP = 1e-3  # of the link's length
 
 @dataclass(frozen=True)
 class Links:
-    """What a map does between n pairs of neighbouring points.
+    """What a map does between n pairs of neighbouring points."""
 
-    A link is `torn` where the map jumps, or is not drawn at one end or both, and `bent` where it is not torn but the
-    image of its midpoint is off the middle. `start` and `stop` (n, 4) are u, v, x, y on either side of the seam, beside
-    the link's start and its stop; NaN if there is no seam.
-    """
-
-    torn: BoolArray
-    bent: BoolArray
-    start: FloatArray
-    stop: FloatArray
+    torn: BoolArray  # the map jumps, or is not drawn at one end or both
+    bent: BoolArray  # not torn, but the image of the midpoint is off the middle
+    start: FloatArray  # (n, 4), u, v, x, y beside the link's start, on its side of the seam; NaN without one
+    stop: FloatArray  # the same beside its stop
 
 
 def evaluate(function: Map, u: FloatArray, v: FloatArray) -> FloatArray:

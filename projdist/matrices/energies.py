@@ -24,15 +24,12 @@ _SQRT_HALF = float(np.sqrt(0.5))
 
 
 class Expansion(NamedTuple):
-    """An energy to second order about Jacobians: values (n,), gradients (n, 2, 2), and eigensystem of the Hessian.
-
-    `directions` (n, 4, 2, 2) are orthonormal, `curvatures` (n, 4) the second derivatives along them.
-    """
+    """An energy to second order about Jacobians: values (n,), gradients (n, 2, 2), and eigensystem of the Hessian."""
 
     value: FloatArray
     gradient: FloatArray
-    directions: FloatArray
-    curvatures: FloatArray
+    directions: FloatArray  # (n, 4, 2, 2), orthonormal
+    curvatures: FloatArray  # (n, 4), the second derivatives along them
 
     def is_elliptic(self) -> BoolArray:
         """Mask (n,) of rank-one convexity, checked every 2 degrees; without it maps may tear."""

@@ -278,18 +278,13 @@ _ROUND = 1e-9  # relative difference below which the axes of the indicatrix are 
 
 
 class Decomposition(NamedTuple):
-    """The parts of linear maps, each of shape (...).
+    """The parts of linear maps, each of shape (...)."""
 
-    `scale`: sqrt |det M|. `stretch`: the greatest scale over the smallest, 1 for a similarity. `stretch_azimuth`: the
-    direction of the greatest scale, degrees clockwise from the y axis, in [0, 180); NaN for a similarity. `shear`: 90
-    degrees minus the angle between the images of the axes. `rotation`: clockwise rotation of the y axis in degrees.
-    """
-
-    scale: FloatArray
-    stretch: FloatArray
-    stretch_azimuth: FloatArray
-    shear: FloatArray
-    rotation: FloatArray
+    scale: FloatArray  # sqrt |det M|
+    stretch: FloatArray  # the greatest scale over the smallest, 1 for a similarity
+    stretch_azimuth: FloatArray  # of the greatest scale, degrees clockwise from the y axis, in [0, 180); NaN if none is
+    shear: FloatArray  # 90 degrees minus the angle between the images of the axes
+    rotation: FloatArray  # of the y axis, degrees clockwise
 
 
 def decompose(M: ArrayLike) -> Decomposition:

@@ -37,14 +37,11 @@ def interpolate(values: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class PlanePolynomials:
-    """Graded polynomials of x, y in about [-1, 1], orthonormal over weighted points (n,).
-
-    `values` (n, m) and `gradients` (n, m, 2) are at these points; the first polynomial is constant.
-    """
+    """Graded polynomials of x, y in about [-1, 1], orthonormal over weighted points (n,)."""
 
     degree: int
-    values: FloatArray
-    gradients: FloatArray
+    values: FloatArray  # (n, m), at these points; the first polynomial is constant
+    gradients: FloatArray  # (n, m, 2)
     recurrence: tuple[tuple[int, int, FloatArray, float], ...]  # variable, parent, overlaps, norm
 
     @classmethod

@@ -75,17 +75,14 @@ _NARROWEST, _TEXT = 0.5, 3.6  # inches: of a map, and of a column, for the lines
 
 @dataclass(frozen=True, kw_only=True)
 class OldMapSheet:
-    """Drawn part of an old map: mesh over the hull of its control points, true places, corrected Jacobians.
-
-    `view` is left, right, bottom and top; of a mirrored old map the top is less than the bottom.
-    """
+    """Drawn part of an old map: mesh over the hull of its control points, true places, corrected Jacobians."""
 
     found: OldMap
     mesh: tri.Triangulation
     truth: FloatArray
     J: FloatArray
     hull: FloatArray
-    view: tuple[float, float, float, float]
+    view: tuple[float, float, float, float]  # left, right, bottom, top; of a mirrored map top < bottom
     scan: Scan | None
 
     @property

@@ -40,11 +40,7 @@ class Track:
 
 @dataclass(frozen=True)
 class Blend:
-    """Vertices and triangles of both maps, Jacobians (n, 2, 2) there, and the lines that are drawn.
-
-    The second map is turned by `turn` radians so that it lies on the first as well as it can,
-    and turns back on the way.
-    """
+    """Vertices and triangles of both maps, Jacobians (n, 2, 2) there, and the lines that are drawn."""
 
     maps: tuple[Projection, Projection]
     region: regions.Place
@@ -55,7 +51,7 @@ class Blend:
     edges: IntArray
     graticule: list[Track]
     coast: list[Track]
-    turn: float
+    turn: float  # radians by which the second map lies on the first as well as it can; it turns back on the way
 
     def at(self, share: float, track: Track) -> FloatArray:
         """Points (n, 2) at a fraction of the way."""

@@ -225,16 +225,12 @@ USUAL = Look()
 
 @dataclass(frozen=True)
 class FigureStyle:
-    """Style of one figure: its look, and the size of letters and margins.
-
-    `scale` is the font size relative to the usual one; `is_tight` if the figure's size was stated, so that all
-    margins are small; `is_one_line` if subtitles stand beside titles.
-    """
+    """Style of one figure: its look, and the size of letters and margins."""
 
     look: Look = USUAL
-    scale: float = 1.0
-    is_tight: bool = False
-    is_one_line: bool = False
+    scale: float = 1.0  # of letters, relative to the usual one
+    is_tight: bool = False  # the figure's size was stated, so that all margins are small
+    is_one_line: bool = False  # subtitles stand beside titles
 
     @property
     def colours(self) -> Theme:

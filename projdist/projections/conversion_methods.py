@@ -33,14 +33,11 @@ class StatedParameter(NamedTuple):
 
 
 class ParameterKind(NamedTuple):
-    """A kind of parameters: its quantity (angle, length, scale, or option, a choice between methods), and its names.
-
-    These are that of WKT 1 first, EPSG's, GDAL's and GeoTools', Esri's, and those of the CF conventions.
-    """
+    """A kind of parameters."""
 
     kind: str = ""
-    quantity: str = ""
-    names: tuple[str, ...] = ()
+    quantity: str = ""  # angle, length, scale, or option, a choice between methods
+    names: tuple[str, ...] = ()  # WKT 1's, EPSG's, GDAL's and GeoTools', Esri's, and those of the CF conventions
 
 
 _LATITUDES = {"latitude", "parallel_1", "parallel_2"}

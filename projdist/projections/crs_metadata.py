@@ -37,21 +37,17 @@ class Setting(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class CrsMetadata:
-    """What the definition of a projection states; "" and, for `unit_metres`, NaN where it states nothing.
-
-    `code` is AUTHORITY:CODE, `geographic_crs` the base of the CRS, `replaced_by` the codes of the successors of a
-    deprecated CRS.
-    """
+    """What the definition of a projection states; "" and, for `unit_metres`, NaN where it states nothing."""
 
     kind: str
-    code: str = ""
+    code: str = ""  # AUTHORITY:CODE
     area_name: str = ""
     scope: str = ""
     remarks: str = ""
     deprecated: bool = False
-    replaced_by: tuple[str, ...] = ()
+    replaced_by: tuple[str, ...] = ()  # codes of the successors of a deprecated CRS
     datum: str = ""
-    geographic_crs: str = ""
+    geographic_crs: str = ""  # the base of the CRS
     ellipsoid_name: str = ""
     prime_meridian: str = ""
     unit: str = ""

@@ -32,18 +32,13 @@ _SPECIAL = re.compile(r"oil|gas |railway|tunnel|military|navigation|user-defined
 
 @dataclass(frozen=True)
 class Facts:
-    """Registry facts of a projected CRS: `frame` is the code of its geodetic CRS, `since` the year of its datum or 0.
+    """Registry facts of a projected CRS."""
 
-    The year of a datum ensemble is that of its first member. `draws` identifies method, prime meridian and parameters
-    without the false origin; `extents` are the names and descriptions of the areas of use. `special` is True if no
-    scope is for general use.
-    """
-
-    frame: str
-    since: int
-    draws: Any
-    extents: tuple[str, ...]
-    special: bool
+    frame: str  # code of its geodetic CRS
+    since: int  # year of its datum, of an ensemble that of the first member; 0 if unknown
+    draws: Any  # method, prime meridian and parameters without the false origin
+    extents: tuple[str, ...]  # names and descriptions of the areas of use
+    special: bool  # no scope is for general use
 
 
 UNKNOWN = Facts("", 0, None, (), True)
@@ -309,16 +304,12 @@ _OTHER_KINDS = "SELECT auth_name || ':' || code, name, type FROM crs_view WHERE 
 
 @dataclass(frozen=True, kw_only=True)
 class CrsHit:
-    """A projected CRS or named map found by a search: its name and area of use.
+    """A projected CRS or named map found by a search: its name and area of use."""
 
-    `code` is AUTHORITY:CODE or the name, as any command takes it. `area_of_use` is west, south, east, north in degrees,
-    None where none is stated.
-    """
-
-    code: str
+    code: str  # AUTHORITY:CODE or the name, as any command takes it
     name: str
     area_name: str = ""
-    area_of_use: tuple[float, float, float, float] | None = None
+    area_of_use: tuple[float, float, float, float] | None = None  # west, south, east, north in degrees
     deprecated: bool = False
 
 

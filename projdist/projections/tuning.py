@@ -52,19 +52,15 @@ def run_as(projection: Projection, definition: str, pipeline: str) -> Projection
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterRange:
-    """A numeric parameter of a map: PROJ's key, its label, and the range in which PROJ has a map.
-
-    `unit` is "°", "m" or "". `value` is the map's current one, always within the range; `step` suits a slider.
-    Integer parameters have steps of 1 or more.
-    """
+    """A numeric parameter of a map: PROJ's key, its label, and the range in which PROJ has a map."""
 
     name: str
     label: str
-    unit: str
+    unit: str  # "°", "m" or ""
     low: float
     high: float
-    step: float
-    value: float
+    step: float  # for a slider; 1 or more for integers
+    value: float  # the map's current one, always within the range
 
 
 def _ranges(operation: str, stated: Stated, *, sphere: bool) -> tuple[ParameterRange, ...]:

@@ -33,16 +33,12 @@ _DEGREE = math.pi / 180.0
 
 
 class _Rim(NamedTuple):
-    """Distance to the rim of a cap in degrees: its maximum, and a Chebyshev series in the cosine of the azimuth.
-
-    It is symmetric about the meridian, so the series is a Fourier series in the azimuth. Within `margin` radians of
-    the rim the series does not decide which side a point is on. The chart is circular up to `round_to` degrees.
-    """
+    """Distance to the rim of a cap in degrees: its maximum, and a Chebyshev series in the cosine of the azimuth."""
 
     largest: float
-    series: FloatArray
-    margin: float
-    round_to: float
+    series: FloatArray  # even: the rim is symmetric about the meridian
+    margin: float  # radians of the rim, within which the series does not decide
+    round_to: float  # degrees up to which the chart is circular
 
 
 @dataclass(frozen=True)

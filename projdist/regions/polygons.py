@@ -43,14 +43,10 @@ _gauss = functools.cache(np.polynomial.legendre.leggauss)
 
 
 class Clip(NamedTuple):
-    """The part of a chain in a rectangle of longitudes and latitudes.
+    """The part of a chain in a rectangle of longitudes and latitudes."""
 
-    `edges` (m, 4) are those inside, `gates` (k, 2) the intervals of latitude in which the polygon
-    touches the eastern side. Edges on the other sides contribute nothing to an integral over latitude.
-    """
-
-    edges: FloatArray
-    gates: FloatArray
+    edges: FloatArray  # (m, 4), those inside; none on the other sides, as these contribute nothing over latitude
+    gates: FloatArray  # (k, 2), intervals of latitude in which the polygon touches the eastern side
 
 
 def clip(chain: Clip, west: float, east: float, south: float, north: float) -> Clip:
@@ -180,19 +176,14 @@ class _Part(NamedTuple):
 
 @dataclass(frozen=True)
 class Polygons:
-    """Polygons within longitudes -180 to 180, valid and disjoint, with their holes.
-
-    `name` is the region as text for `get_region`; `repairs` are notes on repairs, `far` is a note on distant parts that
-    may not be meant; `resolution` is that of the shipped outlines, "" for others. `ellipsoid` is that of the body; None
-    fits any body, and the area is then on WGS 84.
-    """
+    """Polygons within longitudes -180 to 180, valid and disjoint, with their holes."""
 
     geometry: shapely.MultiPolygon
-    name: str
-    repairs: tuple[str, ...] = ()
-    far: str = ""
-    resolution: str = ""
-    ellipsoid: Ellipsoid | None = field(default=None, compare=False)
+    name: str  # the region as text for `get_region`
+    repairs: tuple[str, ...] = ()  # notes on them
+    far: str = ""  # a note on distant parts that may not be meant
+    resolution: str = ""  # of the shipped outlines, "" for others
+    ellipsoid: Ellipsoid | None = field(default=None, compare=False)  # of the body; None: any, WGS 84
     # Parts by patch and (requested or tight) rectangle; None for empty ones.
     _parts: dict[tuple[float, ...], _Part | None] = field(default_factory=dict, init=False, compare=False, repr=False)
 

@@ -48,16 +48,12 @@ class ChartPoints(NamedTuple):
 
 
 class Clips(NamedTuple):
-    """A region's parts in some rectangles.
+    """A region's parts in some rectangles."""
 
-    `kept` (k,) are the indices of rectangles with a part, `rectangles` (k, 4) tightened, `rule` (k, p, p) the weights
-    that integrate polynomials on [-1, 1]^2 over the part, and `whole` a mask of rectangles entirely inside.
-    """
-
-    kept: IntArray
-    rectangles: FloatArray
-    rule: FloatArray
-    whole: BoolArray
+    kept: IntArray  # (k,), indices of rectangles with a part
+    rectangles: FloatArray  # (k, 4), tightened
+    rule: FloatArray  # (k, p, p), weights that integrate polynomials on [-1, 1]^2 over the part
+    whole: BoolArray  # rectangles that are entirely inside
 
     def take(self, part: slice) -> Clips:
         """A slice of the parts."""

@@ -60,18 +60,15 @@ class Survey(NamedTuple):
 
 @dataclass(frozen=True)
 class Domain:
-    """The drawn part of a projection; call it for x, y in metres, NaN outside.
-
-    `box` is the drawn area: the box around a region that is a part of its surroundings, else the region itself.
-    `beyond` tests for parts that run off to infinity; `within` limits a map that folds to one sheet.
-    """
+    """The drawn part of a projection; call it for x, y in metres, NaN outside."""
 
     projection: Projection
     region: Place
-    box: Place
+    box: Place  # the drawn area: the box around a region, if that is a part of the globe, or the region
     survey: Survey = field(compare=False, repr=False)
+    # Parts that run off to infinity.
     beyond: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None = None
-    within: Callable[[FloatArray, FloatArray], BoolArray] | None = None
+    within: Callable[[FloatArray, FloatArray], BoolArray] | None = None  # limits a map that folds to one sheet
 
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Coordinates in metres of points in degrees, NaN for points that are not drawn."""

@@ -24,18 +24,13 @@ _TILES = 36  # an area is cut into at most 36 by 36 tiles, which makes intersect
 
 @dataclass(frozen=True)
 class PreparedArea:
-    """Polygons in degrees, indexed for intersection with cells.
-
-    `edges` has the segments of the border and `tiles` the parts of the polygons, both also shifted by 360 degrees
-    either way; `steps` are the edges as points, (n, 2, 2). Cells that reach beyond the latitude `end` are taken as
-    wholly inside or outside.
-    """
+    """Polygons in degrees, indexed for intersection with cells."""
 
     polygons: shapely.MultiPolygon
-    steps: FloatArray
-    edges: shapely.STRtree
-    tiles: shapely.STRtree
-    end: float = 90.0
+    steps: FloatArray  # the edges as points, (n, 2, 2)
+    edges: shapely.STRtree  # of the border, also shifted by 360 degrees either way
+    tiles: shapely.STRtree  # parts of the polygons, likewise
+    end: float = 90.0  # cells that reach beyond this latitude are taken as wholly inside or outside
 
     @classmethod
     @GEOS_ARITHMETIC

@@ -171,16 +171,12 @@ _LINE = "the points lie on a line"
 
 
 class Pair(NamedTuple):
-    """The map S from image i to image j and the points that agree on it, or the reason why there is no map.
-
-    `false_alarms`: decimal logarithm of the expected number of chance maps as good, over all pairs; NaN if no map was
-    found or there are too few points.
-    """
+    """The map S from image i to image j and the points that agree on it, or the reason why there is no map."""
 
     agree: BoolArray
     S: FloatArray | None
     reason: str
-    false_alarms: float = np.nan
+    false_alarms: float = np.nan  # decimal logarithm of the expected number of chance maps as good; NaN if unknown
 
 
 def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float, *, area: float, tests: int) -> Pair:

@@ -76,14 +76,11 @@ class Canvas(NamedTuple):
 
 
 class Camera(NamedTuple):
-    """A camera on the sphere: its rotation (3, 3), from its right, down and forward, its focal length and image size.
+    """A camera on the sphere."""
 
-    The focal length and the size, width and height, are in pixels.
-    """
-
-    rotation: FloatArray
-    focal: float
-    size: tuple[float, float]
+    rotation: FloatArray  # (3, 3), from the camera's right, down and forward
+    focal: float  # pixels
+    size: tuple[float, float]  # width and height in pixels
 
     def directions(self, x: FloatArray) -> FloatArray:
         """Vectors (..., 3) towards pixels (..., 2)."""

@@ -38,16 +38,12 @@ class Match(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ConnectedImages:
-    """A group of images that common points connect.
+    """A group of images that common points connect."""
 
-    `images`: their numbers. `components`: all groups of two or more connected images, the largest first. `left_out`:
-    numbers of the other images. `matches`: of all pairs.
-    """
-
-    images: list[int]
-    components: list[list[int]]
-    left_out: list[int]
-    matches: list[Match]
+    images: list[int]  # numbers
+    components: list[list[int]]  # all groups of two or more connected images, the largest first
+    left_out: list[int]  # numbers of the other images
+    matches: list[Match]  # of all pairs
 
     @property
     def shared(self) -> tuple[list[int], list[list[int]], list[int], list[Match]]:
@@ -314,14 +310,11 @@ def frame_of_image(found: ImageRegistration, image: int, weights: FloatArray) ->
 
 
 class CommonFrames(NamedTuple):
-    """The frames `first`, `last`, `central`, `best` and `mdt`, None if impossible.
-
-    `impossible`: numbers of the images in whose planes others reach infinity. `rotation`: that of the MDT's frame.
-    """
+    """The frames `first`, `last`, `central`, `best` and `mdt`, None if impossible."""
 
     frames: dict[str, Frame | None]
-    impossible: list[int]
-    rotation: Rotation
+    impossible: list[int]  # images in whose planes others reach infinity
+    rotation: Rotation  # that of the MDT's frame
 
 
 def common_frames(found: ImageRegistration, weights: FloatArray, rotation: str) -> CommonFrames:

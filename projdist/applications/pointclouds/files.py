@@ -346,10 +346,7 @@ def read_cloud(path: AnyPath, *, weights: str | None = None) -> CloudFile:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _CellTable:
-    """Rows of cells below lines of a head, and the numbers of the columns with coordinates and ids.
-
-    `missing` is written for missing numbers: "" below a header, else nan.
-    """
+    """Rows of cells below lines of a head, and the numbers of the columns with coordinates and ids."""
 
     head: list[str]
     rows: list[list[str]]
@@ -357,7 +354,7 @@ class _CellTable:
     axes: list[int]
     id_column: int | None = None
     names: tuple[str, ...] = ()
-    missing: str = "nan"
+    missing: str = "nan"  # for missing numbers: "" below a header
 
     @functools.cached_property
     def plain(self) -> list[list[str]]:

@@ -49,22 +49,18 @@ _LARGEST = 1e300
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """A request of a page: id, kind, slot of the map, and the map with its region.
-
-    `values` are parameters that differ from those of the projection, `centre` the longitude and latitude that are
-    brought to the middle, `beside` the keys of the other maps on the page, `file` the bytes of a file.
-    """
+    """A request of a page: id, kind, slot of the map, and the map with its region."""
 
     id: int
     kind: str
     slot: str = ""
     projection: str = ""
-    values: Mapping[str, float] = field(default_factory=dict)
-    centre: tuple[float, float] | None = None
+    values: Mapping[str, float] = field(default_factory=dict)  # parameters that differ from those of the projection
+    centre: tuple[float, float] | None = None  # longitude and latitude in the middle
     region: str = "globe"
-    beside: tuple[str, ...] = ()
+    beside: tuple[str, ...] = ()  # keys of the other maps on the page
     options: Mapping[str, Any] = field(default_factory=dict)
-    file: bytes = b""
+    file: bytes = b""  # its bytes
 
 
 class RequestError(ValueError):

@@ -35,14 +35,11 @@ class Lines:
 
 @dataclass(frozen=True, kw_only=True)
 class Sketch:
-    """A grid of longitudes `u` and latitudes `v`, the area weights of its nodes, and lines.
+    """A grid of longitudes `u` and latitudes `v`, the area weights of its nodes, and lines."""
 
-    `regional`: surroundings are drawn, too; `whole`: the grid is global; `partial`: far parts of the region miss.
-    """
-
-    regional: bool
-    whole: bool
-    partial: bool
+    regional: bool  # surroundings are drawn, too
+    whole: bool  # the grid is global
+    partial: bool  # far parts of the region are missing
     u: FloatArray
     v: FloatArray
     weights: FloatArray
@@ -141,16 +138,12 @@ def _packed(found: Mapping[str, Sequence[FloatArray]]) -> Lines:
 
 @dataclass(frozen=True)
 class CutCells:
-    """Cells cut at the map's edge, as polygons (n, k) of vertices: grid nodes, then points on edges.
+    """Cells cut at the map's edge, as polygons (n, k) of vertices: grid nodes, then points on edges."""
 
-    `ends` (m, 2) are the nodes of each such edge, the visible one first, `share` (m,) the fraction to the other
-    at which the point lies, `sides` (l, 2) the polygon sides along the map's edge, as indices of points.
-    """
-
-    ends: IntArray
-    share: FloatArray
+    ends: IntArray  # (m, 2), the nodes of each such edge, the visible one first
+    share: FloatArray  # (m,), of the way to the other, at which the point lies
     polygons: Sequence[IntArray]
-    sides: IntArray
+    sides: IntArray  # (l, 2), polygon sides along the map's edge, as indices of points
 
 
 def cut_cells(level: FloatArray, cells: BoolArray) -> CutCells:
