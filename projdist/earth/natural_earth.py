@@ -287,7 +287,7 @@ def near(outline: shapely.MultiPolygon, lon: FloatArray, lat: FloatArray, degree
 
 
 def countries_about(lon: FloatArray, lat: FloatArray) -> dict[str, BoolArray]:
-    """Masks of points (longitudes -180 to 180) in each country's box, by key, none empty; no geometry is decoded."""
+    """Masks of the points in the box of each country, by key, without empty ones; no geometry is decoded."""
     boxes = _boxes().items()
     within = ((key, (lon >= w) & (lon <= e) & (lat >= s) & (lat <= n)) for key, (w, s, e, n) in boxes)
     return {key: points for key, points in within if points.any()}

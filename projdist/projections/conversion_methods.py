@@ -62,13 +62,13 @@ def kind_of(name: str) -> ParameterKind:
 
 @dataclass(frozen=True)
 class _Parameter:
-    """A parameter of a method: WKT 2's name, EPSG's code or "", the only `values` if not any, a kind `instead`."""
+    """A parameter that a method takes."""
 
-    name: str
-    code: str
+    name: str  # in WKT 2
+    code: str  # EPSG's, "" if it has none
     optional: bool
-    values: tuple[float, ...]
-    instead: str
+    values: tuple[float, ...]  # the only ones that PROJ supports, empty if it takes any
+    instead: str  # a kind that files may state in its place
 
     @functools.cached_property
     def kind(self) -> ParameterKind:

@@ -309,7 +309,7 @@ def datum_transformation(source: Any, target: Any, lon: float, lat: float) -> Da
 
 
 def kept_datum(crs: Any) -> str:
-    """Geodetic CRS whose datum data should keep; "" for WGS 84's degrees, in which data of any datum are exchanged."""
+    """Name of the geodetic CRS whose datum data should keep; "" for WGS 84's degrees, in which any are exchanged."""
     given = CRS.from_user_input(crs)
     exchanged = given.is_geographic and keeps_datum(given, "EPSG:4326")
     return "" if given.geodetic_crs is None or exchanged else given.geodetic_crs.name

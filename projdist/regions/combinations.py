@@ -127,7 +127,7 @@ def main_part(region: Region, km: float = MAIN_KM) -> Region: ...
 @overload
 def main_part(region: PointSet, km: float = MAIN_KM) -> PointSet: ...
 def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointSet:
-    """The parts connected to the largest by gaps of at most `km`, or all of what has none; raises ValueError."""
+    """The parts connected to the largest by gaps of at most `km`; a connected region as it is. ValueError."""
     farthest = math.pi * (region.figure.mean_radius / 1000.0)
     if not _NEAREST_KM <= km <= farthest:
         raise ValueError(

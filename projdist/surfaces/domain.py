@@ -288,7 +288,8 @@ _MOST_LINES = 2000  # more cannot be told apart
 
 
 def graticule_steps(bounds: Bounds, step: float | None = None) -> tuple[float, float]:
-    """Degrees between meridians and parallels: given, or round for six lines; ValueError for more than 2000."""
+    """Degrees between meridians and between parallels: those given, or round numbers for about six lines across."""
+    # Raises ValueError for a step that makes more than 2000 lines.
     if step is not None:
         check_step(step)
         count = (longitude_width(bounds) + bounds[3] - bounds[1]) / step

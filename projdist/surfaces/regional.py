@@ -26,7 +26,7 @@ _SOUGHT, _ROUND = 193, 1.0  # nodes across the search for surroundings, and its 
 
 
 def surface_of(projection: ProjectionLike, region: RegionLike | None, step: float | None = None) -> Surface:
-    """The surface of a map's drawn part, of None the area of use or the globe, in cells of `step` degrees."""
+    """The surface of the drawn part of a map, for None its area of use or the globe, in cells of `step` degrees."""
     domain = domain_of(Projection.from_user_input(projection), region)
     surface = build_surface(domain, step)
     return _regional(surface, domain.region) if is_part(domain.region) else surface

@@ -241,6 +241,7 @@ def frame_of(
     surface: Surface, title: str, *, height: float = 0.0, marks: Mapping[str, Any] | None = None
 ) -> tuple[dict[str, Any], Arrays, FloatArray]:
     """The header and the arrays of a surface's frame at a height in metres, and the Jacobians at its nodes."""
+    # `marks` are geometries to draw, in longitude and latitude, by name.
     J = surfaces.jacobians(surface)
     whole = np.zeros(surface.shape, dtype=bool)  # the cells right of and above nodes that are not torn
     whole.ravel()[surface.whole[:, 0]] = True

@@ -147,7 +147,7 @@ class CutCells:
 
 
 def cut_cells(level: FloatArray, cells: BoolArray) -> CutCells:
-    """The part of `cells` (n - 1, m - 1), all crossed by level 0, where a level at the nodes (n, m) is at most 0."""
+    """The part of `cells` (n - 1, m - 1), all crossed by level 0, where a level, linear between nodes, is at most 0."""
     flat, nodes = level.ravel(), level.size
     row, column = np.nonzero(cells)
     low = row * level.shape[1] + column
