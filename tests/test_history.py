@@ -18,8 +18,6 @@ def history() -> ModuleType:
     if not path.exists():
         pytest.skip("There are no benchmarks beside the tests.")
     spec = importlib.util.spec_from_file_location("benchmark_history", path)
-    assert spec is not None
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look there
     spec.loader.exec_module(module)
@@ -38,9 +36,7 @@ def test_an_entry_is_the_median_and_its_standard_error(history: ModuleType) -> N
     ("now", "spread", "is_slower"),
     [(1.05, 0.0, False), (1.2, 0.001, True), (1.2, 0.1, False), (0.5, 0.0, False), (1.11, 0.0, True), (3.0, 0.2, True)],
 )
-def test_slower_by_a_tenth_and_by_more_than_the_spread(
-    history: ModuleType, now: float, spread: float, is_slower: bool
-) -> None:
+def test_what_is_slower(history: ModuleType, now: float, spread: float, is_slower: bool) -> None:
     """A tenth is seen, less is not, and noise explains no more than two standard errors of both."""
     then = history.Entry("abc", "2026-01-01", "globe", "moll", 1.0, 0.002)
     entry = history.Entry("def", "2026-02-01", "globe", "moll", now, spread)
@@ -62,10 +58,7 @@ def test_rows_are_compared_with_their_last_entries(history: ModuleType, tmp_path
     assert known == {("globe", "moll"): new}
     assert history.slower([new, other], known) == []
     assert history.slower([new], history.newest([old])) == [(new, old)]
-
-
-def test_the_history_is_well_formed(history: ModuleType) -> None:
-    """Each line is of a commit, and no commit has a row twice."""
+    # Ours: each line is of a commit, and no commit has a row twice.
     entries = history.read_history()
     keys = [(one.commit, *one.key) for one in entries]
     assert len(set(keys)) == len(keys) > 0

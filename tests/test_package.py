@@ -7,7 +7,9 @@ import pickle
 import re
 import runpy
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from packaging.requirements import Requirement
@@ -24,38 +26,22 @@ LONGEST_DOCSTRING = 70  # with the sections of numpydoc
 EXTRAS = ["gis", "dask", "mosaic", "cartopy", "explore"]  # what users install; the others are the developers'
 
 
-def index_imports() -> list[str]:
-    tree = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
-    return [
-        alias.asname or alias.name for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names
-    ]
-
-
-def public_definitions() -> list[str]:
-    return [name for name in projdist.__all__ if inspect.isfunction(getattr(projdist, name)) or is_class(name)]
-
-
-def is_class(name: str) -> bool:
-    return inspect.isclass(getattr(projdist, name))
+FUNCTIONS = {name: getattr(projdist, name) for name in projdist.__all__ if inspect.isfunction(getattr(projdist, name))}
+CLASSES = {name: getattr(projdist, name) for name in projdist.__all__ if inspect.isclass(getattr(projdist, name))}
 
 
 def test_index_is_what_it_imports() -> None:
-    """`__all__` names each import of the face once, and nothing else; and `dir` shows that."""
-    assert sorted(projdist.__all__) == sorted(index_imports())
+    """`__all__` names each import of the face once, and nothing else, all of which is there; and `dir` shows that."""
+    tree = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
+    froms = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+    assert sorted(projdist.__all__) == sorted(alias.asname or alias.name for node in froms for alias in node.names)
     assert len(set(projdist.__all__)) == len(projdist.__all__)
     assert dir(projdist) == sorted(projdist.__all__)
-
-
-def test_index_has_no_logic() -> None:
-    """`__init__.py` is a docstring, imports, and two assignments: the version and the lazy face."""
+    assert [name for name in projdist.__all__ if getattr(projdist, name) is None] == []
+    # `__init__.py` has no logic: a docstring, imports, and two assignments, the version and the lazy face.
     tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
     kinds = [type(node) for node in tree.body if not isinstance(node, ast.Import | ast.ImportFrom)]
     assert kinds == [ast.Expr, ast.Assign, ast.Assign]
-
-
-def test_index_names_exist() -> None:
-    """Each name of `__all__` can be had from the package."""
-    assert [name for name in projdist.__all__ if getattr(projdist, name) is None] == []
 
 
 def test_what_the_issue_promises_in_python() -> None:
@@ -68,17 +54,18 @@ def test_what_the_issue_promises_in_python() -> None:
         assert callable(getattr(result, "to_dict", None)), result
 
 
-def test_version() -> None:
-    """The version of the package, of pyproject.toml and of what is installed is one."""
-    stated = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
-    assert projdist.__version__ == stated == importlib.metadata.version("projdist")
+@pytest.fixture(scope="module")
+def project() -> dict[str, Any]:
+    """What pyproject.toml says of the package."""
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
-def test_one_extra_has_all() -> None:
-    """Of what users install."""
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
-    (everything,) = map(Requirement, extras["all"])
+def test_version_and_extras(project: dict[str, Any]) -> None:
+    """The versions of the package, of pyproject.toml and of what is installed are one; one extra has all of users'."""
+    assert projdist.__version__ == project["version"] == importlib.metadata.version("projdist")
+    (everything,) = map(Requirement, project["optional-dependencies"]["all"])
     assert (everything.name, everything.extras) == ("projdist", set(EXTRAS))
+    assert (PACKAGE / "py.typed").is_file()  # type checkers are told that the package has types
 
 
 @pytest.fixture
@@ -89,13 +76,11 @@ def recipe_path() -> Path:
     return path
 
 
-def test_the_recipe_needs_what_the_package_needs(recipe_path: Path) -> None:
+def test_the_recipe_needs_what_the_package_needs(recipe_path: Path, project: dict[str, Any]) -> None:
     """The recipe for conda has the version and the lower bounds of pyproject.toml, under conda's names."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     recipe = recipe_path.read_text(encoding="utf-8")
-    needed = re.findall(
-        r"^    - (\S+) (>=.+)$", recipe.partition("\n  run:\n")[2].partition("\ntests:")[0], re.MULTILINE
-    )
+    run = recipe.partition("\n  run:\n")[2].partition("\ntests:")[0]
+    needed = re.findall(r"^    - (\S+) (>=.+)$", run, re.MULTILINE)
     wanted = {one.name: str(one.specifier) for one in map(Requirement, project["dependencies"])}
     wanted["matplotlib-base"] = wanted.pop("matplotlib")
     assert dict(needed) == wanted | {"python": ">=${{ python_min }}"}
@@ -112,18 +97,12 @@ def test_the_recipe_renders(recipe_path: Path) -> None:
     assert (build["noarch"], build["python"]["entry_points"]) == ("python", ["projdist = projdist.cli:main"])
 
 
-def test_the_oldest_versions_are_those_stated() -> None:
+def test_the_oldest_versions_are_those_stated(project: dict[str, Any]) -> None:
     """Each dependency, of extras too, has a lower bound and nothing else, and `make test-oldest` takes that version."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     stated = [*project["dependencies"], *(text for name in EXTRAS for text in project["optional-dependencies"][name])]
     wanted = {one.name: str(one.specifier) for one in map(Requirement, stated)}
     taken = [Requirement(line) for line in runpy.run_path(str(ROOT / ".ci" / "oldest.py"))["oldest"]()]
     assert {one.name: str(one.specifier).replace("==", ">=") for one in taken} == wanted
-
-
-def test_typed() -> None:
-    """Type checkers are told that the package has types."""
-    assert (PACKAGE / "py.typed").is_file()
 
 
 def prints(path: Path) -> bool:
@@ -139,57 +118,57 @@ def prints(path: Path) -> bool:
 def test_the_library_does_not_print(tmp_path: Path) -> None:
     """Nothing is written to the standard streams outside the command line."""
     assert [path for path in LIBRARY if prints(path)] == []
-    for text, found in {
-        "print('a')": True,
-        "sys.stderr.write('a')": True,
-        "# print": False,
-        "a.print()": False,
-    }.items():
-        (tmp_path / "a.py").write_text(text)
-        assert prints(tmp_path / "a.py") == found
+    path = tmp_path / "a.py"
+    for text, found in (("print('a')", 1), ("sys.stderr.write('a')", 1), ("# print", 0), ("a.print()", 0)):
+        path.write_text(text)
+        assert prints(path) == bool(found)
 
 
 def test_docstrings() -> None:
-    """Each public function and class says what it is, in at most seventy lines."""
-    lines = {
-        name: len(inspect.cleandoc(getattr(projdist, name).__doc__ or "").splitlines()) for name in public_definitions()
-    }
-    assert {name: count for name, count in lines.items() if not 1 <= count <= LONGEST_DOCSTRING} == {}
+    """Each public function and class says what it is, in at most seventy lines, methods and properties in forty."""
+    texts = {name: inspect.cleandoc(value.__doc__ or "") for name, value in (FUNCTIONS | CLASSES).items()}
+    assert [name for name, text in texts.items() if not 1 <= len(text.splitlines()) <= LONGEST_DOCSTRING] == []
+    for key, value in (own for cls in CLASSES.values() for own in vars(cls).items()):
+        is_method = inspect.isfunction(value) or isinstance(value, property | classmethod | staticmethod)
+        if is_method and not key.startswith("_"):
+            assert 1 <= len((inspect.getdoc(value) or "").splitlines()) <= 40, key
 
 
-@each("name", [name for name in public_definitions() if not is_class(name)])
-def test_sections_of_numpydoc(name: str) -> None:
+@each("function", FUNCTIONS.values())
+def test_sections_of_numpydoc(function: Callable[..., object]) -> None:
     """Each names its parameters, what it returns and raises, and where it is from, and has an example."""
-    function = getattr(projdist, name)
     sections = dict.fromkeys(("Parameters", "Returns", "Raises", "References", "Examples"), "")
     parts = re.split(r"^(\w+)\n-+\n", inspect.cleandoc(function.__doc__ or ""), flags=re.MULTILINE)
     sections |= dict(zip(parts[1::2], parts[2::2], strict=True))
     parameters = inspect.signature(function).parameters
     named = re.findall(r"^\*{0,2}(\w+(?:, \*{0,2}\w+)*)(?: : .*)?$", sections["Parameters"], flags=re.MULTILINE)
     assert {one.strip("* ") for line in named for one in line.split(",")} == set(parameters)
-    assert {section for section in sections if not sections[section]} - (
-        {"Parameters"} if not parameters else set()
-    ) == set()
+    assert [section for section in sections if not sections[section]] == ([] if parameters else ["Parameters"])
     assert ">>>" in sections["Examples"]
-
-
-@each("name", [name for name in public_definitions() if is_class(name)])
-def test_public_methods_have_docstrings(name: str) -> None:
-    """So does each public method and property."""
-    cls = getattr(projdist, name)
-    own = {key: value for key, value in vars(cls).items() if not key.startswith("_")}
-    checked = {
-        key: value
-        for key, value in own.items()
-        if inspect.isfunction(value) or isinstance(value, property | classmethod | staticmethod)
-    }
-    missing = [key for key, value in checked.items() if not inspect.getdoc(value)]
-    long = [key for key, value in checked.items() if len((inspect.getdoc(value) or "").splitlines()) > 40]
-    assert missing == []
-    assert long == []
 
 
 def test_results_pickle() -> None:
     """A summary goes to another process and comes back."""
     summary = projdist.summarize("moll", tolerance=1e-3)
     assert pickle.loads(pickle.dumps(summary)).to_dict() == summary.to_dict()
+
+
+# ---- progress: what takes long tells how much of it is done -----------------------------------------
+AREA = "box:8,48,12,52"
+CALLS: dict[str, Callable[[Callable[[int, int], object]], object]] = {
+    "batch": lambda progress: projdist.batch(projdist.summarize, AREA, ["robin", "moll"], progress=progress),
+    "compare": lambda progress: projdist.compare(["robin", "moll"], AREA, tolerance=1e-3, progress=progress),
+    "mean_map": lambda progress: projdist.mean_map(["robin"], region=AREA, degree=1, progress=progress),
+    "optimize": lambda progress: projdist.optimize("eqc", AREA, free=["lat_ts"], progress=progress),
+    "world_map": lambda progress: projdist.world_map(cells=8, against=["robin"], progress=progress),
+}
+
+
+@each("name", CALLS)
+def test_progress(name: str) -> None:
+    """It rises from news to news, of one total, and never beyond it."""
+    told: list[tuple[int, int]] = []
+    CALLS[name](lambda done, total: told.append((done, total)))
+    done, (total,) = [one for one, _ in told], {total for _, total in told}
+    assert done == sorted(set(done))
+    assert 0 <= done[0] <= done[-1] <= total

@@ -2,7 +2,6 @@
 
 import doctest
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -39,26 +38,20 @@ def of_methods(table: "pd.DataFrame", *starts: str) -> "pd.DataFrame":
     return table[named & (table.error < CERTAIN)]
 
 
+CONFORMAL = "Transverse Mercator", "Lambert Conic Conformal", "Hotine Oblique", "Mercator (variant"
+EQUAL_AREA = "Albers Equal Area", "Lambert Azimuthal Equal Area", "Lambert Cylindrical Equal Area"
+
+
 def test_how_sure_it_is(table: "pd.DataFrame") -> None:
-    """As the page says."""
+    """As the page says; methods have equal angles or equal areas, where PROJ's own series keep them to that."""
     assert table.crs.nunique() > 8000
     assert (table.error < 1e-11).mean() > 0.99
     assert table.error.max() < 1e-8
-
-
-@pytest.mark.parametrize(
-    ("methods", "least", "promised"),
-    [
-        (("Transverse Mercator", "Lambert Conic Conformal", "Hotine Oblique", "Mercator (variant"), 5000, "omega"),
-        (("Albers Equal Area", "Lambert Azimuthal Equal Area", "Lambert Cylindrical Equal Area"), 200, "s"),
-    ],
-)
-def test_what_methods_promise(table: "pd.DataFrame", methods: tuple[str, ...], least: int, promised: str) -> None:
-    """Equal angles and equal areas, where PROJ's own series keep them to that."""
-    some = of_methods(table, *methods)
-    assert len(some) > least
-    off = some.a / some.b - 1.0 if promised == "omega" else some.s - 1.0
-    assert np.quantile(np.abs(off), 0.99) < AGREE
+    conformal, equal_area = of_methods(table, *CONFORMAL), of_methods(table, *EQUAL_AREA)
+    assert len(conformal) > 5000
+    assert len(equal_area) > 200
+    for off in (conformal.a / conformal.b - 1.0, equal_area.s - 1.0):
+        assert np.quantile(np.abs(off), 0.99) < AGREE
 
 
 @pytest.mark.slow
@@ -79,23 +72,18 @@ def test_convergences_of_cones(table: "pd.DataFrame") -> None:
     assert checked > 100
 
 
-@pytest.mark.parametrize("part", [200, pytest.param(3, marks=pytest.mark.slow)])
+@each("part", [200, pytest.param(3, marks=pytest.mark.slow)])
 def test_it_is_measured_so_today(table: "pd.DataFrame", part: int) -> None:
     """Every `part`-th CRS, but for what other releases of PROJ have changed."""
-    different = []
-    for code in table.crs.unique()[::part]:
-        rows = table[(table.crs == code) & (table.error < CERTAIN)]
-        found = projdist.factors(code, rows.lon, rows.lat)
-        if any(np.abs(getattr(found, name) / rows[name] - 1.0).max() > AGREE for name in FIGURES if len(rows)):
+    different, chosen = [], table.crs.isin(table.crs.unique()[::part])
+    for code, rows in table[chosen & (table.error < CERTAIN)].groupby("crs"):
+        found = projdist.factors(code, rows.lon.values, rows.lat.values)
+        if any(np.abs(getattr(found, name) / rows[name].values - 1.0).max() > AGREE for name in FIGURES):
             different.append(code)
     assert len(different) <= 0.01 * table.crs.nunique() / part, different
 
 
-BLOCKS: Callable[[str], list[str]] = re.compile(r"```python\n(>>>.*?)```", re.DOTALL).findall
-
-
-@each("number", range(len(BLOCKS((DOCS / "others.md").read_text(encoding="utf-8")))))
-def test_lines_of_the_page_print_what_it_says(number: int) -> None:
-    text = BLOCKS((DOCS / "others.md").read_text(encoding="utf-8"))[number]
-    example = doctest.DocTestParser().get_doctest(text, {}, f"others {number}", None, None)
+@each("text", re.findall(r"```python\n(>>>.*?)```", (DOCS / "others.md").read_text(encoding="utf-8"), re.DOTALL))
+def test_lines_of_the_page_print_what_it_says(text: str) -> None:
+    example = doctest.DocTestParser().get_doctest(text, {}, "others", None, None)
     assert doctest.DocTestRunner(verbose=False).run(example).failed == 0

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from gis_files import some_slow
 from matplotlib.figure import Figure
 from PIL import Image
+from public_calls import geoaxes
 from tables import each
 
 import projdist
@@ -26,44 +28,58 @@ DEGREES = geopandas.GeoSeries([SQUARE], crs="EPSG:4326")
 # Edges of a box are straight in Mercator's map, too.
 MERCATOR = geopandas.GeoDataFrame({"name": ["square"]}, geometry=DEGREES.to_crs("EPSG:3395"))
 
-KINDS: dict[str, Any] = {
-    "text": "box:8,48,8.2,48.2",
-    "Region": BOX,
-    "bounds": BOUNDS,
-    "list": list(BOUNDS),
-    "array": np.array(BOUNDS),
-    "geometry": SQUARE,
-    "parts": shapely.MultiPolygon([shapely.box(8, 48, 8.1, 48.2), shapely.box(8.1, 48, 8.2, 48.2)]),
-    "GeoJSON": shapely.geometry.mapping(SQUARE),
-    "GeoJSON with a CRS": {
-        "type": "FeatureCollection",
-        "crs": {"type": "name", "properties": {"name": "EPSG:3395"}},
-        "features": [{"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapping(MERCATOR.geometry[0])}],
-    },
-    "GeoSeries": DEGREES,
-    "GeoSeries without a CRS": geopandas.GeoSeries([SQUARE]),
-    "GeoDataFrame": MERCATOR,
-}
+MEMBER = {"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapping(MERCATOR.geometry[0])}
+CRS = {"type": "name", "properties": {"name": "EPSG:3395"}}
+HALVES = shapely.MultiPolygon([shapely.box(8, 48, 8.1, 48.2), shapely.box(8.1, 48, 8.2, 48.2)])
 # What goes through doors of their own: numbers, a geometry, one in another CRS.
-DOORS = ("bounds", "geometry", "GeoDataFrame")
+DOORS = {"bounds": BOUNDS, "geometry": SQUARE, "GeoDataFrame": MERCATOR}
+KINDS = ["box:8,48,8.2,48.2", BOX, *DOORS.values(), list(BOUNDS), np.array(BOUNDS), HALVES, DEGREES]
+KINDS += [{"type": "FeatureCollection", "crs": CRS, "features": [MEMBER]}]
+KINDS += [shapely.geometry.mapping(SQUARE), geopandas.GeoSeries([SQUARE])]
 # Figures of theirs are drawn, or others are that take as long.
 DRAWN_TWICE = ("plots.figure", "plots.heatmap", "plots.tissot", "plots.local_field")
-LONG = (
-    "field_of",
-    "plots.modes_figure",
-    "plots.tissot_figure",
-    "plots.morph",
-    "plots.local_figure",
-    "plots.space_figure",
-)
+PICTURES = "modes_figure", "tissot_figure", "morph", "local_figure", "space_figure"
+LONG = "field_of", *(f"plots.{name}" for name in PICTURES)
 SLOW = ("ldp", "optimize", "recommend", "design", "distance_distortion", "great_circle_bending", "mean_map")
 
 
 def drawn(draw: Callable[..., object], *arguments: object, **options: object) -> list[float]:
     """The limits of axes after a picture was drawn in them."""
-    axes = Figure().add_subplot()
-    draw(axes, *arguments, **options)
-    return [*axes.get_xlim(), *axes.get_ylim()]
+    figure = Figure()
+    draw(figure.add_subplot(), *arguments, **options)
+    return limits(figure)
+
+
+def limits(figure: Figure) -> list[float]:
+    """The limits of the first axes of a figure."""
+    return [*figure.axes[0].get_xlim(), *figure.axes[0].get_ylim()]
+
+
+def added(draw: Callable[..., object], region: Any) -> list[float]:
+    """Where on axes of cartopy there is anything."""
+    axes = geoaxes()
+    draw(axes, region=region)
+    return [float(value) for one in axes.collections for value in one.get_datalim(axes.transData).extents]
+
+
+def cartopy_bounds(region: Any, _: Path) -> tuple[float, ...]:
+    """The limits of a map for cartopy."""
+    pytest.importorskip("cartopy")
+    return plots.to_cartopy("robin", region=region).bounds
+
+
+def extent_of_arrays(region: Any, _: Path) -> list[float]:
+    """The first and last coordinates of arrays of measures."""
+    pytest.importorskip("xarray")
+    found = gis.measure_arrays("robin", region=region, size=20)
+    return [*found.x.values[[0, -1]].tolist(), *found.y.values[[0, -1]].tolist()]
+
+
+def of_plate_carree(lon: Any, lat: Any) -> Any:
+    """Its Jacobians: h = 1 and k = 1 / cos(latitude)."""
+    east = np.zeros((*np.shape(lon), 2, 2))
+    east[..., 0, 0], east[..., 1, 1] = 1.0 / np.cos(np.radians(lat)), 1.0
+    return east
 
 
 def weighted(region: Any, folder: Path) -> float:
@@ -104,7 +120,7 @@ OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "field_of": lambda region, _: projdist.field_of(of_plate_carree, region=region).weight.sum(),
     "interpolant": lambda region, _: projdist.interpolant("robin", region)([8.05, 8.15], 48.1).jacobian,
     "gis.indicatrices": lambda region, _: gis.indicatrices("robin", region=region, step=0.1).total_bounds,
-    "gis.measure_arrays": lambda region, _: extent_of_arrays(region),
+    "gis.measure_arrays": extent_of_arrays,
     "gis.raster": lambda region, _: gis.raster("robin", ["fisher"], region=region, size=20).pixels.transform,
     "gis.weighted": weighted,
     "plots.add_heatmap": lambda region, _: added(plots.add_heatmap, region),
@@ -120,69 +136,31 @@ OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "plots.morph": film,
     "plots.tissot": lambda region, _: drawn(plots.tissot, "robin", region=region),
     "plots.tissot_figure": lambda region, _: limits(plots.tissot_figure(["robin"], region=region)),
-    "plots.to_cartopy": lambda region, _: cartopy_bounds(region),
+    "plots.to_cartopy": cartopy_bounds,
 }
 
 
-def extent_of_arrays(region: Any) -> list[float]:
-    """The first and last coordinates of arrays of measures."""
-    pytest.importorskip("xarray")
-    found = gis.measure_arrays("robin", region=region, size=20)
-    return [*found.x.values[[0, -1]].tolist(), *found.y.values[[0, -1]].tolist()]
-
-
-def added(draw: Callable[..., object], region: Any) -> list[float]:
-    """Where on axes of cartopy there is anything."""
-    crs = pytest.importorskip("cartopy.crs")
-    axes = Figure().add_subplot(projection=crs.PlateCarree())
-    draw(axes, region=region)
-    return [float(value) for one in axes.collections for value in one.get_datalim(axes.transData).extents]
-
-
-def cartopy_bounds(region: Any) -> tuple[float, ...]:
-    """The limits of a map for cartopy."""
-    pytest.importorskip("cartopy")
-    found: tuple[float, ...] = plots.to_cartopy("robin", region=region).bounds
-    return found
-
-
-def of_plate_carree(lon: Any, lat: Any) -> Any:
-    """Its Jacobians: h = 1 and k = 1 / cos(latitude)."""
-    east = np.zeros((*np.shape(lon), 2, 2))
-    east[..., 0, 0], east[..., 1, 1] = 1.0 / np.cos(np.radians(lat)), 1.0
-    return east
-
-
-def limits(figure: Figure) -> list[float]:
-    """The limits of the first axes of a figure."""
-    return [*figure.axes[0].get_xlim(), *figure.axes[0].get_ylim()]
-
-
 @each("kind", KINDS)
-def test_all_kinds_are_one_region(kind: str) -> None:
+def test_all_kinds_are_one_region(kind: Any) -> None:
     """Of one area, as far as areas of polygons are good, and with one outline."""
-    found = projdist.get_region(KINDS[kind])
+    found = projdist.get_region(kind)
     assert found.area_km2 == pytest.approx(BOX.area_km2, rel=1e-8)
     np.testing.assert_allclose(found.bounds, BOUNDS, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW[:4] else name for name in ANSWERS]
-)
+@pytest.mark.parametrize("name", some_slow(ANSWERS, {*SLOW[:4]}))
 def test_answers_are_of_the_region(name: str) -> None:
     """Whatever it was given as; what takes seconds is tried with what is least like text."""
-    for kind in DOORS[-1:] if name in SLOW else DOORS:
-        assert ANSWERS[name](KINDS[kind]).region.area_km2 == pytest.approx(BOX.area_km2, rel=1e-8)
+    for kind in [MERCATOR] if name in SLOW else DOORS.values():
+        assert ANSWERS[name](kind).region.area_km2 == pytest.approx(BOX.area_km2, rel=1e-8)
 
 
-@pytest.mark.parametrize("doors", [DOORS[-1:], pytest.param(DOORS[:-1], marks=pytest.mark.slow)])
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow) if name in (*LONG, *DRAWN_TWICE) else name for name in OTHERS]
-)
+@pytest.mark.parametrize("doors", some_slow(["GeoDataFrame", "bounds geometry"], {"bounds geometry"}))
+@pytest.mark.parametrize("name", some_slow(OTHERS, {*LONG, *DRAWN_TWICE}))
 @pytest.mark.usefixtures("few_cells")
-def test_pictures_and_files_are_of_the_region(name: str, doors: tuple[str, ...], tmp_path: Path) -> None:
+def test_pictures_and_files_are_of_the_region(name: str, doors: str, tmp_path: Path) -> None:
     """They reach as far as those of the box."""
-    expected, *others = (OTHERS[name](KINDS[kind], tmp_path) for kind in ("Region", *doors))
+    expected, *others = (OTHERS[name](kind, tmp_path) for kind in (BOX, *(DOORS[door] for door in doors.split())))
     for other in others:
         np.testing.assert_allclose(other, expected, rtol=1e-6)
 
@@ -197,10 +175,8 @@ def test_types_say_what_regions_and_projections_may_be() -> None:
     functions = {name: value for name, value in functions.items() if inspect.isfunction(value)}
     found = {name: inspect.signature(value).parameters for name, value in functions.items()}
     elsewhere = {"get_region", "world_map"}  # whose regions are parts of the world, not squares
-    taking = {name for name, parameters in found.items() if "region" in parameters} | {
-        "plots.figure"
-    }  # an option of it
-    assert taking == {*ANSWERS, *OTHERS, *elsewhere}
+    taking = {name for name, parameters in found.items() if "region" in parameters}
+    assert taking | {"plots.figure"} == {*ANSWERS, *OTHERS, *elsewhere}  # an option of figure
     for name, parameters in found.items():
         for parameter in parameters.keys() & TYPES:
             assert TYPES[parameter] in str(parameters[parameter].annotation), name

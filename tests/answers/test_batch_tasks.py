@@ -1,18 +1,20 @@
 """Tasks on executors: groups, losses, failures."""
 
-import csv
 import json
 import os
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ThreadPoolExecutor
-from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from batch_functions import name_of, wrong
+from refusals import refuses
+from tables import each
 
 import projdist
 from projdist.answers import areas_of
 from projdist.answers.batch_tasks import Job, Task
 from projdist.answers.batches import open_partial, run_job
+from projdist.earth import data_rows
 from projdist.regions import PointSet, get_region
 
 TASKS = [Task(number, f"r{number}", f"box:{number},0,{number + 1},1") for number in range(60)]
@@ -29,15 +31,18 @@ def results(executor, tasks=TASKS, function=name_of):
 
 def is_whole(found, but=()):
     """Whether every task has its own result."""
-    return all(
-        one["answer"]["name"] == f"box:{number},0,{number + 1},1" for number, one in found.items() if number not in but
-    )
+    names = {number: one["answer"]["name"] for number, one in found.items() if number not in but}
+    return names == {number: f"box:{number},0,{number + 1},1" for number in names}
 
 
-@pytest.mark.parametrize("make", [lambda: None, lambda: ThreadPoolExecutor(3)])
+@each("make", [lambda: None, lambda: ThreadPoolExecutor(3)])
 def test_every_task_is_done_once(make):
-    """Whatever does it."""
+    """Whatever does it; what is wrong with a task is one line, and what nobody expected has its kind before it."""
     assert is_whole(results(make()))
+    found = results(make(), TASKS[:8], wrong)
+    assert [found[number]["error"] for number in (0, 1)] == ["It is the first.", "KeyError: 'second'"]
+    assert "not JSON compliant" in found[2]["error"]
+    assert is_whole(found, but=[0, 1, 2])
 
 
 class Lossy(Executor):
@@ -58,20 +63,17 @@ class Lossy(Executor):
         return future
 
 
-@pytest.mark.parametrize("error", [CancelledError, BrokenExecutor])
+@each("error", [CancelledError, BrokenExecutor])
 def test_what_is_lost_is_done_again_alone(error):
-    """Each task of a lost group in a group of its own, and nothing else twice."""
+    """Each task of a lost group in a group of its own, and nothing else twice; one that is lost twice is given up."""
     executor = Lossy(lambda numbers, given: 30 in numbers and not any(30 in one for one in given), error)
     assert is_whole(results(executor))
     (lost,) = (numbers for numbers in executor.given if 30 in numbers and numbers != [30])
     assert len(lost) > 1
     again = [numbers for numbers in executor.given if set(numbers) & set(lost)]
     assert again == [lost, *([number] for number in lost)]
-
-
-def test_a_task_that_is_lost_twice_is_given_up():
-    """It is told to have failed, to be tried again another time; what was lost with it is not."""
-    found = results(Lossy(lambda numbers, _: 30 in numbers))
+    # It is told to have failed, to be tried again another time; what was lost with it is not.
+    found = results(Lossy(lambda numbers, _: 30 in numbers, error))
     assert found[30] == {"task": 30, "error": "The process that worked on it was killed, twice.", "again": True}
     assert is_whole(found, but=[30])
 
@@ -81,58 +83,29 @@ def test_groups():
     executor = Lossy(lambda *_: False)
     results(executor)
     sizes = [len(numbers) for numbers in executor.given]
-    assert sizes[0] == 1
+    assert (sizes[0], sizes[-1]) == (1, 1)
     assert 1 < max(sizes) <= len(TASKS) / 4
-    assert sizes[-1] == 1
 
 
-@pytest.mark.parametrize("make", [lambda: None, lambda: ThreadPoolExecutor(2)])
-def test_failures_are_told_in_their_place(make):
-    """What is wrong with a task is one line; what nobody expected has its kind before it."""
-    found = results(make(), TASKS[:8], wrong)
-    assert {number: one["error"] for number, one in found.items() if "error" in one} == {
-        0: "It is the first.",
-        1: "KeyError: 'second'",
-        2: found[2]["error"],
-    }
-    assert "not JSON compliant" in found[2]["error"]
-    assert is_whole(found, but=[0, 1, 2])
-
-
-class Gone(Executor):
-    """A cluster whose connection is closed."""
-
-    def __init__(self, error):
-        self.error = error
-
-    def submit(self, *_):
-        """As Dask and pools have it."""
-        raise self.error
-
-
-@pytest.mark.parametrize("error", [OSError("Timed out trying to connect."), RuntimeError("ConnectionPool is closed")])
+@each("error", [OSError("Timed out trying to connect."), RuntimeError("ConnectionPool is closed")])
 def test_a_cluster_that_is_gone(error):
-    """Is no file that cannot be written."""
+    """Its connection is closed, as Dask and pools have it; that is no file that cannot be written."""
+    gone = Mock(spec=Executor)
+    gone.submit.side_effect = error
     with pytest.raises(ConnectionError, match=r"^The executor does not answer any more.$"):
-        results(Gone(error))
+        results(gone)
 
 
 # ---- areas -----------------------------------------------------------------------------------------
-
-
 SQUARE = {"type": "Polygon", "coordinates": [[[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]]}
 FAR = {"type": "Polygon", "coordinates": [[[10, 50], [12, 50], [12, 51], [10, 51], [10, 50]]]}
 
 
-def rows() -> list[dict[str, str]]:
-    path = Path(projdist.__file__).parent / "data" / "countries.csv"
-    return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
-
-
 def test_countries_and_continents():
     """All of the table of countries, of their continents, and of states; in the detail that is asked for."""
-    assert {area.text for area in areas_of("countries")} == {f"country:{row['name']}" for row in rows()}
-    assert {area.text for area in areas_of("continents")} == {f"continent:{row['continent']}" for row in rows()}
+    rows = data_rows("countries.csv")
+    assert {area.text for area in areas_of("countries")} == {f"country:{row['name']}" for row in rows}
+    assert {area.text for area in areas_of("continents")} == {f"continent:{row['continent']}" for row in rows}
     assert len(areas_of("states")) == len(areas_of("states@10m")) == 56
     assert areas_of("states")[5] == ("state:California", "state:California")
     (switzerland,) = (one for one in areas_of("countries@10m") if "Switzerland" in one.text)
@@ -140,38 +113,28 @@ def test_countries_and_continents():
     assert switzerland.place().area_km2 == get_region("country:CH@10m").area_km2
 
 
-def written(path: Path, *features: tuple[dict, dict | None]) -> Path:
-    members = [{"type": "Feature", "properties": fields, "geometry": shape} for fields, shape in features]
-    path.write_text(json.dumps({"type": "FeatureCollection", "features": members}))
-    return path
-
-
 def test_features_of_a_file(tmp_path):
     """Each is a region, by its name if it has one; two of a name are told apart; one without a geometry fails later."""
-    path = written(
-        tmp_path / "parts.geojson",
-        ({"NAME": "a"}, SQUARE),
-        ({"name": "a"}, FAR),
-        ({}, {"type": "GeometryCollection", "geometries": [SQUARE, FAR]}),
-        ({"name": "none"}, None),
-    )
+    both = {"type": "GeometryCollection", "geometries": [SQUARE, FAR]}
+    given = [({"NAME": "a"}, SQUARE), ({"name": "a"}, FAR), ({}, both), ({"name": "none"}, None)]
+    members = [{"type": "Feature", "properties": fields, "geometry": shape} for fields, shape in given]
+    path = tmp_path / "parts.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": members}))
     areas = areas_of(str(path))
     assert [area.name for area in areas] == ["a", "a (2)", "parts 3", "none"]
     places = [area.place() for area in areas[:3]]
     octants = [get_region("box:0,0,2,2").area_km2, get_region("box:10,50,12,51").area_km2]
     assert [place.area_km2 for place in places] == pytest.approx([*octants, sum(octants)], rel=1e-9)
     assert [place.name for place in places] == ["a", "a (2)", "parts 3"]
-    with pytest.raises(ValueError, match=r"^Invalid region 'none'. It holds no polygons.$"):
-        areas[3].place()
+    refuses(r"^Invalid region 'none'. It holds no polygons.$", areas[3].place)
 
 
 @pytest.mark.slow
 def test_features_in_a_crs(tmp_path):
     """A file's own coordinates go along with its CRS, and edges are straight there."""
     gis = pytest.importorskip("geopandas")
-    frame = gis.GeoDataFrame(
-        {"name": ["square"]}, geometry=gis.points_from_xy([4321000], [3210000]).buffer(1e5, cap_style=3), crs=3035
-    )
+    shape = gis.points_from_xy([4321000], [3210000]).buffer(1e5, cap_style=3)
+    frame = gis.GeoDataFrame({"name": ["square"]}, geometry=shape, crs=3035)
     frame.to_file(tmp_path / "square.gpkg")
     expected = get_region(f"file:{tmp_path / 'square.gpkg'}").area_km2
     for given in (str(tmp_path / "square.gpkg"), frame):
@@ -187,9 +150,7 @@ def test_one_and_several():
     third = projdist.Box(1 / 3, 0, 20, 10)
     given = [third, projdist.Cap(10, 1 / 3, 500), (0, 1, 2, 3), "land & box:0,0,10,10", FAR]
     areas = areas_of(given)
-    assert areas[0].place() == third
-    assert areas[1].place() == given[1]
-    assert areas[2].place() == projdist.Box(0, 1, 2, 3)
+    assert [area.place() for area in areas[:3]] == [third, given[1], projdist.Box(0, 1, 2, 3)]
     assert areas[3].text == "land & box:0,0,10,10"
     assert areas[4].place().area_km2 == pytest.approx(get_region("box:10,50,12,51").area_km2, rel=1e-12)
     assert areas_of((0, 1, 2, 3)) == [areas[2]]
@@ -205,7 +166,7 @@ def test_files_within_words(tmp_path):
     assert area.place().area_km2 == pytest.approx(get_region("box:1,1,2,2").area_km2, rel=1e-9)
 
 
-@pytest.mark.parametrize(
+@each(
     ("given", "message"),
     [
         ([], r"Invalid regions of a batch. There must be one at least."),
@@ -219,14 +180,12 @@ def test_files_within_words(tmp_path):
 def test_refused(given, message):
     """In one line."""
     pytest.importorskip("geopandas")
-    with pytest.raises(ValueError, match=f"^{message}"):
-        areas_of(given)
+    refuses(f"^{message}", areas_of, given)
 
 
 # ---- files of results ------------------------------------------------------------------------------
-
-
 HEADER = {"projdist": "1", "PROJ": "9", "function": "f", "options": {"a": 1}, "tasks": 3, "digest": "abc"}
+HEAD = json.dumps(HEADER).encode()
 LINES = [json.dumps({"task": n, "answer": 1 / (n + 3)}) for n in range(3)]
 
 
@@ -254,24 +213,20 @@ def test_results_come_back(path):
     assert (json.loads(header), lines) == (HEADER, LINES)
 
 
-@pytest.mark.parametrize("cut", range(1, len(LINES[2]) + 2))
-def test_a_line_that_was_cut_off_goes(path, cut):
-    """Wherever; what follows it is whole."""
+def test_a_line_that_was_cut_off_goes(path):
+    """Wherever; what follows it is whole, and a header that was cut off is written anew."""
     write(path)
     whole = path.stat().st_size
-    os.truncate(path, whole - cut)
-    assert set(read(path)) == {0, 1}
-    write(path, LINES[2:])
-    assert path.stat().st_size == whole
-    assert set(read(path)) == {0, 1, 2}
-
-
-@pytest.mark.parametrize("length", [0, 1, 5, 14, 40])
-def test_a_header_that_was_cut_off(path, length):
-    """Is written anew."""
-    path.write_bytes(json.dumps(HEADER).encode()[:length])
-    assert read(path) == {}
-    assert json.loads(path.read_text()) == HEADER
+    for cut in range(1, len(LINES[2]) + 2):
+        os.truncate(path, whole - cut)
+        assert set(read(path)) == {0, 1}
+        write(path, LINES[2:])
+        assert path.stat().st_size == whole
+        assert set(read(path)) == {0, 1, 2}
+    for length in (0, 1, 5, 14, 40):
+        path.write_bytes(HEAD[:length])
+        assert read(path) == {}
+        assert json.loads(path.read_text()) == HEADER
 
 
 def test_what_was_lost_is_tried_again(path):
@@ -282,59 +237,43 @@ def test_what_was_lost_is_tried_again(path):
     assert set(read(path)) == {1, 2}
 
 
-@pytest.mark.parametrize(
-    ("changed", "what"),
-    [
-        ({"projdist": "2"}, "of another version of projdist"),
-        ({"PROJ": "10"}, "with another version of PROJ"),
-        ({"function": "g"}, "of another function"),
-        ({"options": {"a": 2}}, "with other options"),
-        ({"tasks": 4}, "of other regions or maps"),
-        ({}, "of other regions or maps"),
-    ],
-)
+VERSIONS = [({"projdist": "2"}, "of another version of projdist"), ({"PROJ": "10"}, "with another version of PROJ")]
+CHANGES = [({"function": "g"}, "of another function"), ({"options": {"a": 2}}, "with other options")]
+
+
+@each("changed, what", [*VERSIONS, *CHANGES, *((one, "of other regions or maps") for one in ({"tasks": 4}, {}))])
 def test_another_job_is_refused(path, changed, what):
     """In one line that says what is different; the file stays as it is."""
     write(path)
     before = path.read_bytes()
     message = rf"^Invalid partial file '.*part'. It belongs to another job, {what}. Take another name, or remove it.$"
-    with pytest.raises(ValueError, match=message):
-        read(path, HEADER | {"digest": "other"} | changed)
+    refuses(message, read, path, HEADER | {"digest": "other"} | changed)
     assert path.read_bytes() == before
 
 
 @pytest.mark.skipif(os.name == "nt", reason="devices of Unix")
 def test_a_device():
     """It keeps nothing, and one that never ends would fill the memory; it is not even opened."""
-    told = r"^Invalid partial file '/dev/null'\. It is a device or a pipe, which keeps nothing\.$"
-    with pytest.raises(ValueError, match=told):
-        read("/dev/null")
+    refuses(r"^Invalid partial file '/dev/null'\. It is a device or a pipe, which keeps nothing\.$", read, "/dev/null")
 
 
-@pytest.mark.parametrize(
-    ("text", "what"),
-    [
-        (b"region,area_km2\n", "It is none; take another name."),
-        (b"PNG", "It is none; take another name."),
-        (b'{"a": 1}\n', "It is none; take another name."),
-        (json.dumps(HEADER).encode() + b'\n{"task": 1\n{"task": 2}\n', "Its line 2 is damaged."),
-        (json.dumps(HEADER).encode() + b"\n[1]\n", "Its line 2 is no result."),
-    ],
-)
+NO_PARTS = dict.fromkeys([b"region,area_km2\n", b"PNG", b'{"a": 1}\n'], "It is none; take another name.")
+NO_PARTS |= {
+    HEAD + b'\n{"task": 1\n{"task": 2}\n': "Its line 2 is damaged.",
+    HEAD + b"\n[1]\n": "Its line 2 is no result.",
+}
+
+
+@each("text, what", NO_PARTS.items())
 def test_other_files_are_refused(path, text, what):
     """And stay as they are."""
     path.write_bytes(text)
-    with pytest.raises(ValueError, match=rf"^Invalid partial file '.*part'. {what}$"):
-        read(path)
+    refuses(rf"^Invalid partial file '.*part'. {what}$", read, path)
     assert path.read_bytes() == text
 
 
 def test_one_process_at_a_time(path):
     """Two would do the same work."""
     pytest.importorskip("fcntl")
-    with (
-        open_partial(path, HEADER),
-        pytest.raises(ValueError, match=r"Another process is writing it.$"),
-        open_partial(path, HEADER),
-    ):
-        pass
+    with open_partial(path, HEADER):
+        refuses(r"Another process is writing it.$", read, path)

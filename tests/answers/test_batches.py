@@ -16,6 +16,9 @@ import pyproj
 import pytest
 from batch_functions import always_killed, name_of, once_killed, slow
 from dask_clusters import dask_cluster
+from gis_files import some_slow
+from refusals import refuses
+from tables import each
 
 import projdist
 from projdist.answers import areas_of, batch
@@ -25,8 +28,12 @@ from projdist.regions import region_for
 
 BANDS = [f"box:{k},0,{k + 1},1" for k in range(8)]
 MAPS = ["mollweide", "EPSG:3035", "+proj=lcc +lat_1=40 +lat_2=60"]
+BUSY = "threads", "processes:2"
 PLACES = ["country:CH", "box:-10,30,20,60", "cap:10,50,500"]
-COARSE = {"tolerance": 1e-4}
+COARSE = {"tolerance": 1e-3}
+NAMED = projdist.Projection.from_function(lambda x, y: (x, y), name="robin")
+TEXTS = "options of a batch. They must be text, numbers, and lists of them: "
+NO_TEXT = "projection '{}' of a batch. It must have a text: a name, "
 
 
 @pytest.fixture(scope="module")
@@ -38,11 +45,7 @@ def serial():
     return {(place, one): projdist.summarize(one, regions[place], measures=["omega"], **COARSE) for place, one in pairs}
 
 
-@pytest.mark.parametrize(
-    "executor",
-    [None, *(pytest.param(name, marks=pytest.mark.slow) for name in ("threads", "processes:2"))],
-    ids=["here", "threads", "two"],
-)
+@pytest.mark.parametrize("executor", [None, *some_slow(BUSY, BUSY)], ids=["here", *BUSY])
 def test_answers_are_those_of_one(serial, executor):
     """To the last digit and in order, with what is told on the way; a frame has the rows, their region before them."""
     workers = ThreadPoolExecutor(3) if executor == "threads" else executor
@@ -58,112 +61,78 @@ def test_answers_are_those_of_one(serial, executor):
     assert rows[4]["region"] == "box:-10,30,20,60"
 
 
-def test_notices():
-    """Stand beside the answers that they are of, and are no warnings."""
+def test_notices_and_features(tmp_path):
+    """Notices stand beside the answers that they are of, and are no warnings; polygons of a file are regions."""
     found = batch(projdist.summarize, ["country:CH", "box:20,-30,30,-20"], ["moll", "EPSG:3035"], options=COARSE)
     told = {(one.region, one.projection): one.notices for one in found.results if one.notices}
     assert list(told) == [("box:20,-30,30,-20", "EPSG:3035")]
     assert "where nothing of box:20,-30,30,-20 lies" in told.popitem()[1][0]
-
-
-def test_features(tmp_path):
-    """Of a file are regions as its polygons are."""
     ring = [[0.1, 0.2], [3, 0.3], [2.2, 4], [0.1, 0.2]]
     shape = {"type": "Polygon", "coordinates": [ring]}
     features = [{"type": "Feature", "properties": {"name": "triangle"}, "geometry": shape}]
     path = tmp_path / "a.geojson"
     path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
     (one,) = batch(projdist.summarize, str(path), "moll", options=COARSE).results
-    assert one.region == "triangle"
-    assert one.answer == projdist.summarize("moll", shape, **COARSE).to_dict()
+    assert (one.region, one.answer) == ("triangle", projdist.summarize("moll", shape, **COARSE).to_dict())
 
 
-def test_tasks_are_small():
-    """A task of a named place takes 100 bytes on its way, and one alone 400: it is text."""
+def test_tasks_are_small_texts(tmp_path):
+    """A task of a named place takes 100 bytes on its way, and one alone 400; maps are codes, or what is in files."""
     job = Job(projdist.summarize, {"measures": ["omega"], "tolerance": 1e-8})
     tasks = _tasks("countries", MAPS)
     assert len(tasks) == 3 * len(areas_of("countries"))
     assert len(pickle.dumps((run_tasks, job, tasks[:1]))) < 400
     assert len(pickle.dumps((run_tasks, job, tasks[:100]))) < 100 * 100
-
-
-def test_progress():
-    """Counts results, also those that are there."""
-    heard = []
-    batch(name_of, BANDS, progress=lambda done, total: heard.append((done, total)))
-    assert heard[-1] == (8, 8)
-    assert heard == sorted(heard)
+    # Workers may not have the files.
+    path = tmp_path / "a.prj"
+    path.write_text(pyproj.CRS(3035).to_wkt())
+    for one in (pyproj.CRS(3035), 3035, ("EPSG", 3035), projdist.Projection.from_user_input("EPSG:3035")):
+        assert [task.projection for task in _tasks(BANDS[0], one)] == ["EPSG:3035"]
+    for given in (path, str(path)):
+        assert [task.projection for task in _tasks(BANDS[0], [given])] == [path.read_text()]
 
 
 def test_going_on(tmp_path):
     """What a partial file has is not done again, and the answers are the same; another job is refused."""
-    path, log = tmp_path / "part", tmp_path / "log"
+    path, log, heard = tmp_path / "part", tmp_path / "log", []
     options = {"log": str(log), "seconds": 0.0}
-    whole = batch(slow, BANDS, options=options, partial=path).to_dict()
+    told = {"progress": lambda done, total: heard.append((done, total))}
+    whole = batch(slow, BANDS, options=options, partial=path, **told).to_dict()
+    assert heard == sorted(heard)
+    assert heard[-1] == (8, 8)
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join(lines[:4]) + lines[4][:20])
     log.write_text("")
     assert batch(slow, BANDS, options=options, partial=path).to_dict() == whole
     assert sorted(line.split()[1] for line in log.read_text().splitlines()) == BANDS[3:]
-    with pytest.raises(ValueError, match=r"It belongs to another job, with other options"):
-        batch(slow, BANDS, options=options | {"seconds": 1.0}, partial=path)
-    with pytest.raises(ValueError, match=r"It belongs to another job, of other regions or maps"):
-        batch(slow, [*BANDS[1:], BANDS[0]], options=options, partial=path)
-    with pytest.raises(ValueError, match=r"It belongs to another job, of another function"):
-        batch(name_of, BANDS, partial=path)
-
-
-@pytest.mark.parametrize(
-    ("function", "options", "message"),
-    [
-        (name_of, {"suffix": object()}, "Invalid options of a batch. They must be text, numbers, and lists of them: "),
-        (name_of, {"suffix": float("nan")}, "Invalid options of a batch."),
-        (lambda _: {}, {}, "Invalid function '.*<lambda>' of a batch. Other processes must be able to import it."),
-        (Job(name_of, {}), {}, "Invalid function '.*' of a batch. It must be one of a module; see options."),
-    ],
-)
-def test_refused(function, options, message):
-    """Before the work."""
-    with pytest.raises(ValueError, match=f"^{message}"):
-        batch(function, BANDS, options=options, executor="processes:2")
-
-
-@pytest.mark.parametrize(
-    "one", [pyproj.CRS(3035), 3035, ("EPSG", 3035), projdist.Projection.from_user_input("EPSG:3035")]
-)
-def test_maps_of_any_kind(one):
-    """Go along as text, that of a code here."""
-    assert [task.projection for task in _tasks(BANDS[0], one)] == ["EPSG:3035"]
-
-
-def test_maps_of_files(tmp_path):
-    """Go along as what is in them, as workers may not have them."""
-    path = tmp_path / "a.prj"
-    path.write_text(pyproj.CRS(3035).to_wkt())
-    for given in (path, str(path)):
-        assert [task.projection for task in _tasks(BANDS[0], [given])] == [path.read_text()]
-
-
-def test_wrong_projections_and_executors():
-    """Functions have no text; executors have names, or are some."""
-    with pytest.raises(ValueError, match=r"^Invalid projection 'robin' of a batch. It must have a text: a name, "):
-        batch(projdist.summarize, BANDS, projdist.Projection.from_function(lambda x, y: (x, y), name="robin"))
-    for executor in ("two", 2):
-        with pytest.raises(ValueError, match=rf"^Invalid executor '{executor}'. It must be "):
-            batch(name_of, BANDS, executor=executor)
-
-
-def test_functions_of_numbers_alone_are_refused():
-    """A function has no text, whatever it would say of arrays."""
-    with pytest.raises(
-        ValueError, match=r"^Invalid projection 'of_numbers' of a batch\. It must have a text: a name, "
-    ):
-        batch(projdist.summarize, BANDS, [of_numbers])
+    job = "It belongs to another job,"
+    refuses(f"{job} with other options", batch, slow, BANDS, options=options | {"seconds": 1.0}, partial=path)
+    refuses(f"{job} of other regions or maps", batch, slow, [*BANDS[1:], BANDS[0]], options=options, partial=path)
+    refuses(f"{job} of another function", batch, name_of, BANDS, partial=path)
 
 
 def of_numbers(lon, lat):
     """A map that takes no arrays."""
     return math.radians(lon), math.radians(lat)
+
+
+@each(
+    ("function", "others", "message"),
+    [
+        (name_of, {"options": {"suffix": object()}}, TEXTS),
+        (name_of, {"options": {"suffix": float("nan")}}, "options of a batch."),
+        (lambda _: {}, {}, "function '.*<lambda>' of a batch. Other processes must be able to import it."),
+        (Job(name_of, {}), {}, "function '.*' of a batch. It must be one of a module; see options."),
+        (name_of, {"executor": "two"}, "executor 'two'. It must be "),
+        (name_of, {"executor": 2}, "executor '2'. It must be "),
+        # Functions have no text, whatever they would say of arrays.
+        (projdist.summarize, {"projections": [of_numbers]}, NO_TEXT.format("of_numbers")),
+        (projdist.summarize, {"projections": NAMED}, NO_TEXT.format("robin")),
+    ],
+)
+def test_refused(function, others, message):
+    """Before the work."""
+    refuses(f"^Invalid {message}", batch, function, BANDS, **{"executor": "processes:2"} | others)
 
 
 @pytest.mark.slow
@@ -196,11 +165,8 @@ SCRIPT = """
     import projdist
     from batch_functions import slow
     if __name__ == "__main__":
-        found = projdist.batch(
-            slow, [f"box:{k},0,{k + 1},1" for k in range(40)], options={"log": sys.argv[1]}, executor="processes:2",
-            partial=sys.argv[2],
-        )
-        print(found.to_json())
+        bands, options = [f"box:{k},0,{k + 1},1" for k in range(40)], {"log": sys.argv[1], "seconds": 0.1}
+        print(projdist.batch(slow, bands, options=options, executor="processes:2", partial=sys.argv[2]).to_json())
 """
 
 
@@ -239,11 +205,10 @@ def test_the_main_process_may_be_killed(tmp_path, number):
     assert 10 <= len(done) < 40
     log.write_text("")
     again = subprocess.run(words, env=environment, capture_output=True, text=True, check=True)
-    assert {line.split()[1] for line in log.read_text().splitlines()} == {
-        f"box:{k},0,{k + 1},1" for k in range(40) if k not in done
-    }
+    bands = [f"box:{k},0,{k + 1},1" for k in range(40)]
+    assert {line.split()[1] for line in log.read_text().splitlines()} == {bands[k] for k in range(40) if k not in done}
     found = json.loads(again.stdout)
-    assert [one["region"]["name"] for one in found["results"]] == [f"box:{k},0,{k + 1},1" for k in range(40)]
+    assert [one["region"]["name"] for one in found["results"]] == bands
     assert found["failures"] == []
 
 
@@ -252,8 +217,7 @@ def test_the_main_process_may_be_killed(tmp_path, number):
 def test_dask(tmp_path):
     """A cluster of two workers, of which one is killed half-way, answers what this process does."""
     pytest.importorskip("distributed")
-    killed = []
-    log = tmp_path / "log"
+    killed, log = [], tmp_path / "log"
     bands = [f"box:{k},0,{k + 1},1" for k in range(30)]
     options = {"log": str(log), "seconds": 0.2}
     with dask_cluster(tmp_path) as (address, workers):

@@ -1,5 +1,6 @@
 """What summaries and comparisons promise: order, failures, dictionaries, JSON, frames."""
 
+import functools
 import json
 import math
 import sys
@@ -8,6 +9,7 @@ import numpy as np
 import pyproj
 import pytest
 from closed_errors import PLATE_CARREE, R
+from refusals import refuses
 from tables import each
 
 from projdist import Notice, correct, indices
@@ -25,14 +27,19 @@ STATISTICS_KEYS = {"mean", "rms", "median", "p95", "max", "min", "max_at", "min_
 EUROPE = "box:-10,35,40,70"
 
 
+def frame_of(answer):
+    """The frame, which needs pandas."""
+    pytest.importorskip("pandas")
+    return answer.to_frame()
+
+
 def test_a_summary_as_a_dictionary_and_a_frame():
     """Documented keys, then the measures by the text that they were asked for; a row, each statistic a column."""
-    pytest.importorskip("pandas")
     found = summarize("mercator", "box:0,0,40,60", measures=["k", "areal_scale", "scale@45"], tolerance=1e-6)
-    result, frame = found.to_dict(), found.to_frame()
+    result, frame = found.to_dict(), frame_of(found)
     assert list(result) == [*SUMMARY_KEYS, "k", "areal_scale", "scale@45"]
-    assert (result["projection"], result["coverage"]) == ("mercator", 1.0)
-    assert result["definition"] == f"+proj=merc +R={R}"
+    given = result["projection"], result["coverage"], result["definition"]
+    assert given == ("mercator", 1.0, f"+proj=merc +R={R}")
     assert result["airy_kavrayskiy"] == found.airy_kavrayskiy
     assert set(result["k"]) == STATISTICS_KEYS
     assert result["k"]["max"] == pytest.approx(2.0, rel=1e-9)
@@ -48,17 +55,7 @@ def test_a_summary_as_a_dictionary_and_a_frame():
 
 def test_what_is_undefined():
     """A mean is NaN and a maximum without bound infinity in a frame; both are None in a dictionary, for valid JSON."""
-    pytest.importorskip("pandas")
-    found = summarize("mercator", measures=["s"], tolerance=1e-6)
-    row, result = found.to_frame().iloc[0], found.to_dict()
-    assert math.isnan(row["s_mean"])
-    assert row["s_max"] == math.inf
-    assert (result["s"]["mean"], result["s"]["max"]) == (None, None)
-    json.dumps(result, allow_nan=False)
-
-
-def test_undefined_factors_are_none():
-    """Factors at points as a dictionary: one result a point, in order, with None beyond the horizon."""
+    # Factors at points: one result a point, in order, with None beyond the horizon.
     result = factors(f"+proj=ortho +R={R}", [0.0, 120.0], [60.0, 0.0], measures=["areal_error_ppm"]).to_dict()
     assert list(result) == ["projection", "name", "definition", "results"]
     names = "lon lat x y h k a b s omega theta convergence fisher quality areal_error_ppm".split()
@@ -66,21 +63,26 @@ def test_undefined_factors_are_none():
     inside, beyond = result["results"]
     assert inside["h"] == pytest.approx(0.5, abs=1e-10)
     assert inside["areal_error_ppm"] == pytest.approx(5e5, abs=1e-3)
-    assert inside["quality"] == "ok"
-    assert beyond["quality"] == "outside"
+    assert (inside["quality"], beyond["quality"]) == ("ok", "outside")
     assert {beyond[name] for name in names[2:13]} == {None}
     json.dumps(result, allow_nan=False)
+    found = summarize("mercator", measures=["s"], tolerance=1e-6)
+    result = found.to_dict()
+    assert (result["s"]["mean"], result["s"]["max"]) == (None, None)
+    json.dumps(result, allow_nan=False)
+    row = frame_of(found).iloc[0]
+    assert math.isnan(row["s_mean"])
+    assert row["s_max"] == math.inf
 
 
 def test_factors_of_a_grid():
     """Arrays of its shape, k of Mercator's map is sec(latitude); a frame has a row a point, raveled."""
-    pytest.importorskip("pandas")
     lon, lat = np.meshgrid([-120.0, 0.0, 35.0], [-50.0, 20.0])
     found = factors("mercator", lon, lat)
     assert (found.k.shape, found.quality.shape, found.jacobian.shape) == ((2, 3), (2, 3), (2, 3, 2, 2))
     np.testing.assert_allclose(found.k, 1 / np.cos(np.radians(lat)), rtol=1e-11)
     found = factors(f"+proj=ortho +R={R}", lon, lat, measures=["areal_error_ppm"])
-    frame = found.to_frame()
+    frame = frame_of(found)
     assert list(frame.columns) == list(found.to_dict()["results"][0])
     for name in ("lon", "lat", "h", "quality"):
         np.testing.assert_array_equal(frame[name], getattr(found, name).ravel())
@@ -92,36 +94,25 @@ def my_plate_carree(lon, lat):
     return R * np.radians(lon), R * np.radians(lat)
 
 
-ANYTHING = {
-    "name": ("plate-carree", "plate-carree"),
-    "string": (f"+proj=eqc +R={R}", f"+proj=eqc +R={R}"),
-    "function": (my_plate_carree, "my_plate_carree"),
-    "projection": (Projection.from_user_input("plate-carree"), f"+proj=eqc +R={R}"),
-    "crs": (pyproj.CRS(f"+proj=eqc +R={R}"), None),
-    "wkt": (pyproj.CRS(f"+proj=eqc +R={R}").to_wkt(), None),
-}
+EQC = f"+proj=eqc +R={R}"
+NAMED = [("plate-carree", "plate-carree"), (EQC, EQC), (my_plate_carree, "my_plate_carree")]
+OTHERS = [(Projection.from_user_input("plate-carree"), EQC), (pyproj.CRS(EQC), None), (pyproj.CRS(EQC).to_wkt(), None)]
 
 
-@each("kind", ANYTHING)
-def test_any_projection(kind):
+@each("value, given", [*NAMED, *OTHERS])
+def test_any_projection(value, given):
     """Whatever names the plate carree has its error; `given` is the text, or else the definition."""
-    value, given = ANYTHING[kind]
     found = summarize(value, tolerance=1e-6)
     assert found.airy_kavrayskiy == pytest.approx(PLATE_CARREE, abs=1e-6)
     assert given is None or found.given == given
 
 
 @pytest.mark.slow
-def test_comparison_is_ordered():
-    """Results come by ascending error, whatever the order of the question."""
+def test_comparison_in_the_order_asked_for(monkeypatch):
+    """By error, as given, by name, by an index, by a measure, alone its mean; what has no bound goes last, as poles."""
     found = compare(["mercator", "winkel-tripel", "stereographic", "laea", "natural-earth"], tolerance=1e-4)
     assert [r.given for r in found.results] == ["winkel-tripel", "natural-earth", "mercator", "laea", "stereographic"]
     assert found.failures == ()
-
-
-@pytest.mark.slow
-def test_comparison_in_the_order_asked_for(monkeypatch):
-    """As given, by name, by an index, by a measure, alone its mean; what has no bound goes last, as poles of s do."""
     given = ["mercator", "mollweide", "natural-earth"]
     known = {}
 
@@ -134,12 +125,8 @@ def test_comparison_in_the_order_asked_for(monkeypatch):
     monkeypatch.setattr("projdist.answers.summaries.summarize", summarized)
 
     def order(sort, region="globe", measures="s"):
-        return [
-            one.given
-            for one in compare(
-                given, region, measures=measures, indices="canters_ar", sort=sort, tolerance=1e-2
-            ).results
-        ]
+        options = {"measures": measures, "indices": "canters_ar", "sort": sort, "tolerance": 1e-2}
+        return [one.given for one in compare(given, region, **options).results]
 
     assert order("given") == given
     assert order("name") == ["mercator", "mollweide", "natural-earth"]
@@ -149,8 +136,8 @@ def test_comparison_in_the_order_asked_for(monkeypatch):
     assert order("s")[2] == "mercator"
     assert order("scale@22.5.max", "box:0,60,10,70", ["scale@22.5"])[2] == "mercator"
     for sort in ("s", "definition", "omega.max", "", "s.bad"):
-        with pytest.raises(ValueError, match=rf"^Invalid sort key '{sort}'\. It must be given, name, .* asked for"):
-            compare("no-such-map", measures=[] if sort == "s" else ["s"], sort=sort)
+        asked = {"measures": [] if sort == "s" else ["s"], "sort": sort}
+        refuses(rf"^Invalid sort key '{sort}'\. It must be given, name, .* asked for", compare, "no-such-map", **asked)
 
 
 def test_failures_stand_beside_results():
@@ -159,18 +146,17 @@ def test_failures_stand_beside_results():
     found = compare(given, EUROPE, tolerance=1e-4)
     assert [result.given for result in found.results] == ["mercator"]
     assert [failure.given for failure in found.failures] == [given[0], given[2], given[3]]
-    messages = [failure.error for failure in found.failures]
-    assert messages[0].startswith("Invalid projection 'no-such-map'.")
-    assert messages[1].startswith("Invalid projection 'EPSG:4326'.")
-    assert messages[2] == "Invalid region 'box:-10,35,40,70' for Gnomonic. No point of it can be projected."
-    assert all("\n" not in message for message in messages)
+    unknown, degrees, beyond = (failure.error for failure in found.failures)
+    assert unknown.startswith("Invalid projection 'no-such-map'.")
+    assert degrees.startswith("Invalid projection 'EPSG:4326'.")
+    assert beyond == "Invalid region 'box:-10,35,40,70' for Gnomonic. No point of it can be projected."
+    assert "\n" not in unknown + degrees
 
 
 def test_a_comparison_as_a_dictionary_and_a_frame():
     """The region with its area, results, failures; a frame has the results in their order, none if all fail."""
-    pytest.importorskip("pandas")
     found = compare(["mercator", "no-such-map", "laea"], EUROPE, measures=["omega"], tolerance=1e-4)
-    result, frame = found.to_dict(), found.to_frame()
+    result, frame = found.to_dict(), frame_of(found)
     assert list(result) == ["region", "results", "failures"]
     assert list(result["region"]) == ["name", "area_km2"]
     assert result["region"]["name"] == EUROPE
@@ -181,20 +167,21 @@ def test_a_comparison_as_a_dictionary_and_a_frame():
     assert frame["projection"].tolist() == [result.given for result in found.results]
     assert frame["omega_p95"].tolist() == [result.measures["omega"].p95 for result in found.results]
     assert compare(["no-such-map"], EUROPE, tolerance=1e-4).to_frame().empty
+    assert {type(frame_of(make())).__name__ for make in ANSWERS} == {"DataFrame"}
 
 
 # One of each kind, with undefined numbers.
-ANSWERS = {
-    "factors": lambda: factors("mercator", [10.0, 20.0], [90.0, 1 / 3]),
-    "summary": lambda: summarize("mercator", measures=["s"], tolerance=1e-4),
-    "comparison": lambda: compare(["mercator", "no-such-map"], measures=["s"], tolerance=1e-4),
-}
+ANSWERS = [
+    lambda: factors("mercator", [10.0, 20.0], [90.0, 1 / 3]),
+    lambda: summarize("mercator", measures=["s"], tolerance=1e-4),
+    lambda: compare(["mercator", "no-such-map"], measures=["s"], tolerance=1e-4),
+]
 
 
-@each("kind", ANSWERS)
-def test_json(kind, monkeypatch):
+@each("make", ANSWERS)
+def test_json(make, monkeypatch):
     """JSON is the dictionary to the last bit, valid with its nulls, on one line or indented; frames need pandas."""
-    answer = ANSWERS[kind]()
+    answer = make()
     text = answer.to_json()
     assert json.loads(text, parse_constant=pytest.fail) == answer.to_dict()
     assert "null" in text
@@ -208,72 +195,49 @@ def test_json(kind, monkeypatch):
             answer.to_frame()
 
 
-def test_frames():
-    """Every answer makes a DataFrame."""
-    pandas = pytest.importorskip("pandas")
-    assert all(isinstance(answer().to_frame(), pandas.DataFrame) for answer in ANSWERS.values())
+EARTH = [(f"+proj=merc {figure}", 510_065_621.724) for figure in (f"+R={R}", "+R=1", "+ellps=bessel")]
+MARS, MOON = ("+proj=merc +R=3396190", 4.0 * math.pi * 3396.19**2), ("IAU_2015:30110", 4.0 * math.pi * 1737.4**2)
 
 
-@pytest.mark.parametrize(
-    ("projection", "area"),
-    [
-        (f"+proj=merc +R={R}", 510_065_621.724),
-        ("+proj=merc +R=1", 510_065_621.724),
-        ("+proj=merc +ellps=bessel", 510_065_621.724),
-        ("+proj=merc +R=3396190", 4.0 * math.pi * 3396.19**2),
-        ("IAU_2015:30110", 4.0 * math.pi * 1737.4**2),
-    ],
-    ids=["sphere", "globe", "ellipsoid", "Mars", "Moon"],
-)
+@each("projection, area", [*EARTH, MARS, MOON])
 def test_the_area_of_the_region_is_that_on_its_body(projection, area):
     """It is common to all projections of a comparison: of the Earth WGS 84's, whatever their ellipsoids."""
     result = compare([projection], tolerance=1e-3).to_dict()
     assert result["region"]["area_km2"] == pytest.approx(area, abs=1e-3)
 
 
+SINGULAR = r"It is singular everywhere|No part of it"
 BEYOND = r"^Invalid region 'box:120,-30,150,30' for Orthographic\. No point of it can be projected\.$"
 
 
 @each(
-    ("projection", "options", "message"),
+    "projection, options, message",
     [
-        ("mercator", {"measures": ["omgea"]}, r"^Invalid measure 'omgea'\. Did you mean omega"),
-        ("mercator", {"region": "globus"}, r"^Invalid region 'globus'\. It must be globe, "),
-        *(
-            ("mercator", {"tolerance": value}, rf"^Invalid tolerance '{value}'\. It must be above 0\.$")
-            for value in (0, 0.0, -1e-8, math.nan)
-        ),
         ("mercatro", {}, r"^Invalid projection 'mercatro'\. Did you mean mercator"),
         (f"+proj=ortho +R={R}", {"region": "box:120,-30,150,30"}, BEYOND),
+        (lambda lon, lat: (111e3 * lon, 0.0 * lat), {"region": "box:0,0,10,10"}, SINGULAR),
+        (lambda lon, lat: (0.0 * lon, 0.0 * lat), {"region": "box:0,0,10,10"}, SINGULAR),
     ],
 )
-def test_refused(projection, options, message):
-    """What is wrong with the question is an error of a comparison, too, and none of one projection."""
-    of_the_map = projection != "mercator"
-    with pytest.raises(ProjectionError if of_the_map else ValueError, match=message):
+def test_maps_that_are_refused(projection, options, message):
+    """Those without a part in the region, and those onto a line, of which there is nothing to measure."""
+    with pytest.raises(ProjectionError, match=message):
         summarize(projection, **options)
-    if not of_the_map:
-        with pytest.raises(ValueError, match=message):
-            compare([projection], **options)
 
 
-@pytest.mark.parametrize("flat", [lambda lon, lat: (111e3 * lon, 0.0 * lat), lambda lon, lat: (0.0 * lon, 0.0 * lat)])
-def test_maps_onto_a_line(flat):
-    """They are singular everywhere: there is nothing to measure."""
-    with pytest.raises(ProjectionError, match=r"It is singular everywhere|No part of it"):
-        summarize(flat, "box:0,0,10,10")
+def fisher(J):
+    return J[..., 0, 0]
 
 
-def test_two_measures_of_one_name():
-    """Each must have a name of its own; the same measure twice is one."""
-
-    def fisher(J):
-        return J[..., 0, 0]
-
-    with pytest.raises(ValueError, match=r"^Invalid measures. Two are called 'fisher'"):
-        summarize("robin", "box:0,0,10,10", measures=["fisher", fisher])
-    found = summarize("robin", "box:0,0,10,10", measures=["h", "h"], tolerance=1e-3)
-    assert list(found.measures) == ["h"]
+@pytest.mark.parametrize("asked", [functools.partial(one, "mercator") for one in (summarize, compare)])
+def test_refused(asked):
+    """What is wrong with the question is an error of a comparison, too, and none of one projection."""
+    refuses(r"^Invalid measure 'omgea'\. Did you mean omega", asked, measures=["omgea"])
+    refuses(r"^Invalid region 'globus'\. It must be globe, ", asked, region="globus")
+    for value in (0, 0.0, -1e-8, math.nan):
+        refuses(rf"^Invalid tolerance '{value}'\. It must be above 0\.$", asked, tolerance=value)
+    # Each measure must have a name of its own.
+    refuses(r"^Invalid measures. Two are called 'fisher'", asked, region="box:0,0,10,10", measures=["fisher", fisher])
 
 
 def test_published_indices_of_a_comparison():
@@ -286,9 +250,10 @@ def test_published_indices_of_a_comparison():
     for row, found in zip(compared.plain_rows(), compared.results, strict=True):
         assert row["jordan"] == found.indices["jordan"].value
         assert row["airy_best_scale"] == found.indices["airy"].best_scale
-    assert summarize("robin", "box:6,47,15,55", tolerance=1e-3).indices is None
-    with pytest.raises(ValueError, match=r"^Invalid index 'jordn'"):
-        compare("robin", "box:6,47,15,55", indices="jordn")
+    # The same measure twice is one.
+    found = summarize("robin", "box:6,47,15,55", measures=["h", "h"], tolerance=1e-3)
+    assert (found.indices, list(found.measures)) == (None, ["h"])
+    refuses(r"^Invalid index 'jordn'", compare, "robin", "box:6,47,15,55", indices="jordn")
 
 
 def test_what_is_undefined_goes_last():
@@ -300,49 +265,35 @@ def test_what_is_undefined_goes_last():
 
 
 # ---- areas of use ----------------------------------------------------------------------------------
-
-
-LAMBERT_93 = "EPSG:2154 is for box:-9.86,41.15,10.38,51.56, where"
-# 0.35 %: half the difference of the sines of the authalic latitudes, of 20.24 degrees of 360.
+LAMBERT_93 = "^EPSG:2154 is for box:-9.86,41.15,10.38,51.56, where"
+OUTSIDE = "lies: its figures are mostly of places outside its area of use"
 ELSEWHERE = [
-    (
-        "EPSG:2154",
-        "globe",
-        rf"^{LAMBERT_93} 0\.35 % of globe lies: its figures are mostly of places outside its area of use",
-    ),
-    ("EPSG:2154", "country:DE", rf"^{LAMBERT_93} 32 % of country:DE lies: "),
-    ("EPSG:2154", "country:FJ", rf"^{LAMBERT_93} nothing of country:FJ lies: "),
+    # Half the difference of the sines of the authalic latitudes, of 20.24 degrees of 360.
+    ("EPSG:2154", "globe", rf"{LAMBERT_93} 0\.35 % of globe {OUTSIDE}"),
+    ("EPSG:2154", "country:DE", rf"{LAMBERT_93} 32 % of country:DE lies: "),
+    ("EPSG:2154", "country:FJ", rf"{LAMBERT_93} nothing of country:FJ lies: "),
     ("EPSG:32760", "box:-180,-20,-170,-10", r"^EPSG:32760 is for box:174,-80,180,0, where nothing of box:"),
 ]
 
 
-@pytest.mark.parametrize(("projection", "region", "text"), ELSEWHERE)
+@each("projection, region, text", ELSEWHERE)
 def test_areas_of_use_elsewhere_are_told(projection, region, text):
     """Where less than half of the region lies in the area of use: once a map, and compare tells as summarize does."""
-    for found in (summarize, lambda one, *rest, **options: compare(["robin", one, "moll"], *rest, **options)):
+    for found in (summarize, lambda one, *rest, **options: compare([one, "moll"], *rest, **options)):
         with pytest.warns(Notice, match=text) as notices:
             found(projection, region, tolerance=1e-2)
         assert len([one for one in notices if "area of use" in str(one.message)]) == 1
 
 
-@each(
-    ("projection", "region"),
-    [
-        ("EPSG:2154", "country:FR@main"),
-        ("EPSG:25832", "country:DE"),
-        ("EPSG:3857", "globe"),
-        ("EPSG:3460", "country:FJ"),  # on both sides of the antimeridian
-        ("+proj=utm +zone=33", "country:DE"),  # has no area of use
-        ("robin", "globe"),
-    ],
-)
-def test_regions_mostly_in_an_area_of_use_are_not(projection, region):
-    """Nor are maps without one; notices are errors in these tests."""
-    summarize(projection, region, tolerance=1e-2)
+# Fiji is on both sides of the antimeridian; the last two have no area of use.
+WITHIN = {"EPSG:2154": "country:FR@main", "EPSG:25832": "country:DE", "EPSG:3857": "globe", "EPSG:3460": "country:FJ"}
+WITHIN |= {"+proj=utm +zone=33": "country:DE", "robin": "globe"}
 
 
-def test_corrections_are_silent_about_areas_of_use():
-    """It is one map, of which the region was chosen."""
+def test_regions_mostly_in_an_area_of_use_are_not():
+    """Nor are maps without one, or corrections of a map over a region that was chosen; notices are errors here."""
+    for projection, region in WITHIN.items():
+        summarize(projection, region, tolerance=1e-2)
     correct("EPSG:2154", "box:6,47,15,55", tolerance=1e-2)
 
 
@@ -350,7 +301,7 @@ SWISS = r"^EPSG:2056 is for box:5\.9\d,45\.8\d,10\.\d+,47\.81: "  # to which PRO
 SWAPPED = r" With longitude and latitude swapped {} inside: longitudes come first\."
 
 
-@pytest.mark.parametrize(
+@each(
     ("lon", "lat", "text"),
     [
         (47, 8, "the point lies outside its area of use." + SWAPPED.format("it lies")),
@@ -368,15 +319,9 @@ def test_points_elsewhere_are_told(lon, lat, text):
     assert np.isfinite(found.k[np.isfinite(found.lon)]).all()
 
 
-@pytest.mark.parametrize(
-    ("projection", "lon", "lat"),
-    [
-        ("EPSG:2056", [5.96, 10.49, 365.96], [45.82, 47.81, 47]),  # the edge is inside, by any turn
-        ("EPSG:2056", np.nan, 47),
-        ("EPSG:3460", [179, -179], [-17, -17]),  # on both sides of the antimeridian
-        ("+proj=utm +zone=33", 47, 8),  # has no area of use
-    ],
-)
-def test_points_in_an_area_of_use_are_not(projection, lon, lat):
+def test_points_in_an_area_of_use_are_not():
     """Nor are points that are nowhere; notices are errors in these tests."""
-    factors(projection, lon, lat)
+    factors("EPSG:2056", [5.96, 10.49, 365.96], [45.82, 47.81, 47])  # the edge is inside, by any turn
+    factors("EPSG:2056", np.nan, 47)
+    factors("EPSG:3460", [179, -179], [-17, -17])  # on both sides of the antimeridian
+    factors("+proj=utm +zone=33", 47, 8)  # has no area of use

@@ -9,32 +9,31 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyproj import Geod
+from refusals import refuses
 from tables import each
 
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid, destination
 
-FLATTENINGS = st.floats(0.0, 0.5)
-LATITUDES = st.floats(-90.0, 90.0)
-
-# Rounding of a handful of float64 operations.
-ROUNDING = 1e-14
+FLATTENINGS, LATITUDES = st.floats(0.0, 0.5), st.floats(-90.0, 90.0)
+ROUNDING = 1e-14  # of a handful of float64 operations
 
 
 def test_wgs84_radii_at_pole_and_equator():
     """At the pole M = N = a^2 / b, at the equator N = a and M = b^2 / a (Snyder 1987, page 25)."""
     b = WGS84.a * (1 - WGS84.f)
-    np.testing.assert_allclose(WGS84.radii(90.0), WGS84.a**2 / b, rtol=ROUNDING)
-    np.testing.assert_allclose(WGS84.radii(-90.0), WGS84.a**2 / b, rtol=ROUNDING)
+    np.testing.assert_allclose(WGS84.radii(np.array([90.0, -90.0])), WGS84.a**2 / b, rtol=ROUNDING)
     np.testing.assert_allclose(WGS84.radii(0.0), (b**2 / WGS84.a, WGS84.a), rtol=ROUNDING)
     # NGA.STND.0036 "World Geodetic System 1984", 2014, table 3.5: polar radius of curvature.
     assert WGS84.radii(90.0)[0] == pytest.approx(6399593.6258, abs=5e-5)
+    # The same table: the square of the eccentricity.
+    assert WGS84.eccentricity_squared == pytest.approx(0.00669437999014, abs=5e-15)
+    assert SPHERE.eccentricity_squared == 0.0
 
 
 @each("lat", [-80.0, -37.0, 0.5, 20.0, 45.0, 71.0, 89.0])
 def test_radii_against_geodesic_lengths(lat):
     """M and N cos(lat) are metres per radian along the meridian and the parallel, as pyproj measures them."""
-    geod = Geod(a=WGS84.a, f=WGS84.f)
-    M, N = WGS84.radii(lat)
+    geod, (M, N) = Geod(a=WGS84.a, f=WGS84.f), WGS84.radii(lat)
     # A chord of 1e-3 degrees (100 m) differs from the arc by 1e-11; Geod is good to 15 nm, 1e-10 of it.
     step = 1e-3
     north = geod.inv(10.0, lat - step / 2, 10.0, lat + step / 2)[2]
@@ -44,18 +43,13 @@ def test_radii_against_geodesic_lengths(lat):
 
 
 def test_areas_of_the_earth():
-    """Areas of WGS 84 and of the sphere are 510 065 621.724 and 4 pi R^2 square kilometres."""
+    """Areas of WGS 84 and of the sphere are 510 065 621.724 and 4 pi R^2 square kilometres, with R = (2 a + b) / 3."""
     # NGA.STND.0036, 2014 (and Moritz 1980 for GRS 80, 5.10065622e14): 510 065 621.724 km^2.
     assert WGS84.area / 1e6 == pytest.approx(510_065_621.724, abs=5e-4)
     assert pytest.approx(4 * math.pi * MEAN_EARTH_RADIUS**2, rel=ROUNDING) == SPHERE.area
-
-
-def test_mean_radius():
-    """The mean radius is (2 a + b) / 3, and SPHERE has it."""
     assert pytest.approx((2 * WGS84.a + WGS84.a * (1 - WGS84.f)) / 3, abs=1e-4) == MEAN_EARTH_RADIUS
     assert Ellipsoid(MEAN_EARTH_RADIUS, 0.0) == SPHERE
-    assert SPHERE.is_sphere
-    assert not WGS84.is_sphere
+    assert (SPHERE.is_sphere, WGS84.is_sphere) == (True, False)
 
 
 @each("f", [0.0, 1e-12, 1e-6, 1 / 298.257223563, 0.1, 0.4])
@@ -76,9 +70,8 @@ def test_area_below_is_the_integral_of_m_n_cos(f, lat):
 @given(f=FLATTENINGS, lat=LATITUDES)
 def test_symmetry_and_bounds(f, lat):
     """M <= N, both even in latitude and between b^2 / a and a^2 / b; the area is odd and below a hemisphere's."""
-    ellipsoid = Ellipsoid(1.0, f)
+    ellipsoid, b = Ellipsoid(1.0, f), 1.0 - f
     M, N = ellipsoid.radii(lat)
-    b = 1.0 - f
     assert M <= N * (1 + ROUNDING)
     assert b * b * (1 - ROUNDING) <= M <= (1 + ROUNDING) / b
     assert 1 - ROUNDING <= N <= (1 + ROUNDING) / b
@@ -95,38 +88,19 @@ def test_a_sphere_is_f_zero(lat, radius):
     np.testing.assert_allclose(sphere.area_below(lat), radius**2 * math.sin(math.radians(lat)), rtol=ROUNDING)
 
 
-def test_arrays_keep_their_shape():
-    """Latitudes of any shape give radii and areas of that shape."""
-    lat = np.linspace(-90, 90, 12).reshape(3, 4)
-    M, N = WGS84.radii(lat)
-    assert M.shape == N.shape == WGS84.area_below(lat).shape == (3, 4)
-    assert np.isnan(WGS84.radii(np.nan)).all()
-
-
-def test_eccentricity():
-    """e^2 of WGS 84 is 0.00669437999014 (NGA.STND.0036, 2014, table 3.5)."""
-    assert WGS84.eccentricity_squared == pytest.approx(0.00669437999014, abs=5e-15)
-    assert SPHERE.eccentricity_squared == 0.0
-
-
-@each(
-    ("a", "f", "said"),
-    [
-        *(
-            (a, 0.0, rf"semi-major axis '{a}'\. It must be positive, in metres")
-            for a in (0.0, -1.0, math.inf, math.nan)
-        ),
-        *((1.0, f, rf"flattening '{f}'\. It must be at least 0 and below 1") for f in (-1e-3, 1.0, 298.257, math.nan)),
-    ],
-)
-def test_what_is_no_ellipsoid(a, f, said):
+def test_what_is_no_ellipsoid():
     """A semi-major axis that is not positive and finite, and a flattening outside [0, 1), as an inverse one."""
-    with pytest.raises(ValueError, match=rf"^Invalid {said}\.$"):
-        Ellipsoid(a, f)
+    for a in (0.0, -1.0, math.inf, math.nan):
+        refuses(rf"^Invalid semi-major axis '{a}'\. It must be positive, in metres\.$", Ellipsoid, a, 0.0)
+    for f in (-1e-3, 1.0, 298.257, math.nan):
+        refuses(rf"^Invalid flattening '{f}'\. It must be at least 0 and below 1\.$", Ellipsoid, 1.0, f)
 
 
-def test_frozen_and_hashable():
-    """An ellipsoid is a value: equal by content, hashable, not changed in place."""
+def test_an_ellipsoid_is_a_value():
+    """Equal by content, hashable, not changed in place; latitudes of any shape give radii and areas of that shape."""
+    lat = np.linspace(-90, 90, 12).reshape(3, 4)
+    assert {values.shape for values in (*WGS84.radii(lat), WGS84.area_below(lat))} == {(3, 4)}
+    assert np.isnan(WGS84.radii(np.nan)).all()
     assert Ellipsoid(6378137.0, 1 / 298.257223563) == WGS84
     assert len({WGS84, Ellipsoid(6378137.0, 1 / 298.257223563), SPHERE}) == 2
     with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'a'"):

@@ -26,21 +26,13 @@ KNOWN = {
     ("Canberra", "AU"): (149.13, -35.28),
 }
 CITY = 0.08  # degrees: the size of a large city, within which sources put its middle
-
 ROUNDED = 0.16  # km, by which two places change their distance when they are rounded to 0.001 degrees
 
 # Whose codes Natural Earth has under another country or area.
-PART_OF = {"GF": "FR", "GP": "FR", "MQ": "FR", "RE": "FR", "YT": "FR", "SJ": "NO", "BQ": "NL"}
+PART_OF = dict.fromkeys(("GF", "GP", "MQ", "RE", "YT"), "FR") | {"SJ": "NO", "BQ": "NL"}
 # Western Sahara is drawn without the part that Morocco holds; Natural Earth lacks these islands, Gibraltar and Tuvalu.
-NOT_IN_THEIR_COUNTRY = {
-    "Laayoune",
-    "Cockburn Town",
-    "Adamstown",
-    "Gibraltar",
-    "Funafuti",
-    "West Island",
-    "Flying Fish Cove",
-}
+MISSING = {"Cockburn Town", "Adamstown", "Gibraltar", "Funafuti", "West Island", "Flying Fish Cove"}
+NOT_IN_THEIR_COUNTRY = {"Laayoune", *MISSING}
 
 
 def country_of(code: str) -> shapely.MultiPolygon | None:
@@ -57,13 +49,18 @@ def test_known_capitals(key: tuple[str, str]) -> None:
     assert [all_cities.lon[found], all_cities.lat[found]] == pytest.approx(KNOWN[key], abs=CITY)
 
 
-def test_every_country_has_one_capital() -> None:
+def test_every_country_has_one_capital_and_cities_stand_apart() -> None:
     """All of countries.csv with a code, but for Antarctica and Heard Island."""
     all_cities = cities()
     codes = all_cities.country[all_cities.is_capital]
     assert len(set(codes)) == codes.size
     ours = {row["iso_a2"] for row in data_rows("countries.csv") if row["iso_a2"]}
     assert ours - set(codes) == {"AQ", "HM"}
+    # Cities stand apart by 12 km or more, but for capitals.
+    lon, lat = np.radians([all_cities.lon, all_cities.lat])
+    points = np.column_stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+    pairs = cKDTree(6371.0 * points).query_pairs(12.0 - ROUNDED, output_type="ndarray")
+    assert all_cities.is_capital[pairs].any(axis=1).all()
 
 
 @pytest.mark.slow
@@ -79,29 +76,15 @@ def test_cities_lie_in_their_countries() -> None:
     assert {str(name) for name in all_cities.name[all_cities.is_capital & ~near]} == NOT_IN_THEIR_COUNTRY
 
 
-def test_cities_stand_apart() -> None:
-    """But for capitals, by 12 km or more."""
-    all_cities = cities()
-    lon, lat = np.radians([all_cities.lon, all_cities.lat])
-    points = np.column_stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
-    pairs = cKDTree(6371.0 * points).query_pairs(12.0 - ROUNDED, output_type="ndarray")
-    assert all_cities.is_capital[pairs].any(axis=1).all()
-
-
-def test_the_better_known_come_first() -> None:
+def test_the_better_known_come_first_and_are_apart() -> None:
     """New Zealand's and Germany's largest, no suburb among the world's."""
     all_cities = cities()
     assert set(all_cities.name[all_cities.country == "NZ"][:3]) == {"Auckland", "Wellington", "Christchurch"}
     assert set(all_cities.name[all_cities.country == "DE"][:4]) == {"Berlin", "Hamburg", "Munich", "Cologne"}
     assert not {"Brooklyn", "Giza", "Zapopan", "Quezon City"} & set(all_cities.name)
     assert "Longyearbyen" in all_cities.name
-
-
-def test_distances_of_cities() -> None:
-    """Paris and London are 344 km apart, Sydney and Auckland 2156 (airlines' tables, to 1 %)."""
-    all_cities = cities()
-    at = {str(name): k for k, name in reversed(list(enumerate(all_cities.name)))}
+    # Paris and London are 344 km apart, Sydney and Auckland 2156 (airlines' tables, to 1 %).
     for one, other, km in (("Paris", "London", 344.0), ("Sydney", "Auckland", 2156.0)):
-        a, b = at[one], at[other]
+        a, b = (np.flatnonzero(all_cities.name == name)[0] for name in (one, other))
         places = all_cities.lon[a], all_cities.lat[a], all_cities.lon[b], all_cities.lat[b]
         assert pyproj.Geod(ellps="WGS84").inv(*places)[2] / 1e3 == pytest.approx(km, rel=0.01)

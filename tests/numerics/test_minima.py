@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from tables import each
 
 from projdist.numerics.minima import descend_lattice, lattice, minimise
 
@@ -30,14 +31,11 @@ def test_least_squares() -> None:
 
 
 def test_minimax() -> None:
-    """A published minimax problem with a kink at its minimum."""
+    """A published problem with a kink at its minimum; groups are added: the range of x^2 - x t over t in [0, 1]."""
     found = minimise(madsen, *BOX, worst=True)
     assert_allclose(found.place, [1.1390376, 0.8995599], atol=1e-5)
     assert found.value == pytest.approx(1.9522245, abs=1e-6)
-
-
-def test_groups_of_a_minimax_are_added() -> None:
-    """The range of x^2 - x t over t in [0, 1] is |x|: the maxima of a function and of its negative."""
+    # That is |x|: the maxima of a function and of its negative.
     t = np.linspace(0.0, 1.0, 11)
 
     def both(x: np.ndarray) -> np.ndarray:
@@ -56,16 +54,13 @@ def test_several_minima() -> None:
     found = minimise(terms, np.array([-2.0]), np.array([2.0]), worst=False)
     grid = np.linspace(-2.0, 2.0, 400001)
     assert found.place[0] == pytest.approx(grid[np.argmin(np.cos(9 * grid) + 0.1 * (grid - 1) ** 2)], abs=1e-5)
-
-
-def test_no_variables() -> None:
-    """With nothing to choose the value is that of the only place."""
+    # With nothing to choose the value is that of the only place.
     empty = np.empty(0)
-    assert minimise(lambda x: np.array([2.0]), empty, empty, worst=False).value == 4.0
-    assert minimise(lambda x: np.array([2.0]), empty, empty, worst=False, start=empty).value == 4.0
+    for start in ({}, {"start": empty}):
+        assert minimise(lambda x: np.array([2.0]), empty, empty, worst=False, **start).value == 4.0
 
 
-@pytest.mark.parametrize("dimensions", [1, 2, 3, 4])
+@each("dimensions", [1, 2, 3, 4])
 def test_the_lattice_is_even(dimensions: int) -> None:
     """Every half of every axis holds half of the points, by a few."""
     points = lattice(dimensions, 200)
@@ -84,12 +79,11 @@ def test_whole_numbers() -> None:
     assert found == (3.0, 0.0)
 
 
-@pytest.mark.parametrize("worst", [False, True])
-@pytest.mark.parametrize("at", [-3.0, 5.0])
-def test_minima_at_either_end(at: float, worst: bool) -> None:
+@each("worst", [False, True])
+@each("at, end, distance", [(-3.0, -1.0, 2.0), (5.0, 2.0, 3.0)])
+def test_minima_at_either_end(at: float, end: float, distance: float, worst: bool) -> None:
     """Where the least value lies beyond the box its end is the place, to the last bit: a round number stays one."""
-    low, high = np.array([-1.0]), np.array([2.0])
-    found = minimise(lambda place: np.abs(place - at)[(None,) * worst], low, high, worst=worst)
-    assert found.place[0] == (low[0] if at < 0 else high[0])
-    distance = 2.0 if at < 0 else 3.0
+    box = np.array([-1.0]), np.array([2.0])
+    found = minimise(lambda place: np.abs(place - at)[(None,) * worst], *box, worst=worst)
+    assert found.place[0] == end
     assert found.value == pytest.approx(distance if worst else distance**2)

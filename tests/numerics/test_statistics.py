@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import shapely
+from refusals import refuses
 from tables import each
 
 import projdist
@@ -27,10 +28,10 @@ KNOWN = {
 }
 
 
-@each("name", KNOWN)
-def test_known_values(name):
-    """Each criterion of four weighted numbers is what comes out by hand."""
-    assert get_criterion(name)(VALUES, WEIGHTS) == pytest.approx(KNOWN[name], rel=1e-14)
+def test_known_values():
+    """Each criterion of four weighted numbers is what comes out by hand; a function of both is a criterion itself."""
+    assert get_criterion(np.average) is np.average
+    assert {name: get_criterion(name)(VALUES, WEIGHTS) for name in KNOWN} == pytest.approx(KNOWN, rel=1e-14)
 
 
 @each("name", CRITERIA)
@@ -43,40 +44,31 @@ def test_laws_of_all(name):
     assert criterion(np.append(VALUES, [np.nan, 1e6]), np.append(WEIGHTS, [5.0, 0.0])) == truth
     assert math.isnan(criterion(np.array([np.nan]), np.array([1.0])))
     assert criterion(np.full(7, 2.5), np.arange(1.0, 8.0)) == pytest.approx(0.0 if name == "std" else 2.5)
-    with pytest.raises(ValueError, match=r"^Invalid weights of size 2\. There must be one for each of 3 values\.$"):
-        criterion(np.ones(3), np.ones(2))
+    sizes = r"^Invalid weights of size 2\. There must be one for each of 3 values\.$"
+    refuses(sizes, criterion, np.ones(3), np.ones(2))
     rule = np.array([-1.0, 3.0])  # as over polygons, for means only
     if name in ("mean", "rms", "std"):
         known = {"mean": 2.5, "rms": math.sqrt(5.5), "std": math.nan}[name]  # by hand
         with np.errstate(invalid="ignore"):
             assert criterion(np.array([1.0, 2.0]), rule) == pytest.approx(known, nan_ok=True)
     else:
-        with pytest.raises(ValueError, match=r"^Invalid weight '-1'"):
-            criterion(np.array([1.0, 2.0]), rule)
+        refuses(r"^Invalid weight '-1'", criterion, np.array([1.0, 2.0]), rule)
 
 
-@pytest.mark.parametrize(("name", "of"), [("mean", np.mean), ("std", np.std), ("max", np.max), ("min", np.min)])
-def test_weights_are_repetitions(name, of):
-    """Whole weights count like repeated values."""
+def test_weights_are_repetitions():
+    """Whole weights count like repeated values; a small spread about a large mean keeps its digits."""
     rng = np.random.default_rng(2)
     values, count = rng.normal(size=50), rng.integers(1, 6, size=50)
-    assert get_criterion(name)(values, count) == pytest.approx(of(np.repeat(values, count)), rel=1e-12)
-
-
-def test_standard_deviation_far_from_zero():
-    """A small spread about a large mean keeps its digits."""
+    for name, of in {"mean": np.mean, "std": np.std, "max": np.max, "min": np.min}.items():
+        assert get_criterion(name)(values, count) == pytest.approx(of(np.repeat(values, count)), rel=1e-12)
     assert get_criterion("std")(1e9 + np.array([0.0, 1.0]), np.ones(2)) == pytest.approx(0.5, rel=1e-6)
 
 
-def test_quantiles_by_weight():
-    """Weights shift a quantile: values v in [0, 1] of weight 2 v have the quantile sqrt(q)."""
+def test_quantiles():
+    """Weights shift them: values v in [0, 1] of weight 2 v have sqrt(q); they ascend from the least to the largest."""
     values = (np.arange(20_000) + 0.5) / 20_000
     for name, share in (("p5", 0.05), ("median", 0.5), ("p95", 0.95), ("p99.9", 0.999)):
         assert get_criterion(name)(values, 2 * values) == pytest.approx(math.sqrt(share), abs=1e-4)
-
-
-def test_quantiles_ascend():
-    """Quantiles ascend from the minimum to the maximum."""
     rng = np.random.default_rng(4)
     values, weights = rng.normal(size=31), rng.uniform(size=31)
     shares = np.linspace(0, 1, 41).tolist()
@@ -86,21 +78,10 @@ def test_quantiles_ascend():
     assert (found[0], found[-1]) == (values.min(), values.max())
 
 
-def test_callables_pass_through():
-    """A function of values and weights is a criterion itself."""
-
-    def spread(values, weights):
-        return float(np.ptp(values))
-
-    assert get_criterion(spread) is spread
-
-
 ALLOWED = (
     "It must be one of mean, rms, std, median, p95, max, min, pNN (see 'projdist list criteria'), "
     "or a function of values and weights."
 )
-
-
 HINTS = {"maen": "mean", "medain": "median or mean", "Med": "median", "MAX": "max"}
 
 
@@ -128,8 +109,8 @@ def test_samples_over_polygons_make_means_and_no_quantiles():
     spread = np.sqrt(np.average((1 / np.cos(np.radians(lat)) - truth) ** 2, weights=weight))
     assert projdist.get_criterion("std")(values, found.weight) == pytest.approx(spread, rel=1e-4)
     for name in ("median", "p95", "p10", "max", "min"):
-        with pytest.raises(ValueError, match=r"^Invalid weight '-.*as those of samples over polygons are"):
-            projdist.get_criterion(name)(values, found.weight)
+        said = r"^Invalid weight '-.*as those of samples over polygons are"
+        refuses(said, projdist.get_criterion(name), values, found.weight)
 
 
 def test_roots_keep_their_errors():
