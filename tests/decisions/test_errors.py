@@ -16,7 +16,8 @@ from projdist.decisions.data_edges import MISSING, NO_DEGREES, NOT_FINITE, POINT
 
 geopandas = pytest.importorskip("geopandas")
 
-GERMANY = (5.9, 47.3, 15.0, 55.1)
+GERMANY, BOX = (5.9, 47.3, 15.0, 55.1), "box:5.9,47.3,15.0,55.1"
+FIGURES = ("area_km2", "map_area_km2", "length_km", "map_length_km", "bearing_error")
 # Relative: five nodes on an edge, halved where quartics do not follow, are good to 1e-11 and better.
 EXACT = 1e-10
 BEARING = 1e-5  # degrees: those at the nodes of an edge, from the same quartics
@@ -56,45 +57,35 @@ def box_perimeter(crs, west, south, east, north):
     return sum(parallel(crs, lat, east - west) for lat in (south, north)) + 2 * meridian
 
 
-# ---- boxes in longitude and latitude --------------------------------------------------------
-
-
-@each(("crs", "ratio"), [("EPSG:3857", 2.5534), ("EPSG:25832", 1.00029), ("ESRI:54009", 0.9986)])
-def test_germany(crs, ratio):
+@each(("crs", "ratio", "digits"), [
+    ("EPSG:3857", 2.5534, 5e-5), ("EPSG:25832", 1.00029, 5e-6), ("ESRI:54009", 0.9986, 5e-5),
+])  # fmt: skip
+def test_germany(crs, ratio, digits):
     """Its box of four corners has sides along parallels and meridians: the map's area is the mean areal scale."""
-    found = checked(box(*GERMANY), to=crs)
-    total = found.overall
-    assert 1 + total.area_error == pytest.approx(ratio, abs=5e-5 if ratio > 2 else 5e-6 if ratio > 1 else 5e-5)
-    region = "box:" + ",".join(map(str, GERMANY))
-    mean = projdist.summarize(crs, region, measures=["s"], tolerance=1e-10).measures["s"].mean
-    assert 1 + total.area_error == pytest.approx(mean, rel=EXACT)
-    assert total.area_km2 == pytest.approx(zone_area(crs, *GERMANY), rel=EXACT)
-    assert total.length_km == pytest.approx(box_perimeter(crs, *GERMANY), rel=EXACT)
-
-
-def test_vertices_do_not_count():
-    """A box of four corners and one with a vertex every hundredth of a degree are the same figure."""
-    few, many = box(*GERMANY), shapely.segmentize(box(*GERMANY), 0.01)
-    found = checked(few, many, to="EPSG:25832").features
-    for name in ("area_km2", "map_area_km2", "length_km", "map_length_km", "bearing_error"):
+    found = checked(box(*GERMANY), shapely.segmentize(box(*GERMANY), 0.05), to=crs).features
+    # Other vertices on its sides do not count; on Web Mercator's map bearings are right, to rounding.
+    for name in FIGURES[:4] if crs == "EPSG:3857" else FIGURES:
         assert found[name][0] == pytest.approx(found[name][1], rel=EXACT)
-
-
-def test_web_mercator_length():
-    """Along parallels its scale is a / (N cos lat), along meridians a / M sec lat: from its spherical formulas."""
-    west, south, east, north = GERMANY
-    y = np.diff(np.arctanh(np.sin(np.radians([south, north]))))[0]
-    truth = 2 * 6378.137 * (np.radians(east - west) + y)
-    assert checked(box(*GERMANY), to="EPSG:3857").overall.map_length_km == pytest.approx(truth, rel=EXACT)
+    error = found["area_error"][0]
+    assert 1 + error == pytest.approx(ratio, abs=digits)
+    mean = projdist.summarize(crs, BOX, measures=["s"], tolerance=1e-10).measures["s"].mean
+    assert 1 + error == pytest.approx(mean, rel=EXACT)
+    assert found["area_km2"][0] == pytest.approx(zone_area(crs, *GERMANY), rel=EXACT)
+    assert found["length_km"][0] == pytest.approx(box_perimeter(crs, *GERMANY), rel=EXACT)
+    if crs == "EPSG:3857":  # along parallels its scale is a / (N cos lat), along meridians a / M sec lat
+        west, south, east, north = np.radians(GERMANY)
+        truth = 2 * 6378.137 * (east - west + np.diff(np.arctanh(np.sin([south, north])))[0])
+        assert found["map_length_km"][0] == pytest.approx(truth, rel=EXACT)
+        # Both are straight on its plane: stored there, the box is the same figure.
+        stored = projdist.check(frame(box(*GERMANY)).to_crs(crs), purpose=None).overall
+        assert stored.area_error == pytest.approx(error, rel=EXACT)
 
 
 @each(
-    ("west", "south", "east", "north"),
-    [(-180, -90, 180, 90), (-180, -90, 180, -60), (-180, 60, 180, 90), (-180, 10, 180, 20), (0, -60, 90, 90)],
+    "bounds", [(-180, -90, 180, 90), (-180, -90, 180, -60), (-180, 60, 180, 90), (-180, 10, 180, 20), (0, -60, 90, 90)]
 )
-def test_boxes_to_the_poles_and_round_the_earth(west, south, east, north):
+def test_boxes_to_the_poles_and_round_the_earth(bounds):
     """Areas on the ground in closed form, on an equal-area map of the world the same."""
-    bounds = (west, south, east, north)
     found = checked(box(*bounds), to="EPSG:8857").overall
     assert found.area_km2 == pytest.approx(zone_area("EPSG:4326", *bounds), rel=EXACT)
     assert found.area_error == pytest.approx(0, abs=AUTHALIC)
@@ -125,16 +116,10 @@ def test_antimeridian():
 
 @each("west", [-710, -370, -10, 350, 355, 540, 690])
 def test_longitudes_from_anywhere(west):
-    """Data of 0 to 360 degrees and of more turns have the areas that geodesics between near points of the box have."""
-    east, south, north = west + 20, 40, 50
-    found = checked(box(west, south, east, north), to="EPSG:3832").features
-    lon = np.linspace(west, east, 2001)
-    ring = np.concatenate([lon, lon[::-1]]), np.repeat([south, north], lon.size)
-    area, perimeter = pyproj.Geod(ellps="WGS84").polygon_area_perimeter(*ring)
-    # Geodesics of 0.01 degrees leave a parallel by 1 cm, of the 1100 km from one to the other.
-    assert found["area_km2"] == pytest.approx([area / 1e6], rel=1e-7)
-    assert found["length_km"] == pytest.approx([perimeter / 1e3], rel=1e-8)
-    turned = checked(box(west % 360 - 360, south, west % 360 - 340, north), to="EPSG:3832").features
+    """Data of 0 to 360 degrees and of more turns are the same figures as those of less than one."""
+    found, turned = (checked(box(lon, 40, lon + 20, 50), to="EPSG:3832").features for lon in (west, west % 360 - 360))
+    assert found["area_km2"] == pytest.approx([zone_area("EPSG:4326", west, 40, west + 20, 50)], rel=EXACT)
+    assert found["length_km"] == pytest.approx([box_perimeter("EPSG:4326", west, 40, west + 20, 50)], rel=EXACT)
     for name in ("map_area_km2", "map_length_km", "length_error"):
         assert found[name] == pytest.approx(turned[name], rel=EXACT)
 
@@ -161,38 +146,22 @@ def test_rings_and_lines_round_the_earth():
     assert found["length_km"][2] == pytest.approx(parallel("EPSG:4326", 60, 360), rel=EXACT)
 
 
-# ---- data on a plane ------------------------------------------------------------------------
-
-
 @each("crs", ["EPSG:25832", "EPSG:3035", "EPSG:3857", "EPSG:2056", "ESRI:54009"])
 def test_straight_on_the_plane(crs):
     """Edges stored in a projected CRS are straight there: the truth is of many geodesics along them."""
     plane = box(*frame(box(*GERMANY)).to_crs(crs).total_bounds)
     found = checked(plane, crs=crs).overall
-    to_lonlat = pyproj.Transformer.from_crs(crs, pyproj.CRS(crs).geodetic_crs, always_xy=True)
-    dense = shapely.transform(
-        shapely.segmentize(plane, plane.length / 2e4), lambda xy: np.column_stack(to_lonlat.transform(*xy.T))
-    )
-    area, length = pyproj.CRS(crs).get_geod().geometry_area_perimeter(dense)
+    geodetic = pyproj.CRS(crs).geodetic_crs
+    dense = frame(shapely.segmentize(plane, plane.length / 2e4), crs=crs).to_crs(geodetic).geometry.iloc[0]
+    area, length = geodetic.get_geod().geometry_area_perimeter(dense)
     assert found.area_km2 == pytest.approx(abs(area) / 1e6, rel=CHORDS)
     assert found.length_km == pytest.approx(length / 1e3, rel=CHORDS)
     assert found.map_area_km2 == pytest.approx(plane.area / 1e6, rel=AUTHALIC)
     assert found.map_length_km == pytest.approx(plane.length / 1e3, rel=AUTHALIC)
 
 
-def test_a_box_on_the_plane_is_another_figure():
-    """Germany's corners joined in zone 32 are not joined along parallels: 0.3 % of the area, 5 ppm of the ratio."""
-    corners = frame(box(*GERMANY)).to_crs("EPSG:25832")
-    on_plane, along = projdist.check(corners, purpose=None), checked(box(*GERMANY), to="EPSG:25832")
-    assert on_plane.overall.area_km2 / along.overall.area_km2 == pytest.approx(0.9967, abs=1e-4)  # by Geod, as above
-    assert abs(on_plane.overall.area_error - along.overall.area_error) > 4e-6
-    # On Web Mercator's plane parallels and meridians are straight: the same figure.
-    stored = projdist.check(frame(box(*GERMANY)).to_crs("EPSG:3857"), purpose=None).overall
-    assert stored.area_error == pytest.approx(checked(box(*GERMANY), to="EPSG:3857").overall.area_error, rel=EXACT)
-
-
 def test_another_crs_than_the_datas():
-    """A square of Lambert-93 in Mollweide's map: many vertices, taken there by pyproj."""
+    """A square of Lambert-93 in Mollweide's map, as pyproj draws it; grids in US feet have figures in metres."""
     square = box(6e5, 6.2e6, 9e5, 6.8e6)
     found = checked(square, crs="EPSG:2154", to="ESRI:54009").overall
     there = frame(shapely.segmentize(square, 50), crs="EPSG:2154").to_crs("ESRI:54009").geometry.iloc[0]
@@ -200,14 +169,10 @@ def test_another_crs_than_the_datas():
     assert found.map_length_km == pytest.approx(there.length / 1e3, rel=CHORDS)
     own = checked(square, crs="EPSG:2154").overall.area_km2
     assert found.area_km2 == pytest.approx(own, rel=1e-7)  # two ellipsoids
-
-
-def test_feet():
-    """Long Island's grid in US feet and in metres are the same map: figures are metric."""
-    square = box(3e5, 5e4, 3.5e5, 9e4)
-    in_feet = shapely.transform(square, lambda xy: xy * 3937 / 1200)
-    metres, feet = checked(square, crs="EPSG:32118"), checked(in_feet, crs="EPSG:2263")
-    for name in ("area_km2", "map_area_km2", "length_km", "map_length_km", "bearing_error"):
+    island = box(3e5, 5e4, 3.5e5, 9e4)  # Long Island's grid in metres and in US feet
+    in_feet = shapely.transform(island, lambda xy: xy * 3937 / 1200)
+    metres, feet = checked(island, crs="EPSG:32118"), checked(in_feet, crs="EPSG:2263")
+    for name in FIGURES:
         assert feet.features[name] == pytest.approx(metres.features[name], rel=1e-7)  # its origin is rounded to a foot
 
 
@@ -224,10 +189,11 @@ def test_round_a_pole_and_from_it(crs):
 
 def test_data_on_the_edge_of_the_map():
     """Rounding puts vertices at 180 degrees beyond the edge of Mollweide's map: they are drawn all the same."""
-    shapes = [shapely.segmentize(box(*bounds), 0.05) for bounds in ((165, 10, 180, 40), (-180, -30, -165, 0))]
+    bounds = [(165, 10, 180, 40), (-180, -30, -165, 0)]
+    shapes = [shapely.segmentize(box(*one), 0.05) for one in bounds]
     found = projdist.check(frame(*shapes).to_crs("ESRI:54009"), purpose=None)
     assert found.undrawn() == []
-    truth = [zone_area("ESRI:54009", 165, 10, 180, 40), zone_area("ESRI:54009", -180, -30, -165, 0)]
+    truth = [zone_area("ESRI:54009", *one) for one in bounds]
     assert found.features["area_km2"] == pytest.approx(truth, rel=1e-6)  # chords of 0.05 degrees
 
 
@@ -259,9 +225,6 @@ def test_unusual_crs(crs):
     assert found.bearing_error == pytest.approx(abs(float(here.convergence)), abs=1e-2)
 
 
-# ---- lines and bearings ---------------------------------------------------------------------
-
-
 def test_a_rhumb_line():
     """Straight on Mercator's map; on the ground as long as its meridian arc times the secant of its bearing."""
     ends = np.array([[-20.0, 5.0], [60.0, 50.0]])
@@ -290,17 +253,13 @@ def test_bearings_along_a_parallel():
     assert found.overall.largest_bearing_error == pytest.approx(6 * n, abs=BEARING)
 
 
-# ---- all kinds of geometries ----------------------------------------------------------------
-
-
 def test_parts():
     """Holes count less; the parts of a collection add up; points in it do not matter."""
     outer, inner, other = box(8, 48, 12, 52), box(9, 49, 10, 50), box(1, 44, 2, 45)
-    line = LineString([(3, 45), (5, 47)])
-    holed = outer.difference(inner)
+    holed, line = outer.difference(inner), LineString([(3, 45), (5, 47)])
     together = GeometryCollection([MultiPolygon([holed, other]), line, Point(0, 0)])
     found = checked(outer, inner, other, line, holed, together, to="EPSG:3857").features
-    for name in ("area_km2", "map_area_km2", "length_km", "map_length_km"):
+    for name in FIGURES[:4]:
         one, hole, beside, road, ring, all_ = np.nan_to_num(found[name])
         assert ring == pytest.approx(one - hole if "area" in name else one + hole)
         assert all_ == pytest.approx(ring + beside + road)
@@ -324,15 +283,13 @@ def test_totals():
 
 def test_lines_have_no_area():
     """No 0 that a mean, a total or a file would take for one."""
-    road = LineString([(8, 50), (9, 51)])
+    road, names = LineString([(8, 50), (9, 51)]), ("area_km2", "map_area_km2", "area_error")
     found = checked(road, box(8, 48, 9, 49), GeometryCollection([road]), to="EPSG:25832")
-    for name in ("area_km2", "map_area_km2", "area_error"):
+    for name in names:
         assert np.isnan(found.features[name]).tolist() == [True, False, True]
     assert found.overall.rms_area_error == abs(found.features["area_error"][1])
-    lines = checked(road, to="EPSG:25832")
-    total = lines.to_dict()["overall"]
-    names = ("area_km2", "map_area_km2", "area_error", "worst_area_error", "rms_area_error")
-    assert [total[name] for name in names] == [None] * 5
+    total = checked(road, to="EPSG:25832").to_dict()["overall"]
+    assert [total[name] for name in (*names, "worst_area_error", "rms_area_error")] == [None] * 5
 
 
 def test_names():
@@ -353,11 +310,10 @@ def test_what_cannot_be_measured():
     with np.errstate(invalid="ignore"):
         broken = LineString([(0, 0), (np.nan, 1)])
     bow = Polygon([(8, 48), (10, 50), (10, 48), (8, 50)])
+    halves = Polygon([(8, 48), (9, 49), (8, 50)]), Polygon([(9, 49), (10, 48), (10, 50)])
     places = [None, Polygon(), Point(9, 48), MultiPoint([(9, 48), (8, 47)]), LineString([(9, 48), (9, 48)]), broken]
-    shapes = [*places, box(1000, 40, 1001, 41), box(9, 80, 10, 91), box(95, -5, 105, 5), bow]
-    found = checked(
-        *shapes, Polygon([(8, 48), (9, 49), (8, 50)]), Polygon([(9, 49), (10, 48), (10, 50)]), to="EPSG:25832"
-    )
+    far = [box(1000, 40, 1001, 41), box(9, 80, 10, 91), box(95, -5, 105, 5)]
+    found = checked(*places, *far, bow, *halves, to="EPSG:25832")
     notes = [MISSING, MISSING, POINTS, POINTS, POINTS, NOT_FINITE, NO_DEGREES, NO_DEGREES, OUTSIDE, REPAIRED, "", ""]
     assert found.features["note"].tolist() == notes
     area = found.features["area_km2"]
@@ -381,24 +337,15 @@ def test_metres_of_no_place():
 def test_limits():
     """An error above a limit, of a feature or of the totals; what cannot be drawn is above every limit."""
     found = checked(box(8, 48, 9, 49), box(15, 48, 20, 49), to="EPSG:25832")
+    undrawn = checked(box(8, 48, 9, 49), box(95, -5, 105, 5), to="EPSG:25832")
     worst, overall = found.overall.worst_area_error, found.overall.area_error
     assert overall < worst
-    assert found.above(0.99 * worst)
-    assert not found.above(1.01 * worst)
-    assert found.above(0.99 * overall, on="overall")
-    assert not found.above(1.01 * overall, on="overall")
-    assert not found.above()
-    assert not found.above(bearing=10.0)
-    assert found.above(1.0, bearing=1.0)
-    undrawn = checked(box(8, 48, 9, 49), box(95, -5, 105, 5), to="EPSG:25832")
-    assert undrawn.above(1e3)
-    assert undrawn.above(bearing=180.0)
-    assert not undrawn.above()
+    above = found.above(0.99 * worst), found.above(0.99 * overall, on="overall"), found.above(1.0, bearing=1.0)
+    assert (*above, undrawn.above(1e3), undrawn.above(bearing=180.0)) == (True,) * 5
+    below = found.above(1.01 * worst), found.above(1.01 * overall, on="overall"), found.above(bearing=10.0)
+    assert (*below, found.above(), undrawn.above()) == (False,) * 5
     with pytest.raises(ValueError, match=r"^Invalid choice 'all' of what to fail on. It must be worst or overall\.$"):
         found.above(1.0, on="all")
-
-
-# ---- answers and refusals -------------------------------------------------------------------
 
 
 def test_forms():
@@ -418,34 +365,26 @@ def test_forms():
 def test_recommended():
     """The same data in the best equal-area CRS of their box, Europe's grid, which is right about areas."""
     found = projdist.check(frame(box(*GERMANY)), "EPSG:25832", purpose="equal-area", authorities=["EPSG"])
-    assert found.recommended.projection.definition == "EPSG:3035"
+    assert found.recommended.projection.definition == found.to_dict()["recommended"]["crs"] == "EPSG:3035"
     assert found.recommended.overall.area_error == pytest.approx(0, abs=EXACT)
     assert found.recommended.overall.area_km2 == pytest.approx(found.overall.area_km2, rel=EXACT)
-    assert found.to_dict()["recommended"]["crs"] == "EPSG:3035"
-    none = projdist.check(
-        frame(box(-7, 61, -6, 62)), "EPSG:25832", purpose="equidistant", area="contains", authorities=["IGNF"]
-    )
+    options = {"purpose": "equidistant", "area": "contains", "authorities": ["IGNF"]}
+    none = projdist.check(frame(box(-7, 61, -6, 62)), "EPSG:25832", **options)
     assert none.recommended is None
     assert none.notes[0].startswith("No CRS is recommended: none serves 'equidistant' in box:")
 
 
-def recommended_for(monkeypatch, answer, shapes, **options):
-    """What a check says when a CRS is found, and where and for what it was sought."""
-    asked = {}
+def test_a_recommended_crs_is_measured(monkeypatch):
+    """With the same data; it is sought in the narrowest box about them, across the antimeridian, by their vertices."""
+    asked, answers = {}, [CrsForData("EPSG:3460", None, 0.25), None]
 
     def crs_for_data(crs, region, lon, lat, **words):
         asked.update(words, region=region, lon=lon, lat=lat, crs=crs)
-        return answer
+        return answers.pop(0)
 
     monkeypatch.setattr(sys.modules["projdist.decisions.data_checks"], "crs_for_data", crs_for_data)
-    return projdist.check(shapes, "EPSG:3832", **options), asked
-
-
-def test_a_recommended_crs_is_measured(monkeypatch):
-    """With the same data; it is sought in the narrowest box about them, across the antimeridian, by their vertices."""
     line, area = LineString([(178, -20), (-178, -15)]), box(175, -17, 176, -16)
-    answer = CrsForData("EPSG:3460", None, 0.25)
-    found, asked = recommended_for(monkeypatch, answer, frame(line, area), purpose="conformal", area="contains")
+    found = projdist.check(frame(line, area), "EPSG:3832", purpose="conformal", area="contains")
     assert found.recommended.projection.definition == "EPSG:3460"
     # On the ground, of WGS 72 and of WGS 84, two metres larger.
     assert found.recommended.overall.area_km2 == pytest.approx(found.overall.area_km2, rel=2e-6)
@@ -453,33 +392,26 @@ def test_a_recommended_crs_is_measured(monkeypatch):
     assert asked["region"].bounds == pytest.approx((175.0, -20.0, 182.0, -15.0))
     assert (asked["purpose"], asked["area"], asked["crs"].to_epsg()) == ("conformal", "contains", 4326)
     assert sorted(set(np.mod(asked["lon"], 360.0).tolist())) == [175.0, 176.0, 178.0]
-    none, _ = recommended_for(monkeypatch, None, frame(line), purpose="conformal")
-    assert (none.recommended, none.notes[-1]) == (
-        None,
-        "No CRS is recommended: none serves 'conformal' in box:178,-20,-178,-15.",
-    )
+    none, said = projdist.check(frame(line), "EPSG:3832", purpose="conformal"), "box:178,-20,-178,-15."
+    assert (none.recommended, none.notes[-1]) == (None, f"No CRS is recommended: none serves 'conformal' in {said}")
 
 
-@each(
-    ("data", "options", "message"),
-    [
-        (frame(box(0, 0, 1, 1)), {}, r"^Invalid CRS 'WGS 84' of the data to check. It has longitudes and latitudes"),
-        (frame(box(0, 0, 1, 1), crs=None), {"crs": "moll"}, r"^Invalid data. They state no CRS"),
-        (frame(box(0, 0, 1, 1)), {"crs": "EPSG:4258"}, r"^Invalid projection 'EPSG:4258'. It is a Geographic 2D CRS"),
-        (frame(Point(0, 0), None), {"crs": "moll"}, r"to measure, but no geometry, points only"),
-        (frame(), {"crs": "moll"}, r"^Invalid data. They have no lines and no polygons to measure, but no fea"),
-        (frame(box(0, 0, 1, 1), a=[1]), {"crs": "moll", "column": "b"}, r"^Invalid column 'b'. It must be a or geom"),
-        (frame(box(0, 0, 1, 1)), {"crs": "moll", "purpose": "best"}, r"^Invalid purpose 'best'"),
-        ([box(0, 0, 1, 1)], {"crs": "moll"}, r"^Invalid data of type 'list'"),
-        (frame(box(0, 0, 1, 1)), {"crs": "IAU_2015:30120"}, r"^Invalid CRS 'WGS 84' of the data. PROJ has no way"),
-        (
-            frame(box(5e5, 5e6, 6e5, 5.1e6)),
-            {"crs": "EPSG:25832"},
-            r"^Invalid data\. .* but coordinates that are no longitudes and lat",
-        ),
-        (frame(box(0, 0, 1, 1), crs="EPSG:4978"), {}, r"^Invalid projection 'WGS 84'. It is a Geocentric CRS"),
-    ],
-)  # fmt: skip
+DEGREE, METRES = frame(box(0, 0, 1, 1), a=[1]), frame(box(5e5, 5e6, 6e5, 5.1e6))
+
+
+@each(("data", "options", "message"), [
+    (DEGREE, {}, r"^Invalid CRS 'WGS 84' of the data to check. It has longitudes and latitudes"),
+    (frame(box(0, 0, 1, 1), crs=None), {"crs": "moll"}, r"^Invalid data. They state no CRS"),
+    (DEGREE, {"crs": "EPSG:4258"}, r"^Invalid projection 'EPSG:4258'. It is a Geographic 2D CRS"),
+    (frame(Point(0, 0), None), {"crs": "moll"}, r"to measure, but no geometry, points only"),
+    (frame(), {"crs": "moll"}, r"^Invalid data. They have no lines and no polygons to measure, but no fea"),
+    (DEGREE, {"crs": "moll", "column": "b"}, r"^Invalid column 'b'. It must be a or geom"),
+    (DEGREE, {"crs": "moll", "purpose": "best"}, r"^Invalid purpose 'best'"),
+    ([box(0, 0, 1, 1)], {"crs": "moll"}, r"^Invalid data of type 'list'"),
+    (DEGREE, {"crs": "IAU_2015:30120"}, r"^Invalid CRS 'WGS 84' of the data. PROJ has no way"),
+    (METRES, {"crs": "EPSG:25832"}, r"^Invalid data\. .* but coordinates that are no longitudes and lat"),
+    (frame(box(0, 0, 1, 1), crs="EPSG:4978"), {}, r"^Invalid projection 'WGS 84'. It is a Geocentric CRS"),
+])  # fmt: skip
 def test_refused(data, options, message):
     """One line each."""
     with pytest.raises(ValueError, match=message):

@@ -32,19 +32,17 @@ def parcels(place, crs):
     return geopandas.GeoDataFrame(geometry=shapes, crs="EPSG:4326").to_crs(crs)
 
 
-# ---- datums ---------------------------------------------------------------------------------
-
-
+CHANGED = "The datum changes from WGS 84 to"
 BESSEL, CLARKE = (6377397.155, 1 / 299.1528128), (6378249.2, 1 - 6356515 / 6378249.2)
 
 
-def to_older(lon, lat, shift, ellipsoid):
+def to_older(place, shift, ellipsoid):
     """Metres between a place on WGS 84 and on an older ellipsoid, whose middle lies at a shift: by hand, in space."""
     a, f = 6378137.0, 1 / 298.257223563
-    turn, up = np.radians([lon, lat])
+    turn, up = np.radians(PLACES[place])
     normal = a / np.sqrt(1 - f * (2 - f) * np.sin(up) ** 2)
-    place = np.array([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), (1 - f) ** 2 * np.sin(up)]) * normal
-    x, y, z = place - shift
+    point = np.array([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), (1 - f) ** 2 * np.sin(up)]) * normal
+    x, y, z = point - shift
     a, f = ellipsoid
     square, out, there = f * (2 - f), np.hypot(x, y), up
     for _ in range(20):
@@ -54,32 +52,30 @@ def to_older(lon, lat, shift, ellipsoid):
     return np.hypot(meridian * (there - up), normal * np.cos(there) * (np.arctan2(y, x) - turn))
 
 
+# CH1903+ to WGS 84 is a shift of 674.374, 15.056, 405.346 m (swisstopo).
+SWISS = to_older("Basel", np.array([674.374, 15.056, 405.346]), BESSEL)
+
+
 @each(("source", "target", "place", "metres", "accuracy"), [
-    # CH1903+ to WGS 84 is a shift of 674.374, 15.056, 405.346 m (swisstopo).
-    ("EPSG:4326", "EPSG:2056", "Basel", None, 1.0), ("EPSG:4326", "EPSG:25832", "Freiburg", 0.0, 0.1),
+    ("EPSG:4326", "EPSG:2056", "Basel", SWISS, 0.01), ("EPSG:4326", "EPSG:25832", "Freiburg", 0.0, 0.1),
     ("EPSG:4326", "EPSG:2193", "Christchurch", 0.0, 1.0), ("EPSG:4230", "EPSG:4258", "Freiburg", 130.0, 10.0),
     ("EPSG:4258", "EPSG:31467", "Freiburg", 121.0, 3.0),
     pytest.param("EPSG:4267", "EPSG:4269", "Denver", 50.0, 15.0, marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_shifts(source, target, place, metres, accuracy):
     """A change of datum in metres: of geocentric shifts in closed form, else about what is published."""
-    lon, lat = PLACES[place]
-    found = datum_transformation(source, target, lon, lat)
-    if metres is None:
-        assert found.metres == pytest.approx(to_older(lon, lat, np.array([674.374, 15.056, 405.346]), BESSEL), abs=0.01)
-    else:
-        assert found.metres == pytest.approx(metres, abs=accuracy)
+    found = datum_transformation(source, target, *PLACES[place])
+    assert found.metres == pytest.approx(metres, abs=accuracy)
     assert "The datum changes from" in str(found)
 
 
 def test_prime_meridians_are_no_change_of_datum():
     """From Paris, in grads, or from Greenwich, in degrees: what a change of datum moves is the same (IGN's shift)."""
-    lon, lat = PLACES["Colmar"]
-    paris, greenwich = (datum_transformation(source, "EPSG:4171", lon, lat) for source in ("EPSG:27572", "EPSG:4275"))
-    back = datum_transformation("EPSG:4171", "EPSG:27572", lon, lat)
-    assert greenwich.metres == pytest.approx(to_older(lon, lat, np.array([-168.0, -60.0, 320.0]), CLARKE), abs=5.0)
-    assert paris.metres == pytest.approx(greenwich.metres, abs=0.01)
-    assert back.metres == pytest.approx(greenwich.metres, abs=0.5)
+    ways = (("EPSG:27572", "EPSG:4171"), ("EPSG:4275", "EPSG:4171"), ("EPSG:4171", "EPSG:27572"))
+    paris, greenwich, back = (datum_transformation(*way, *PLACES["Colmar"]).metres for way in ways)
+    assert greenwich == pytest.approx(to_older("Colmar", np.array([-168.0, -60.0, 320.0]), CLARKE), abs=5.0)
+    assert paris == pytest.approx(greenwich, abs=0.01)
+    assert back == pytest.approx(greenwich, abs=0.5)
 
 
 def test_the_convergence_of_a_zone():
@@ -93,13 +89,9 @@ def test_no_shift_is_no_ballpark():
     assert datum_transformation("EPSG:4258", "EPSG:25832", 8.0, 48.0) is None
     assert keeps_datum("EPSG:4258", "EPSG:3035")
     assert not keeps_datum("EPSG:4326", "EPSG:3035")
-    odd = pyproj.CRS.from_user_input("+proj=longlat +ellps=intl +type=crs")
-    found = datum_transformation(odd, "EPSG:25832", 8.0, 48.0)
+    found = datum_transformation(pyproj.CRS("+proj=longlat +ellps=intl +type=crs"), "EPSG:25832", 8.0, 48.0)
     assert np.isnan(found.metres)
     assert str(found).endswith("by how much is not known to PROJ here.")
-
-
-# ---- CRSs -----------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
@@ -118,19 +110,6 @@ def test_data_keep_their_datum(place, crs, datum):
     assert area.south <= lat <= area.north
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("place", "foreign"), [("Freiburg", ("France", "Switzerland")), ("Colmar", ("Germany", "Switzerland"))]
-)
-@pytest.mark.parametrize("purpose", ["any", "conformal"])
-def test_data_keep_their_country(place, foreign, purpose):
-    """Parcels in the Black Forest are not sent to France, those in Alsace not to Germany, though boxes overlap."""
-    found = _sited(place, "EPSG:4326", purpose)
-    name = pyproj.CRS(found.code).area_of_use.name
-    assert not name.startswith(foreign)
-    assert found.foreign == ""
-
-
 def _sited(place, crs, purpose="any", **options):
     west, south, east, north = parcels(place, "EPSG:4326").total_bounds
     lon, lat = np.array([west, east, east, west]), np.array([south, south, north, north])
@@ -138,11 +117,22 @@ def _sited(place, crs, purpose="any", **options):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("purpose", ["any", "conformal"])
+@pytest.mark.parametrize(("place", "foreign"), [
+    ("Freiburg", ("France", "Switzerland")), ("Colmar", ("Germany", "Switzerland")),
+])  # fmt: skip
+def test_data_keep_their_country(place, foreign, purpose):
+    """Parcels in the Black Forest are not sent to France, those in Alsace not to Germany, though boxes overlap."""
+    found = _sited(place, "EPSG:4326", purpose)
+    assert not pyproj.CRS(found.code).area_of_use.name.startswith(foreign)
+    assert found.foreign == ""
+
+
+@pytest.mark.slow
 def test_convergence_counts_and_is_told():
     """It is that of pyproj, as RMS; what is turned by more than three degrees is told."""
     found = _sited("Freiburg", "EPSG:4258")
-    lon, lat = PLACES["Freiburg"]
-    truth = pyproj.Proj(found.code).get_factors(lon, lat).meridian_convergence
+    truth = pyproj.Proj(found.code).get_factors(*PLACES["Freiburg"]).meridian_convergence
     assert found.convergence == pytest.approx(abs(truth), abs=0.03)  # across the parcels
     assert found.convergence < TURNED
     assert f"{found.convergence:.2g} degrees" in found.notes[-1]
@@ -152,31 +142,22 @@ def test_convergence_counts_and_is_told():
 
 
 @pytest.mark.slow
-def test_check_tells_of_datum_and_north():
-    """The notes name the recommended CRS, the change of datum with its size, and the convergence."""
-    found = projdist.check(parcels("Basel", "EPSG:4326"), "EPSG:3857", authorities=["EPSG"])
-    code = found.recommended.projection.definition
-    assert code == "EPSG:2056"
-    assert found.notes[0].startswith(
-        "EPSG:2056: The datum changes from WGS 84 to CH1903+: coordinates of the same place"
-    )
-    assert "171 m, to 1 m." in found.notes[0]  # by swisstopo's three shifts, as above
-    assert "degrees in the data (RMS)" in found.notes[1]
-
-
-@pytest.mark.slow
 def test_a_change_of_datum_is_told():
-    """Data in longitudes and latitudes of WGS 84 may go to any datum, with a word where that is metres away."""
-    with pytest.warns(Notice, match=r"^EPSG:2056: The datum changes from WGS 84 to CH1903\+: .* differ by 171 m"):
-        assert estimate_crs(parcels("Basel", "EPSG:4326"), authorities=["EPSG"]).to_epsg() == 2056
+    """With its size, by swisstopo's shifts; the notes of a check name the recommended CRS, and the convergence, too."""
+    basel = parcels("Basel", "EPSG:4326")
+    found = projdist.check(basel, "EPSG:3857", authorities=["EPSG"])
+    assert found.recommended.projection.definition == "EPSG:2056"
+    assert found.notes[0].startswith(f"EPSG:2056: {CHANGED} CH1903+: coordinates of the same place")
+    assert "171 m, to 1 m." in found.notes[0]
+    assert "degrees in the data (RMS)" in found.notes[1]
+    with pytest.warns(Notice, match=rf"^EPSG:2056: {CHANGED} CH1903\+: .* differ by 171 m"):
+        assert estimate_crs(basel, authorities=["EPSG"]).to_epsg() == 2056
 
 
-def candidate(code, area_name, value=1.0, **others):
+def candidate(code, area_name, value=1.0):
     """What is asked of a candidate."""
     usual = {"same": (), "share": 1.0, "wide": False, "national": True, "since": 1989}
-    figures = usual | others
-    codes = (code, *(other for other, _ in figures["same"]))
-    return SimpleNamespace(code=code, codes=codes, area_name=area_name, value=value, **figures)
+    return SimpleNamespace(code=code, codes=(code,), area_name=area_name, value=value, **usual)
 
 
 def sited(monkeypatch, place, crs, answers, **options):
@@ -218,10 +199,8 @@ def test_the_best_of_the_country(monkeypatch):
     assert sited(monkeypatch, "Freiburg", "EPSG:4326", [[french, german]])[0].code == "EPSG:25832"
     assert sited(monkeypatch, "Colmar", "EPSG:4326", [[french, german]])[0].code == "EPSG:2154"
     foreign, _ = sited(monkeypatch, "Freiburg", "EPSG:4326", [[french]])
-    assert (foreign.code, foreign.foreign) == (
-        "EPSG:2154",
-        "None was found for the country of the data; this one is for France - onshore.",
-    )
+    said = "None was found for the country of the data; this one is for France - onshore."
+    assert (foreign.code, foreign.foreign) == ("EPSG:2154", said)
 
 
 def test_less_turned_maps_are_better(monkeypatch):
@@ -236,44 +215,41 @@ def test_less_turned_maps_are_better(monkeypatch):
     assert "EPSG:25830: Its grid north" in found.warnings[0]
 
 
-gpd = pytest.importorskip("geopandas")
+def frame(text):
+    return geopandas.GeoSeries.from_wkt([text], crs="EPSG:4326")
 
 
 @pytest.mark.slow
 def test_fiji():
     """Islands on both sides of the antimeridian get Fiji's grid, and not a zone at Greenwich."""
-    frame = gpd.GeoSeries.from_wkt(
-        ["MULTIPOLYGON(((177.2 -18.3,178.7 -18.3,178.7 -17.3,177.2 -17.3,177.2 -18.3)),((-180 -17,-179.8 -17,"
-         "-179.8 -16.2,-180 -16.2,-180 -17)))"],
-        crs="EPSG:4326",
-    )  # fmt: skip
-    with pytest.warns(Notice, match=r"^EPSG:3460: The datum changes from WGS 84 to Fiji 1986: .* differ by 16.8 m"):
-        assert estimate_crs(frame, authorities=["EPSG"]).to_epsg() == 3460
+    islands = frame(
+        "MULTIPOLYGON(((177.2 -18.3,178.7 -18.3,178.7 -17.3,177.2 -17.3,177.2 -18.3)),"
+        "((-180 -17,-179.8 -17,-179.8 -16.2,-180 -16.2,-180 -17)))"
+    )
+    with pytest.warns(Notice, match=rf"^EPSG:3460: {CHANGED} Fiji 1986: .* differ by 16.8 m"):
+        assert estimate_crs(islands, authorities=["EPSG"]).to_epsg() == 3460
 
 
 @pytest.mark.slow
 def test_polygons_count_themselves():
     """Croatia, two arms: its official transverse Mercator map is the best; over their box, its conic would be."""
-    croatia = gpd.GeoSeries.from_wkt(
-        ["POLYGON((13.5 45.5,16.3 46.5,19.4 45.3,19 44.9,16 45.1,15.9 44.3,18.5 42.4,17.5 42.8,14.5 44.5,13.5 45.5))"],
-        crs="EPSG:4326",
-    )
-    assert estimate_crs(croatia, authorities=["EPSG"]).to_epsg() == 3765
-    assert estimate_crs(croatia.envelope, authorities=["EPSG"]).to_epsg() == 3766
-    assert estimate_crs(croatia.boundary, authorities=["EPSG"]).to_epsg() == 3766
+    north, south = "13.5 45.5,16.3 46.5,19.4 45.3,19 44.9,16 45.1,15.9 44.3", "18.5 42.4,17.5 42.8,14.5 44.5,13.5 45.5"
+    croatia = frame(f"POLYGON(({north},{south}))")
+    for shape, code in ((croatia, 3765), (croatia.envelope, 3766), (croatia.boundary, 3766)):
+        assert estimate_crs(shape, authorities=["EPSG"]).to_epsg() == code
 
 
 @pytest.mark.slow
 def test_purpose():
     """Data in any CRS, and a purpose: the European Union's grid for its statistics."""
-    frame = gpd.GeoDataFrame(geometry=gpd.points_from_xy([6.0, 15.0], [47.5, 55.0]), crs="EPSG:4326").to_crs(25832)
+    places = frame("MULTIPOINT(6 47.5,15 55)").to_crs(25832)
     with pytest.warns(Notice, match=r"^EPSG:3035: Its grid north is off true north by 3\.\d degrees in the data"):
-        assert estimate_crs(frame, purpose="equal-area", authorities=["EPSG"]).to_epsg() == 3035
+        assert estimate_crs(places, purpose="equal-area", authorities=["EPSG"]).to_epsg() == 3035
 
 
 def test_refused():
     """Data without a CRS, or without geometry."""
-    with pytest.raises(ValueError, match=r"^Invalid data. It must have a CRS"):
-        estimate_crs(gpd.GeoSeries.from_wkt(["POINT(1 2)"]))
-    with pytest.raises(ValueError, match=r"^Invalid data. It must have a geometry"):
-        estimate_crs(gpd.GeoSeries.from_wkt(["POINT EMPTY"], crs="EPSG:4326"))
+    placeless, empty = geopandas.GeoSeries.from_wkt(["POINT(1 2)"]), frame("POINT EMPTY")
+    for data, must in ((placeless, "a CRS"), (empty, "a geometry")):
+        with pytest.raises(ValueError, match=rf"^Invalid data. It must have {must}"):
+            estimate_crs(data)
