@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 from pyproj import Transformer
+from refusals import refuses
 from scipy import optimize
 from tables import each
-from triangles import elements_and_start
 
 from projdist.designs import fits
 from projdist.designs.base_maps import base_nodes_of
 from projdist.designs.fits import _independent, _sheared, equal_area_map
-from projdist.designs.newton import minimise_elements, minimise_energy
+from projdist.designs.newton import Elements, minimise_elements, minimise_energy
 from projdist.designs.plane_maps import ComplexPolynomial, PlaneMap, PolynomialMap, Shears
 from projdist.earth import WGS84
 from projdist.field import nodes_at, nodes_of
@@ -42,12 +42,8 @@ def test_quadratic_convergence_where_curvatures_are_negative() -> None:
     again = minimise_energy(Energy(), A, np.ones(200), best.place + 0.001 * rng.normal(size=(2, 2)))
     assert again.steps <= 3
     assert again.energy == pytest.approx(best.energy, rel=1e-12)
-
-
-def test_one_point() -> None:
-    """It is mapped without distortion, where no curvature is negative."""
-    found = minimise_energy(Energy(), np.array([[[1.3, 0.2], [0.1, 0.8]]]), np.ones(1), np.eye(2))
-    assert found.energy < 1e-20
+    # One point is mapped without distortion, where none is negative.
+    assert minimise_energy(Energy(), np.array([[[1.3, 0.2], [0.1, 0.8]]]), np.ones(1), np.eye(2)).energy < 1e-20
 
 
 # Root mean energy and Airy-Kavrayskiy error of the world cut along a meridian, on 2 n^2 triangles of a quarter of the
@@ -56,6 +52,40 @@ PUBLISHED = {6: (0.37610, 0.36393), 12: (0.35506, 0.34193), 24: (0.34679, 0.3328
 PRINTED = 6e-6
 TRUNCATED = 1e-8  # of central differences with a step of 1e-5, the third derivatives being some ten times the values
 EXPONENTIATED = Energy(exponent=EXPONENT)
+
+
+def quarter_of_octahedron(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points on the unit sphere with longitudes and latitudes within 0..180 and 0..90, and 2 n^2 flat triangles."""
+    places = []
+    for down in range(n):
+        places += [[(down, k), (down + 1, k), (down + 1, k + 1)] for k in range(down + 1)]
+        places += [[(down, k), (down + 1, k + 1), (down, k + 1)] for k in range(down)]
+    row, k = np.moveaxis(np.array(places), -1, 0)
+    corners = [[n - row, row - k, k], [n - row, -k, row - k]]  # z, x, y of both octants
+    corners, triangles = np.unique(np.moveaxis(corners, 1, -1).reshape(-1, 3), axis=0, return_inverse=True)
+    return corners[:, [1, 2, 0]] / np.linalg.norm(corners, axis=1)[:, None], triangles.reshape(-1, 3)
+
+
+def elements_and_start(n: int) -> tuple[Elements, np.ndarray]:
+    """The elements of the symmetric map, weighted by the triangles' areas on the sphere, and Hammer's map on them."""
+    points, triangles = quarter_of_octahedron(n)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    one, two = b - a, c - a
+    east = one / np.linalg.norm(one, axis=1)[:, None]
+    up = np.cross(one, two)
+    north = np.cross(up / np.linalg.norm(up, axis=1)[:, None], east)
+    edges = np.stack([np.stack([(edge * axis).sum(1) for axis in (east, north)], axis=-1) for edge in (one, two)], 1)
+    inverse = np.linalg.inv(edges)  # its columns are the gradients of the second and the third coordinate
+    gradients = np.stack([-inverse.sum(axis=2), inverse[:, :, 0], inverse[:, :, 1]], axis=1)
+    # A. van Oosterom and J. Strackee 1983: the solid angle of a triangle.
+    solid = np.arctan2((a * np.cross(b, c)).sum(1), 1 + (a * b).sum(1) + (b * c).sum(1) + (c * a).sum(1))
+    lon, lat = np.arctan2(points[:, 1], points[:, 0]), np.arcsin(points[:, 2])
+    free = np.array([(lon != 0.0) & (points[:, 2] != 1.0), points[:, 2] != 0.0])  # of x and y
+    numbers = np.where(free, (np.cumsum(free.T) - 1).reshape(-1, 2).T, -1)
+    scale = np.sqrt(2.0 / (1.0 + np.cos(lat) * np.cos(lon / 2)))
+    hammer = np.stack([2 * scale * np.cos(lat) * np.sin(lon / 2), scale * np.sin(lat)])
+    local, weights = numbers[:, triangles], (solid / solid.sum())[:, None]
+    return Elements(local, np.ones(local.shape), gradients[:, None], weights, int(free.sum())), hammer.T[free.T]
 
 
 @pytest.mark.slow
@@ -69,15 +99,14 @@ def test_known_energies(n: int) -> None:
 
 
 def test_derivatives() -> None:
-    """The slope and the Hessian are those of differences."""
+    """The slope and the Hessian are those of differences; a start that folds is refused."""
     elements, start = elements_and_start(3)
+    refuses("Invalid start of a map", minimise_elements, EXPONENTIATED, elements, start[::-1].copy())
     expansion = EXPONENTIATED.expansion(elements.jacobians(start))
     slope, band = elements.slope(expansion), elements.hessian(expansion, projected=False)
     width = len(band) - 1
-    full = np.zeros((elements.count, elements.count))
-    for k in range(width + 1):
-        above = np.diag(band[width - k, k:], k)
-        full += above + (above.T if k else 0.0)
+    above = sum(np.diag(band[width - k, k:], k) for k in range(1, width + 1))
+    full = np.diag(band[width]) + above + above.T
     for unit, row, by in zip(np.eye(elements.count), full, slope, strict=True):
         ahead, behind = start + 1e-5 * unit, start - 1e-5 * unit
         rise = elements.mean(EXPONENTIATED, ahead) - elements.mean(EXPONENTIATED, behind)
@@ -86,54 +115,35 @@ def test_derivatives() -> None:
         assert (slopes[0] - slopes[1]) / 2e-5 == pytest.approx(row, rel=TRUNCATED, abs=TRUNCATED)
 
 
-def test_a_start_that_folds_is_refused() -> None:
-    elements, start = elements_and_start(3)
-    with pytest.raises(ValueError, match="Invalid start of a map"):
-        minimise_elements(EXPONENTIATED, elements, start[::-1].copy())
-
-
-rng_of_plane_maps = np.random.default_rng(3)
-X, Y = rng_of_plane_maps.uniform(-2e6, 2e6, size=(2, 400))
+draws = np.random.default_rng(3)
+X, Y = draws.uniform(-2e6, 2e6, size=(2, 400))
 SAME = 1e-8  # metres: rounding of coordinates of 2e6
 BACK = 1e-5  # metres: where PROJ's iteration stops
-
-
-def general() -> PolynomialMap:
-    c = np.zeros((2, 9, 9))
-    for i in range(9):
-        for j in range(9 - i):
-            c[:, i, j] = 2e6 * 0.02 / (1 + i + j) ** 2 * rng_of_plane_maps.normal(size=2)
-    c[0, 1, 0], c[1, 0, 1] = 2e6, 2e6
-    return PolynomialMap(1e5 + 2e5j, 2e6, c)
-
-
-def conformal() -> ComplexPolynomial:
-    tail = 2e4 * (rng_of_plane_maps.normal(size=8) + 1j * rng_of_plane_maps.normal(size=8)) / (2 + np.arange(8)) ** 2
-    return ComplexPolynomial(1e5 + 2e5j, 2e6, np.concatenate([[1e4, 2e6], tail]))
-
-
-def equal_area() -> Shears:
-    return Shears(1e5 + 2e5j, 2e6, np.pi * np.arange(6) / 6, 0.02 * rng_of_plane_maps.normal(size=(6, 6)))
-
-
-MAPS = {"general": general(), "conformal": conformal(), "equal_area": equal_area()}
+ORIGIN, SIZE = 1e5 + 2e5j, 2e6
+DEGREES = np.add.outer(np.arange(9), np.arange(9))
+COEFFICIENTS = np.where(DEGREES < 9, 0.02 * SIZE / (1 + DEGREES) ** 2 * draws.normal(size=(2, 9, 9)), 0.0)
+COEFFICIENTS[0, 1, 0], COEFFICIENTS[1, 0, 1] = SIZE, SIZE
+TAIL = 2e4 * (draws.normal(size=8) + 1j * draws.normal(size=8)) / (2 + np.arange(8)) ** 2
+MAPS: dict[str, PlaneMap] = {
+    "general": PolynomialMap(ORIGIN, SIZE, COEFFICIENTS),
+    "conformal": ComplexPolynomial(ORIGIN, SIZE, np.concatenate([[1e4, SIZE], TAIL])),
+    "equal_area": Shears(ORIGIN, SIZE, np.pi * np.arange(6) / 6, 0.02 * draws.normal(size=(6, 6))),
+}
 
 
 @each("moved", [False, True])
 @each("name", MAPS)
 def test_proj_runs_it(name: str, moved: bool) -> None:
     """Forward to rounding, and back."""
-    plane_map: PlaneMap = MAPS[name].moved(0.9 * np.exp(0.3j), 1e6 - 2e5j) if moved else MAPS[name]
+    plane_map = MAPS[name].moved(0.9 * np.exp(0.3j), 1e6 - 2e5j) if moved else MAPS[name]
     transformer = Transformer.from_pipeline("+proj=pipeline " + " ".join(f"+step {step}" for step in plane_map.steps))
     x, y, J = plane_map.at(X, Y)
     found = transformer.transform(X, Y)
     np.testing.assert_allclose(found, (x, y), rtol=0, atol=SAME)
     np.testing.assert_allclose(transformer.transform(*found, direction="INVERSE"), (X, Y), rtol=0, atol=BACK)
-    step = 10.0
-    for axis, by in enumerate(((step, 0.0), (0.0, step))):
-        ahead, behind = (plane_map.at(X + sign * by[0], Y + sign * by[1]) for sign in (1, -1))
-        np.testing.assert_allclose(J[:, 0, axis], (ahead[0] - behind[0]) / (2 * step), atol=1e-8)
-        np.testing.assert_allclose(J[:, 1, axis], (ahead[1] - behind[1]) / (2 * step), atol=1e-8)
+    for axis, (u, v) in enumerate(((10.0, 0.0), (0.0, 10.0))):
+        ahead, behind = (np.array(plane_map.at(X + sign * u, Y + sign * v)[:2]) for sign in (1, -1))
+        np.testing.assert_allclose(J[:, :, axis].T, (ahead - behind) / 20.0, atol=1e-8)
 
 
 def test_conformal_maps_keep_angles_and_shears_areas() -> None:
@@ -158,16 +168,14 @@ def test_slopes(degree: int) -> None:
     free = _independent(degree)
     place = rng.normal(scale=0.02, size=int(free.sum()))
 
-    def rest(place: np.ndarray) -> np.ndarray:
+    def sheared(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         coefficients = np.zeros(free.shape)
         coefficients[free] = place
-        return np.asarray(_sheared(z, columns, angles, coefficients, free)[0])
+        return _sheared(z, columns, angles, coefficients, free)
 
-    coefficients = np.zeros(free.shape)
-    coefficients[free] = place
-    slopes = _sheared(z, columns, angles, coefficients, free)[1]
+    slopes = sheared(place)[1]
     for k, shift in enumerate(STEP * np.eye(place.size)):
-        difference = (rest(place + shift) - rest(place - shift)) / (2.0 * STEP)
+        difference = (sheared(place + shift)[0] - sheared(place - shift)[0]) / (2.0 * STEP)
         np.testing.assert_allclose(slopes[:, k], difference, rtol=0.0, atol=TOLERANCE)
 
 
@@ -189,13 +197,10 @@ def test_minima_are_those_of_minpack(degree: int, monkeypatch: pytest.MonkeyPatc
     """Also where the valley is long: in the USA at degree 2 the hundredth step has 7 % more."""
     nodes = nodes_of(get_region("country:US & box:-125,24,-66,50"), WGS84, 500)
     base = Projection.from_user_input("+proj=aea +lat_0=37 +lon_0=-96 +lat_1=30 +lat_2=45 +ellps=WGS84")
-    found = []
-    own = fits.least_squares
+    found, own, options = [], fits.least_squares, {"method": "lm", "xtol": 1e-12, "ftol": 1e-12}
 
     def both(terms, start):
-        fit = optimize.least_squares(
-            lambda place: terms(place)[0], start, lambda place: terms(place)[1], method="lm", xtol=1e-12, ftol=1e-12
-        )
+        fit = optimize.least_squares(lambda at: terms(at)[0], start, lambda at: terms(at)[1], **options)
         place = own(terms, start)
         found.extend([np.linalg.norm(terms(place)[0]), np.linalg.norm(fit.fun)])
         return place

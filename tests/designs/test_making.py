@@ -1,9 +1,7 @@
 """Maps made to measure against closed forms, theorems, and maps that were published."""
 
 import itertools
-import json
 import math
-import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
@@ -28,6 +26,9 @@ from projdist.matrices import EXPONENT
 from projdist.regions import get_region
 
 SPHERICAL = "+proj={} +lat_0={} +lon_0={} +R=6371008.7714"
+Scale = Callable[[float], float]
+Slopes = Callable[[Scale, Scale], BaseNodes]
+AZIMUTHAL = {"any": "aeqd", "conformal": "stere", "equal-area": "laea"}
 
 # Airy-Kavrayskiy errors of the best azimuthal maps of caps, the best of all, by the Euler-Lagrange equation (degrees).
 CAPS = {10.0: 0.002199607140, 30.0: 0.019884009428, 60.0: 0.080699486621}
@@ -82,17 +83,21 @@ def test_regions_about_a_pole_have_it_for_their_origin() -> None:
     assert np.isfinite(none.value)
 
 
+def ellipse(height: float) -> shapely.Polygon:
+    """Around a place on the equator, twice as wide as high (half axes in degrees), of 720 chords."""
+    t = np.linspace(0.0, 2.0 * np.pi, 721)[:-1]
+    azimuth, distance = np.arctan2(2.0 * np.cos(t), np.sin(t)), np.hypot(2.0 * np.cos(t), np.sin(t))
+    return shapely.Polygon(np.column_stack(destination(10.0, 0.0, np.degrees(azimuth), height * distance)))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["any", "conformal", "equal-area"])
 def test_ellipses_by_the_clamped_plate(kind: str) -> None:
     """2 by 1 degrees: 1 / (24 (3/p^4 + 2/(p^2 q^2) + 3/q^4)), and sqrt(2) times the root for the two special kinds."""
     p, q = math.radians(2.0), math.radians(1.0)
     least = math.sqrt(1.0 / (24.0 * (3.0 / p**4 + 2.0 / (p * q) ** 2 + 3.0 / q**4)))
-    t = np.linspace(0.0, 2.0 * np.pi, 721)[:-1]
-    azimuth, distance = np.degrees(np.arctan2(2.0 * np.cos(t), np.sin(t))), np.hypot(2.0 * np.cos(t), np.sin(t))
-    ellipse = shapely.Polygon(np.column_stack(destination(10.0, 0.0, azimuth, distance)))
-    base = SPHERICAL.format({"any": "aeqd", "conformal": "stere", "equal-area": "laea"}[kind], 0, 10)
-    found = design(ellipse, kind=kind, degree=4, base=base, against=(), background=0.0)
+    base = SPHERICAL.format(AZIMUTHAL[kind], 0, 10)
+    found = design(ellipse(1.0), kind=kind, degree=4, base=base, against=(), background=0.0)
     theory = least * (1.0 if kind == "any" else math.sqrt(2.0))
     polygon, nodes = 1e-4, 3e-3  # 720 chords, and (2 degrees)^2 / 12; the limit's 2000 nodes read low
     assert found.airy_kavrayskiy == pytest.approx(theory, rel=polygon)
@@ -104,21 +109,10 @@ def test_ellipses_by_the_clamped_plate(kind: str) -> None:
 def test_the_least_scale_error_of_an_ellipse(km: float) -> None:
     """Half of the range of ln k, whose Laplacian is the curvature: p^2 q^2 / 4 (p^2 + q^2); also of 0.1 ppm."""
     p, q = km / 6371.0087714, 2.0 * km / 6371.0087714
-    t = np.linspace(0.0, 2.0 * np.pi, 721)[:-1]
-    azimuth, distance = np.arctan2(2.0 * np.cos(t), np.sin(t)), p * np.hypot(2.0 * np.cos(t), np.sin(t))
-    ellipse = shapely.Polygon(np.column_stack(destination(10.0, 0.0, *np.degrees([azimuth, distance]))))
-    base = SPHERICAL.format("stere", 0, 10)
-    found = design(ellipse, kind="conformal", criterion="max_log_scale", degree=4, base=base, against=())
+    base, options = SPHERICAL.format("stere", 0, 10), {"kind": "conformal", "criterion": "max_log_scale", "degree": 4}
+    found = design(ellipse(math.degrees(p)), base=base, against=(), **options)
     chords = 1e-3  # 720 of them, and ln k to 1e-11
     assert found.value == pytest.approx(0.25 * (p * q) ** 2 / (p * p + q * q), rel=chords)
-
-
-@pytest.mark.slow
-def test_small_islands_count() -> None:
-    """The largest scale error of Fiji is that of the nodes, of which every island has some."""
-    found = design("country:FJ", kind="conformal", criterion="max_scale_error_ppm", degree=10, against=())
-    assert found.value == pytest.approx(found.degrees[-1].value, rel=1e-3)  # nodes end where ln k is largest
-    assert found.rivals[0].gain > 0.0
 
 
 NZ = "country:NZ & box:166,-48,179,-34"
@@ -143,10 +137,8 @@ OBLIQUE = "+proj=omerc +ellps=WGS84 +lat_0=-41.68 +lonc=173.04 +alpha=20.56 +k_0
 
 @pytest.mark.slow
 def test_the_largest_scale_error_of_far_islands() -> None:
-    """New Zealand with Tokelau, 3000 km away, where a polynomial is steep: scales of chords of a kilometre, by pyproj.
-
-    They are those of the coasts' corners and of a grid of a tenth of a degree.
-    """
+    """New Zealand with Tokelau, 3000 km away, where a polynomial is steep: scales of chords of a kilometre, by PROJ."""
+    # They are those of the coasts' corners and of a grid of a tenth of a degree.
     found = design("country:NZ", kind="conformal", criterion="max_scale_error_ppm", degree=8, against=())
     region = get_region("country:NZ")
     grid = np.stack(np.meshgrid(np.arange(166.0, 180.0, 0.1), np.arange(-48.0, -34.0, 0.1)), axis=-1).reshape(-1, 2)
@@ -157,6 +149,10 @@ def test_the_largest_scale_error_of_far_islands() -> None:
     scales = np.hypot(*np.subtract(run(east, north), run(west, south))) / 1000.0
     assert found.value == pytest.approx(1e6 * np.abs(scales - 1.0).max(), abs=0.1)
     assert found.error < 0.05
+    # That of Fiji is that of the nodes, of which every island has some: they end where ln k is largest.
+    found = design("country:FJ", kind="conformal", criterion="max_scale_error_ppm", degree=10, against=())
+    assert found.value == pytest.approx(found.degrees[-1].value, rel=1e-3)
+    assert found.rivals[0].gain > 0.0
 
 
 def test_equal_area_maps_keep_areas() -> None:
@@ -175,15 +171,9 @@ def test_nested_degrees() -> None:
     assert all(finer <= coarser * (1.0 + 1e-9) for coarser, finer in itertools.pairwise(values))
     assert {one.share for one in found.degrees} == {0.001}
     assert found.degree in [one.degree for one in found.degrees]
-
-
-@pytest.mark.slow
-def test_the_base_is_forgotten() -> None:
-    """From two bases to the same map, but for what the degree cannot undo."""
-    one, other = (
-        design("country:DE", degree=6, base=base, against=(), background=0.0)
-        for base in ("EPSG:3035", "+proj=lcc +lat_1=48 +lat_2=53 +lon_0=10 +ellps=GRS80")
-    )
+    # The base is forgotten: from two to the same map, but for what the degree cannot undo.
+    bases, options = ("EPSG:3035", "+proj=lcc +lat_1=48 +lat_2=53 +lon_0=10 +ellps=GRS80"), {"against": ()}
+    one, other = (design("country:DE", degree=6, base=base, background=0.0, **options) for base in bases)
     assert one.airy_kavrayskiy == pytest.approx(other.airy_kavrayskiy, rel=1e-2)
 
 
@@ -201,24 +191,14 @@ def test_every_form_is_the_same_map() -> None:
     x, y = transformer.transform(lat, lon)
     np.testing.assert_allclose((x, y), truth, rtol=0, atol=1e-8)
     np.testing.assert_allclose(transformer.transform(x, y, direction="INVERSE"), (lat, lon), rtol=0, atol=2e-8)
-    json.loads(found.crs.projjson)
     # North is up where it shall be, and the origin is there.
     x, y = found.projection([7.44, 7.44], [46.95, 46.9501])
     assert max(abs(x[0]), abs(y[0])) < 1e-6
     assert abs((x[1] - x[0]) / (y[1] - y[0])) < 1e-5
 
 
-@pytest.mark.slow
-def test_the_datum_is_that_of_the_base() -> None:
-    """Else programs would take coordinates on CH1903+ for such on WGS 84; a PROJ string has none."""
-    swiss = design("country:CH", degree=2, base="EPSG:2056", against=())
-    assert pyproj.CRS.from_wkt(swiss.wkt).geodetic_crs.to_epsg() == 4150
-    assert "Unknown" in design("country:CH", degree=2, base="+proj=somerc +ellps=bessel", against=()).wkt
-
-
 @each(("region", "base", "across"), [
-    ("country:CH", "EPSG:2056", False), ("country:FJ", "+proj=merc +lon_0=180 +ellps=WGS84", True),
-    ("cap:0,90,800", "+proj=stere +lat_0=90 +ellps=WGS84", False),
+    ("country:CH", "EPSG:2056", False), ("cap:0,90,800", "+proj=stere +lat_0=90 +ellps=WGS84", False),
     ("box:170,-20,-170,-10", "+proj=merc +lon_0=180 +ellps=WGS84", True),
 ])  # fmt: skip
 def test_the_area_of_use(region: str, base: str, across: bool) -> None:
@@ -226,19 +206,15 @@ def test_the_area_of_use(region: str, base: str, across: bool) -> None:
     found = design(region, kind="conformal", degree=2, base=base, against=())
     west, south, east, north = get_region(region).bounds
     area = pyproj.CRS.from_wkt(found.wkt).area_of_use
-    assert area is not None
     assert (area.west > area.east) is across
-    around = found.surroundings
-    assert around is not None
-    # One degree of a meridian has 110.6 to 111.7 km; boxes end at poles.
-    margin = around.within_km / 111.2
-    assert area.south == pytest.approx(max(south - margin, -90.0), abs=0.01 * margin)
-    assert area.north == pytest.approx(min(north + margin, 90.0), abs=0.01 * margin)
+    margin = found.surroundings.within_km / 111.2  # a degree of a meridian has 110.6 to 111.7 km; boxes end at poles
+    parallels = max(south - margin, -90.0), min(north + margin, 90.0)
+    assert (area.south, area.north) == pytest.approx(parallels, abs=0.01 * margin, rel=0)
     if north < 80.0:
         corner = north if abs(north) > abs(south) else south
-        beside = pyproj.Geod(ellps="sphere").fwd(0.0, corner, 90.0, around.within_km * 1000.0)[0]
-        assert area.west == pytest.approx((west - beside + 180.0) % 360.0 - 180.0, abs=0.02)
-        assert area.east == pytest.approx((east + beside + 180.0) % 360.0 - 180.0, abs=0.02)
+        beside = pyproj.Geod(ellps="sphere").fwd(0.0, corner, 90.0, found.surroundings.within_km * 1000.0)[0]
+        meridians = np.mod(np.array([west - beside, east + beside]) + 180.0, 360.0) - 180.0
+        assert [area.west, area.east] == pytest.approx(meridians, abs=0.02)
     bounds = found.projection.area_of_use
     assert bounds == (area.west, area.south, area.east, area.north)
     for text in (found.wkt, found.crs.wkt_derived, found.crs.projjson):
@@ -247,66 +223,52 @@ def test_the_area_of_use(region: str, base: str, across: bool) -> None:
     assert Projection.from_user_input(again).area_of_use == bounds
 
 
-def test_designs_tell_of_places_outside_their_area() -> None:
+def test_designs_tell_of_their_datum_and_of_places_outside_their_area() -> None:
     """As any CRS does: in memory, from WKT2, and as a mean of maps."""
+    # Else programs would take coordinates on CH1903+ for such on WGS 84; a PROJ string has no datum.
     made = design("country:CH", degree=2, base="EPSG:2056", against=())
+    assert pyproj.CRS.from_wkt(made.wkt).geodetic_crs.to_epsg() == 4150
+    assert "Unknown" in design("country:CH", degree=2, base="+proj=somerc +ellps=bessel", against=()).wkt
     mean = projdist.mean_map(["EPSG:2056", "EPSG:21781"], region="country:CH", degree=2)
-    assert mean.crs is not None
     for given in (made.projection, made.wkt, made.crs.projjson, mean.crs.wkt):
         with pytest.warns(projdist.support.Notice, match=r"where nothing of box:135,35,136,36 lies"):
-            summarize(given, "box:135,35,136,36", tolerance=1e-3)
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            summarize(given, "box:7,46,9,47", tolerance=1e-3)
+            summarize(given, "box:135,35,136,36", tolerance=1e-2)
+        summarize(given, "box:7,46,9,47", tolerance=1e-2)  # a warning would be an error
 
 
 def test_no_margin_where_the_map_folds() -> None:
     """A map that is not whole around its region is for the region alone."""
     found = design("country:NZ", kind="conformal", degree=8, background=0.0, base="+proj=tmerc +lon_0=173", against=())
     around, bounds = found.surroundings, found.projection.area_of_use
-    assert around is not None
     assert around.folded > 0.0 or around.smallest_scale < 0.5 or around.largest_scale > 2.0
     west, south, east, north = get_region("country:NZ").bounds
     assert bounds == pytest.approx((west, south, east - 360.0, north), abs=1e-6)
 
 
-POLAR = [
-    ("country:AQ", "any", "airy_kavrayskiy", "aeqd"), ("country:AQ", "conformal", "airy_kavrayskiy", "stere"),
-    ("country:AQ", "conformal", "max_scale_error_ppm", "stere"), ("country:AQ", "conformal", "max_log_scale", "stere"),
-    ("country:AQ", "equal-area", "airy_kavrayskiy", "laea"),
-    ("continent:Antarctica", "equal-area", "airy_kavrayskiy", "laea"),
-    ("ocean@110m & box:-180,-90,180,-60", "equal-area", "airy_kavrayskiy", "laea"),
-    ("cap:0,-90,2000", "equal-area", "airy_kavrayskiy", "laea"),
-    ("box:-180,60,180,90", "equal-area", "airy_kavrayskiy", "laea"),
-]  # fmt: skip
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(("region", "kind", "criterion", "polar"), POLAR)
-def test_regions_around_a_pole(region: str, kind: str, criterion: str, polar: str) -> None:
+@pytest.mark.parametrize(("region", "kind", "criterion"), [
+    ("country:AQ", "any", "airy_kavrayskiy"), ("country:AQ", "conformal", "airy_kavrayskiy"),
+    ("country:AQ", "conformal", "max_scale_error_ppm"), ("country:AQ", "equal-area", "airy_kavrayskiy"),
+    ("cap:0,-90,2000", "equal-area", "airy_kavrayskiy"), ("box:-180,60,180,90", "equal-area", "airy_kavrayskiy"),
+    ("ocean@110m & box:-180,-90,180,-60", "equal-area", "airy_kavrayskiy"),
+])  # fmt: skip
+def test_regions_around_a_pole(region: str, kind: str, criterion: str) -> None:
     """A map that is whole, no worse than the polar one of its base's method, and the same from all meridians."""
     # What its kind keeps is seen in small squares about the pole, by pyproj: equal-area maps keep their areas,
     # conformal ones their angles.
     found = design(region, kind=kind, criterion=criterion, degree=2, against=())
     pole = -90.0 if get_region(region).bounds[1] < -80.0 else 90.0
-    plain = measure_map(
-        Projection.from_user_input(f"+proj={polar} +lat_0={pole:g} +ellps=WGS84"),
-        get_region(region),
-        design_objective(kind, criterion),
-        scaled=kind != "equal-area",
-    )
+    plain = Projection.from_user_input(f"+proj={AZIMUTHAL[kind]} +lat_0={pole:g} +ellps=WGS84")
+    objective = design_objective(kind, criterion)
+    plain = measure_map(plain, get_region(region), objective, scaled=kind != "equal-area")
     assert found.value <= plain.value * (1.0 + 1e-6)
     assert found.overlaps is False
     run = pyproj.Transformer.from_crs("OGC:CRS84", found.wkt, always_xy=True).transform
-    lon = np.linspace(-180.0, 180.0, 37)
     rounding = 1.0  # m: the root of 1e-16, of the radius, is 6 cm, and that in PROJ's laea is a few of these
-    assert np.ptp(np.array(run(lon, np.full(37, pole))), axis=1).max() < rounding
-    side = 20e3
-    corners = [
-        pyproj.Geod(ellps="WGS84").fwd(40.0, pole, azimuth, side)[:2] for azimuth in (0.0, 90.0, 180.0, 270.0, 360.0)
-    ]
-    square = shapely.Polygon(np.column_stack(run(*np.array(corners).T)))
-    curved = 1e-5  # (20 km / R)^2, of a plane square
+    assert np.ptp(np.array(run(np.linspace(-180.0, 180.0, 37), np.full(37, pole))), axis=1).max() < rounding
+    side, curved = 20e3, 1e-5  # (20 km / R)^2, of a plane square
+    corners = pyproj.Geod(ellps="WGS84").fwd([40.0] * 4, [pole] * 4, [0.0, 90.0, 180.0, 270.0], [side] * 4)[:2]
+    square = shapely.Polygon(np.column_stack(run(*corners)))
     if kind == "equal-area":
         assert square.area == pytest.approx(2.0 * side**2, rel=curved)
     if kind == "conformal":
@@ -339,26 +301,30 @@ def test_far_islands_get_the_degrees_that_they_need() -> None:
     assert conformal.airy_kavrayskiy == pytest.approx(math.sqrt(2.0) * alone, rel=0.02)
 
 
-def test_scales_beyond_all_numbers(capfd: pytest.CaptureFixture[str]) -> None:
+def test_scales_beyond_all_numbers(capfd, monkeypatch: pytest.MonkeyPatch, slopes: Slopes) -> None:
     """Of 10^-477 beside a region, as for Europe at degree 9, nothing is fitted; no library writes into the terminal."""
     z = np.linspace(0.0, 1.0, 50) + 1j * np.linspace(0.0, 1.0, 50) ** 2
     with pytest.raises(ValueError, match="beyond all numbers"):
         fits._fitted(np.array([0.0, -1100.0]), z, np.full(50, 0.02))
+    # Of 1e160, whose square is none, maps fold in silence: z + 5e59 z^2 at 1e100.
+    z = ComplexPolynomial(0j, 1.0, np.array([0.0, 1.0, 5e59]))
+    base_nodes = replace(slopes(lambda _: 1.0, lambda _: 1.0), x=np.array([0.0, 1e-70, 1e100]))
+    monkeypatch.setattr(fits, "conformal_map", lambda *_: z)
+    found = stage_of(base_nodes, at_own_scale(), 2)
+    assert found.around[:2] == pytest.approx((1e160, 1e160))
+    assert found.value < 1e-9
+    assert found.share > 0.0  # whatever share keeps them whole, it is not the first
     assert capfd.readouterr() == ("", "")
 
 
-def test_the_degree_is_that_after_which_none_pays() -> None:
+@each(("first", "values", "best"), [(8, (3.3, 3.0, 3.3), 9), (1, (1.0, 1.0, 1.0, 0.95, 0.945, 0.94), 4)])
+def test_the_degree_is_that_after_which_none_pays(first: int, values: tuple[float, ...], best: int) -> None:
     """Where the last degree is worse than one before, as its surroundings need more, the best one is taken."""
-    values = (3.3, 3.0, 3.3)
-    plane_map = ComplexPolynomial(0j, 1.0, np.array([0.0, 1.0]))
-    objective = design_objective("conformal", "airy_kavrayskiy")
-    same = {"share": 0.0, "objective": objective, "plane_map": plane_map, "around": (1.0, 1.0, 0.0)}
-    tried = [Stage(degree=degree, value=value, **same) for degree, value in enumerate(values, 8)]
-    assert best_of(tried).degree == 9
     # A gain of 5 % at the fourth degree pays for three that gain nothing, whatever the next ones gain.
-    values = (1.0, 1.0, 1.0, 0.95, 0.945, 0.94)
-    late = [Stage(degree=degree, value=value, **same) for degree, value in enumerate(values, 1)]
-    assert best_of(late).degree == 4
+    same = {"share": 0.0, "plane_map": ComplexPolynomial(0j, 1.0, np.array([0.0, 1.0])), "around": (1.0, 1.0, 0.0)}
+    same["objective"] = design_objective("conformal", "airy_kavrayskiy")
+    tried = [Stage(degree=degree, value=value, **same) for degree, value in enumerate(values, first)]
+    assert best_of(tried).degree == best
 
 
 def at_own_scale(**words: Any) -> DesignObjective:
@@ -367,27 +333,14 @@ def at_own_scale(**words: Any) -> DesignObjective:
     return replace(objective, kind=replace(objective.kind, free_scale=False, **words))
 
 
-def test_areas_beyond_numbers_fold_in_silence(
-    monkeypatch: pytest.MonkeyPatch, slopes: Callable[..., BaseNodes]
-) -> None:
-    """Beside a region maps of high degrees have scales whose square is no number: z + 5e59 z^2 at 1e100."""
-    z = ComplexPolynomial(0j, 1.0, np.array([0.0, 1.0, 5e59]))
-    base_nodes = replace(slopes(lambda _: 1.0, lambda _: 1.0), x=np.array([0.0, 1e-70, 1e100]))
-    monkeypatch.setattr(fits, "conformal_map", lambda *_: z)
-    found = stage_of(base_nodes, at_own_scale(), 2)
-    assert found.around[:2] == pytest.approx((1e160, 1e160))
-    assert found.value < 1e-9
-    assert found.share > 0.0  # whatever share keeps them whole, it is not the first
-
-
 @pytest.fixture
-def slopes(monkeypatch: pytest.MonkeyPatch) -> Callable[..., BaseNodes]:
+def slopes(monkeypatch: pytest.MonkeyPatch) -> Slopes:
     """Makes base nodes, three, the last beside the region, whose maps enlarge either by what is given."""
     base = Projection.from_user_input(SPHERICAL.format("stere", 0, 0))
     x, none, J = np.array([0.0, 0.0, 1.0]), np.zeros(3), np.tile(np.eye(2), (3, 1, 1))
     weight, around = np.array([0.5, 0.5, 0.0]), np.array([0.0, 0.0, 1.0])
 
-    def made(inside: Callable[[int], float], beside: Callable[[float], float]) -> BaseNodes:
+    def made(inside: Scale, beside: Scale) -> BaseNodes:
         def fit(_: BaseNodes, degree: int, __: float, share: float) -> ComplexPolynomial:
             one, other = inside(degree), beside(share)  # z f' + (g' - f') z^2 / 2
             return ComplexPolynomial(0j, 1.0, np.array([0.0, one, 0.5 * (other - one)]))
@@ -403,9 +356,7 @@ def slopes(monkeypatch: pytest.MonkeyPatch) -> Callable[..., BaseNodes]:
     (lambda share: 0.3 + 100.0 * share, 0.003),  # and at least 1/2
     (lambda _: 1.9, 0.0),
 ])  # fmt: skip
-def test_surroundings_get_the_least_share_that_keeps_them_whole(
-    slopes: Callable[..., BaseNodes], beside: Callable[[float], float], share: float
-) -> None:
+def test_surroundings_get_the_least_share_that_keeps_them_whole(slopes: Slopes, beside: Scale, share: float) -> None:
     """Scales there are within 1/2 and 2 then."""
     found = stage_of(slopes(lambda _: 1.0, beside), at_own_scale(idle=3), 2)
     assert found.share == share
@@ -416,14 +367,11 @@ def test_surroundings_get_the_least_share_that_keeps_them_whole(
     ((1.0, 0.9, 0.895, 0.892, 0.89, 0.1), 5), ((1.0, 0.999, 0.998, 0.9, 0.899, 0.91, 0.92, 0.1), 7),
     ((1.0, 0.98, 0.96, 0.94, 0.92), 5),
 ])  # fmt: skip
-def test_degrees_are_tried_until_three_in_a_row_do_not_pay(
-    slopes: Callable[..., BaseNodes], errors: tuple[float, ...], tried: int
-) -> None:
+def test_degrees_are_tried_until_three_in_a_row_do_not_pay(slopes: Slopes, errors: tuple, tried: int) -> None:
     """Each of which gains less than 1 % of the least so far."""
     nodes = slopes(lambda degree: math.exp(errors[degree - 1]), lambda _: 1.0)
     objective = at_own_scale(idle=3, degrees=range(1, len(errors) + 1))
-    found = [one.degree for one in stages(nodes, objective, 0.0)]
-    assert found == list(range(1, tried + 1))
+    assert [one.degree for one in stages(nodes, objective, 0.0)] == list(range(1, tried + 1))
 
 
 def test_energies_that_are_not_elliptic_at_a_node_that_counts() -> None:
@@ -434,7 +382,7 @@ def test_energies_that_are_not_elliptic_at_a_node_that_counts() -> None:
     assert not needs_exponent(J, np.array([0.5, 0.5]), replace(objective, exponent=EXPONENT))
 
 
-def test_how_far_points_miss_themselves_there_and_back(slopes: Callable[..., BaseNodes]) -> None:
+def test_how_far_points_miss_themselves_there_and_back(slopes: Slopes) -> None:
     """The worst of all nodes of the region, on the ground; those beside it do not count."""
     base_nodes = replace(slopes(lambda _: 1.0, lambda _: 1.0), lon=np.array([10.0, 11.0, 12.0]), lat=np.full(3, 50.0))
     missed = np.array([0.0, 1e-7, 1.0])
@@ -450,16 +398,13 @@ def test_how_far_points_miss_themselves_there_and_back(slopes: Callable[..., Bas
 
 def test_the_base_is_the_best_of_the_families(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of conformal maps of a cap that is the stereographic one."""
-    members = {"lcc": "+lat_1=45 +lat_2=55 +lon_0=10", "stere": "+lon_0=10", "tmerc": "+lon_0=10"}
-    projections = {
-        name: Projection.from_user_input(f"+proj={name} +lat_0=50 {text} +ellps=WGS84")
-        for name, text in (members | {"omerc": "+lonc=10 +alpha=40"}).items()
-    }
-    monkeypatch.setattr(base_maps.decisions, "best_member", lambda name, *_: (projections[name], {}))
-    region = projdist.get_region("cap:10,50,800")
-    objective = design_objective("conformal", "airy_kavrayskiy")
+    members = {"lcc": "+lat_1=45 +lat_2=55 +lon_0=10 +ellps=WGS84", "omerc": "+lonc=10 +alpha=40 +ellps=WGS84"}
+    members |= dict.fromkeys(("stere", "tmerc"), "+lon_0=10 +ellps=WGS84")
+    members = {name: Projection.from_user_input(f"+proj={name} +lat_0=50 {text}") for name, text in members.items()}
+    monkeypatch.setattr(base_maps.decisions, "best_member", lambda name, *_: (members[name], {}))
+    region, objective = get_region("cap:10,50,800"), design_objective("conformal", "airy_kavrayskiy")
     found = base_maps.best_base(region, objective, nodes_of(region, WGS84, 300), "none")
-    assert found is projections["stere"]
+    assert found is members["stere"]
 
 
 @each("k", [1.0, 0.999])
@@ -479,13 +424,15 @@ def test_the_largest_error_of_scales(k: float) -> None:
 
 
 @pytest.mark.slow
-def test_a_wide_region_makes_no_warnings() -> None:
-    """Members of families that show nothing of it are passed over in silence."""
+def test_wide_regions() -> None:
+    """Members of families that show nothing of one are passed over in silence; an exponentiated energy is told."""
     assert design("cap:0,0,9000", degree=2, against=()).airy_kavrayskiy < 0.16
+    found = design(cap(99.0), degree=2, base=SPHERICAL.format("stere", 0, 0), against=(), background=0.0)
+    assert (found.exponent > 0.0) == any("exponentiated" in note for note in found.notes)
 
 
 @pytest.mark.slow
-def test_balance() -> None:
+def test_balance_and_norm() -> None:
     """More weight on areas keeps areas better, and angles worse; the ends are near the special kinds."""
     base = SPHERICAL.format("laea", 0, 0)
     errors = []
@@ -497,11 +444,7 @@ def test_balance() -> None:
     assert areas[0] > areas[1] > areas[2]
     assert angles[0] < angles[1] < angles[2]
     assert areas[1] == pytest.approx(angles[1], rel=0.05)  # at the optimum both have the same share
-
-
-@pytest.mark.slow
-def test_norms() -> None:
-    """A higher norm lowers the largest and raises the mean error."""
+    # A higher norm lowers the largest and raises the mean error.
     options = {"kind": "conformal", "degree": 4, "base": OBLIQUE, "against": (), "background": 0.0}
     found = [design(NZ, norm=norm, **options) for norm in (2.0, 8.0, 32.0)]
     largest = [max(one.largest.value - 1.0, 1.0 - one.smallest.value) for one in found]
@@ -521,57 +464,37 @@ def test_points_with_weights() -> None:
     assert found.airy_kavrayskiy == pytest.approx(over.airy_kavrayskiy, rel=0.02)  # of 300 points
 
 
-@each(("region", "words", "message"), [
-    ("country:CH", {"kind": "nice"}, "Invalid kind 'nice'"),
-    ("country:CH", {"criterion": "max_log_scale"}, "Invalid criterion 'max_log_scale' for maps of kind any"),
-    ("country:CH", {"degree": 0}, "Invalid degree '0'. It must be auto, or a whole number from 1 to 20"),
-    ("country:CH", {"degree": 21}, "Invalid degree '21'"),
-    ("country:CH", {"balance": 1.0}, "Invalid balance '1.0'. It must be a number above 0 and below 1"),
-    ("country:CH", {"kind": "conformal", "norm": 1.0}, "Invalid norm '1.0'. It must be a number from 2 to 64"),
-    ("country:CH", {"norm": 4.0}, "Invalid norm '4.0' for maps of kind any"),
-    ("country:CH", {"background": 0.7}, "Invalid background '0.7'"),
-    ("country:CH", {"symmetric": "left"}, "Invalid symmetry 'left'"),
-    ("country:CH", {"datum": "EPSG:3035"}, "Invalid geographic CRS"),
-    ("country:CH", {"datum": "EPSG:4807"}, "Invalid geographic CRS 'EPSG:4807'. Its longitudes must be from Greenwich"),
-    ("country:CH", {"name": "two\nlines"}, "It must be one line of text"),
-    ("globe", {}, "It reaches 180 degrees from its middle, and must reach at most 100"),
+def points(*places: tuple[float, float]) -> projdist.PointSet:
+    return projdist.PointSet(*np.array(places).T, np.ones(len(places)), "few")
+
+
+@each(("words", "error", "message"), [
+    ({"kind": "nice"}, ValueError, "Invalid kind 'nice'"), ({"degree": 21}, ValueError, "Invalid degree '21'"),
+    ({"criterion": "max_log_scale"}, ValueError, "Invalid criterion 'max_log_scale' for maps of kind any"),
+    ({"degree": 0}, ValueError, "Invalid degree '0'. It must be auto, or a whole number from 1 to 20"),
+    ({"balance": 1.0}, ValueError, "Invalid balance '1.0'. It must be a number above 0 and below 1"),
+    ({"kind": "conformal", "norm": 1.0}, ValueError, "Invalid norm '1.0'. It must be a number from 2 to 64"),
+    ({"norm": 4.0}, ValueError, "Invalid norm '4.0' for maps of kind any"),
+    ({"background": 0.7}, ValueError, "Invalid background '0.7'"),
+    ({"symmetric": "left"}, ValueError, "Invalid symmetry 'left'"),
+    ({"datum": "EPSG:3035"}, ValueError, "Invalid geographic CRS"),
+    ({"datum": "EPSG:4807"}, ValueError, "Invalid geographic CRS 'EPSG:4807'. Its longitudes must be from Greenwich"),
+    ({"name": "two\nlines"}, ValueError, "It must be one line of text"),
+    ({"region": "globe"}, ValueError, "It reaches 180 degrees from its middle, and must reach at most 100"),
+    ({"region": points((7, 46), (8, 47), (9, 46.5)), "degree": 5}, ValueError, "Invalid degree '5' for region 'few'"),
+    ({"region": points((7, 46))}, ValueError, "It is a point: all maps are right there"),
+    ({"kind": "conformal"}, ProjectionError, "for conformal maps. It must be conformal itself"),
+    ({"base": "EPSG:3857", "kind": "equal-area"}, ProjectionError,
+     "for equal-area maps. It must be equal-area at scale 1"),
+    ({"base": lambda lon, lat: (lon, lat)}, ProjectionError, "It must be a projection with a PROJ string"),
+    ({"base": "+proj=gnom +lat_0=-46.8 +lon_0=188.2 +ellps=WGS84"}, ProjectionError, "of the region"),
+    ({"base": "+proj=lcc +lat_1=40 +lat_2=50 +lon_0=-171.8"}, ProjectionError, "It is cut within country:CH"),
 ])  # fmt: skip
-def test_what_is_refused(region: str, words: dict, message: str) -> None:
-    """In one line, before anything is computed."""
-    with pytest.raises(ValueError, match="Invalid") as caught:
-        design(region, against=(), **words)
+def test_what_is_refused(words: dict, error: type[ValueError], message: str) -> None:
+    """In one line, before anything is computed; bases that tear the region, or are not of the kind."""
+    with pytest.raises(error, match=r"^Invalid ") as caught:
+        design(**{"region": "country:CH", "base": "EPSG:3035", "degree": 3, "against": ()} | words)
     assert message in str(caught.value)
-
-
-@each(("words", "message"), [
-    ({"base": "EPSG:3035", "kind": "conformal"}, "for conformal maps. It must be conformal itself"),
-    ({"base": "EPSG:3857", "kind": "equal-area"}, "for equal-area maps. It must be equal-area at scale 1"),
-    ({"base": lambda lon, lat: (lon, lat)}, "It must be a projection with a PROJ string"),
-    ({"base": "+proj=gnom +lat_0=-46.8 +lon_0=188.2 +ellps=WGS84"}, "of the region"),
-    ({"base": "+proj=lcc +lat_1=40 +lat_2=50 +lon_0=-171.8 +ellps=WGS84"}, "It is cut within country:CH"),
-])  # fmt: skip
-def test_bases_that_are_refused(words: dict, message: str) -> None:
-    """What tears the region, is not of the kind, or has no PROJ string."""
-    with pytest.raises(ProjectionError) as caught:
-        design("country:CH", degree=3, against=(), **words)
-    assert message in str(caught.value)
-
-
-def test_points_that_are_too_few() -> None:
-    """Three points do not tell a polynomial of degree 5, one point nothing at all."""
-    points = projdist.PointSet(np.array([7.0, 8.0, 9.0]), np.array([46.0, 47.0, 46.5]), np.ones(3), "three")
-    with pytest.raises(ValueError, match="Invalid degree '5' for region 'three'"):
-        design(points, degree=5, base="EPSG:3035", against=())
-    with pytest.raises(ValueError, match="It is a point: all maps are right there"):
-        design(projdist.PointSet(np.array([7.0]), np.array([46.0]), np.ones(1), "one"), base="EPSG:3035", against=())
-
-
-@pytest.mark.slow
-def test_what_leaves_the_elliptic_range_is_told() -> None:
-    """A wide cap to the edge of a hemisphere in a bad base, with the exponentiated energy."""
-    wide = cap(99.0)
-    found = design(wide, degree=2, base=SPHERICAL.format("stere", 0, 0), against=(), background=0.0)
-    assert (found.exponent > 0.0) == any("exponentiated" in note for note in found.notes)
 
 
 @pytest.mark.slow
