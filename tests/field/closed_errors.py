@@ -1,39 +1,35 @@
-"""Airy-Kavrayskiy errors of maps by quadrature of their closed forms."""
+"""Maps over regions and their Airy-Kavrayskiy errors by quadrature of closed forms; lam and colatitude c in radians."""
 
 import functools
 import math
+from collections.abc import Callable
+from contextlib import nullcontext
 from typing import NamedTuple
 
 import numpy as np
 import pyproj
-import scipy.integrate
+import pytest
 import scipy.optimize
+from jacobians import R, albers, eccentricity, gauss, lambert_conformal, m_of, mercator, q_of
 
-from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, WGS84
+from projdist import Notice
+from projdist.answers.summaries import summarize
+from projdist.earth.ellipsoid import WGS84
+from projdist.field.sampling import DEFAULT_TOLERANCE
 
-R = MEAN_EARTH_RADIUS
 HALF_PI = math.pi / 2
 L2 = math.log(2)
 PLATE_CARREE = math.sqrt(2 - 2 * L2 + L2**2 - math.pi**2 / 12)
-
-# ---- quadrature -------------------------------------------------------------------------------
+E, E2 = eccentricity(WGS84), WGS84.eccentricity_squared
+MIRROR = [[1, -1], [-1, 1]]
 
 
 def double_exponential(a, b, step=0.06, last=3.3):
-    """Nodes and weights on [a, b] for integrands with any singularity at the ends (Takahasi & Mori 1974).
-
-    Nodes keep their digits towards a end, so singular ends are put at a = 0.
-    """
+    """Nodes and weights on [a, b], for any singularity at a, where digits are kept, and at b (Takahasi & Mori 1974)."""
     t = np.arange(-last, last + step / 2, step)
     g = HALF_PI * np.sinh(t)
     share = 1 / (1 + np.exp(-2 * g))
     return a + (b - a) * share, (b - a) * step * math.pi * np.cosh(t) / (2 * np.cosh(g)) ** 2
-
-
-def gauss(a, b, n=48):
-    """Gauss-Legendre nodes and weights on [a, b]."""
-    x, w = np.polynomial.legendre.leggauss(n)
-    return 0.5 * (a + b) + 0.5 * (b - a) * x, 0.5 * (b - a) * w
 
 
 class Field(NamedTuple):
@@ -46,7 +42,7 @@ class Field(NamedTuple):
 def field(xx, xy, yx, yy, weight):
     """A field from the entries dx/east, dx/north, dy/east, dy/north; all broadcast."""
     xx, xy, yx, yy, weight = np.broadcast_arrays(xx, xy, yx, yy, weight)
-    return Field(np.stack([np.stack([xx, xy], axis=-1), np.stack([yx, yy], axis=-1)], axis=-2), weight)
+    return Field(np.stack([xx, xy, yx, yy], axis=-1).reshape(*weight.shape, 2, 2), weight)
 
 
 def joined(*fields):
@@ -66,7 +62,6 @@ def errors_of(f):
     J, w = f.J.reshape(-1, 2, 2), f.weight.ravel() / f.weight.sum()
     det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
     raw, shift = w @ square_logs(J, det), w @ np.log(det)
-    scaled = raw - 0.5 * shift**2
 
     def cost(entries):
         v, shear = entries
@@ -75,10 +70,7 @@ def errors_of(f):
 
     # The minimum is quadratic: gradients good to 1e-7 are 1e-14 in the cost.
     affine = scipy.optimize.minimize(cost, [0.0, 0.0], method="BFGS", options={"gtol": 1e-7}).fun
-    return tuple(math.sqrt(max(value, 0.0)) for value in (raw, scaled, affine))
-
-
-# ---- maps of the sphere, from the colatitude c and the longitude lam in radians ---------------
+    return tuple(math.sqrt(max(value, 0.0)) for value in (raw, raw - 0.5 * shift**2, affine))
 
 
 def cylindrical(h, k):
@@ -126,7 +118,7 @@ def both_sides(make, low=0.0, high=math.pi):
     """The field make(lam) for longitudes low..high and their mirror image."""
     lam, w = gauss(low, high)
     one = make(lam[:, None], w[:, None])
-    return joined(one, Field(one.J * [[1, -1], [-1, 1]], one.weight))
+    return joined(one, Field(one.J * MIRROR, one.weight))
 
 
 def sinusoidal(lam, w, low=0.0, high=HALF_PI):
@@ -157,10 +149,9 @@ def eckert_4(lam, w):
     cos_phi = np.sqrt(gap * (2 - gap))
     dphi_dt = (2 * np.cos(t) ** 2 + 2 * np.cos(t)) / ((2 + HALF_PI) * cos_phi)
     scale = 2 / math.sqrt(math.pi * (4 + math.pi))
-    k = scale * (1 + np.cos(t)) / cos_phi
     h = 2 * math.sqrt(math.pi / (4 + math.pi)) * np.cos(t) / dphi_dt
     shear = -scale * lam * np.sin(t) / dphi_dt
-    return field(k, shear, 0.0, h, w * wt * dphi_dt * cos_phi)
+    return field(scale * (1 + np.cos(t)) / cos_phi, shear, 0.0, h, w * wt * dphi_dt * cos_phi)
 
 
 def hammer(lam, c):
@@ -204,52 +195,30 @@ NORTH_LOBES = [(-180, -40, -100), (-40, 180, 30)]
 SOUTH_LOBES = [(-180, -100, -160), (-100, -20, -60), (-20, 80, 20), (80, 180, 140)]
 
 
-def mollweide_tau(phi):
-    """The parameter tau of `mollweide` at a latitude."""
-    return HALF_PI - scipy.optimize.brentq(
-        lambda t: 2 * t + math.sin(2 * t) - math.pi * math.sin(phi), 0.0, HALF_PI, xtol=1e-15
-    )
-
-
-def lobe(west, east, centre, parts, mirror):
-    """Fields of the parts make(lam, w) of a lobe; a southern one is mirrored."""
-    lam, w = gauss(math.radians(west - centre), math.radians(east - centre))
-    fields = [make(lam[:, None], w[:, None]) for make in parts]
-    return joined(*(Field(f.J * [[1, -1], [-1, 1]] if mirror else f.J, f.weight) for f in fields))
-
-
 def interrupted(*parts):
-    """All lobes of an interrupted map that has these parts in the northern hemisphere."""
-    lobes = [lobe(*limits, parts, False) for limits in NORTH_LOBES] + [
-        lobe(*limits, parts, True) for limits in SOUTH_LOBES
-    ]
-    return joined(*lobes)
+    """All lobes of an interrupted map with parts make(lam, w) in the northern hemisphere; southern ones mirrored."""
+    fields = []
+    for lobe in NORTH_LOBES + SOUTH_LOBES:
+        west, east, centre = np.radians(lobe)
+        lam, w = gauss(west - centre, east - centre)
+        mirror = MIRROR if lobe in SOUTH_LOBES else np.ones((2, 2))
+        fields += [Field(J * mirror, weight) for J, weight in (make(lam[:, None], w[:, None]) for make in parts)]
+    return joined(*fields)
 
 
 def goode_parts(limit):
     """The sinusoidal part below a latitude, and Mollweide's above it."""
 
+    def lack(t):
+        return 2 * t + math.sin(2 * t) - math.pi * math.sin(limit)
+
+    tau = HALF_PI - scipy.optimize.brentq(lack, 0.0, HALF_PI, xtol=1e-15)
+
     # Weights of `sinusoidal` are d(sin phi); those of `mollweide` are sin^2 tau dtau = pi/4 d(sin phi).
     def upper(lam, w):
-        return mollweide(lam, w * 4 / math.pi, mollweide_tau(limit))
+        return mollweide(lam, w * 4 / math.pi, tau)
 
     return functools.partial(sinusoidal, low=0.0, high=limit), upper
-
-
-# ---- maps of boxes and caps -------------------------------------------------------------------
-
-E2 = WGS84.f * (2 - WGS84.f)
-E = math.sqrt(E2)
-
-
-def m_of(phi):
-    """Radius of the parallel over a on WGS 84 (Snyder 1987, 14-15)."""
-    return np.cos(phi) / np.sqrt(1 - E2 * np.sin(phi) ** 2)
-
-
-def t_of(phi):
-    """Snyder 1987, 15-9."""
-    return np.exp(-np.arcsinh(np.tan(phi)) + E * np.arctanh(E * np.sin(phi)))
 
 
 def area_density(phi):
@@ -257,61 +226,54 @@ def area_density(phi):
     return (1 - E2) * np.cos(phi) / (1 - E2 * np.sin(phi) ** 2) ** 2
 
 
-def conformal_box(k, south, north):
-    """A conformal map whose scale k(phi) depends on the latitude alone, on an ellipsoidal box."""
-    phi, w = gauss(math.radians(south), math.radians(north))
-    return field(k(phi), 0.0, 0.0, k(phi), w * area_density(phi))
+def box_rule(west, south, east, north):
+    """Longitudes (n, 1), latitudes (m,) and weights by area (n, m) of a box of WGS 84."""
+    (lam, wl), (phi, wp) = (gauss(*np.radians(sides)) for sides in ((west, east), (south, north)))
+    return lam[:, None], phi, wl[:, None] * wp * area_density(phi)
 
 
-def lambert_conformal_scale(phi, one=33.0, two=45.0):
-    """Snyder 1987, 15-4, 15-8 and 15-10."""
-    m1, m2, t1, t2 = (f(math.radians(lat)) for f in (m_of, t_of) for lat in (one, two))
-    n = math.log(m1 / m2) / math.log(t1 / t2)
-    return m1 * (t_of(phi) / t1) ** n / m_of(phi)
+def conformal_box(form, *bounds):
+    """A conformal map whose scale depends on the latitude alone, on a box of WGS 84."""
+    _, phi, w = box_rule(*bounds)
+    k, _ = form(WGS84, phi)
+    return field(k, 0.0, 0.0, k, w)
 
 
-def albers_box(west, south, east, north, one=29.5, two=45.5):
+def albers_box(*bounds, one=29.5, two=45.5):
     """Snyder 1987, 14-12 to 14-18 on WGS 84, longitudes from the central meridian: h = 1 / k."""
-
-    def q(phi):
-        sin = np.sin(phi)
-        return (1 - E2) * (sin / (1 - E2 * sin**2) + np.arctanh(E * sin) / E)
-
-    phi, wp = gauss(math.radians(south), math.radians(north))
-    lam, wl = gauss(math.radians(west), math.radians(east))
-    p1, p2 = math.radians(one), math.radians(two)
-    n = (m_of(p1) ** 2 - m_of(p2) ** 2) / (q(p2) - q(p1))
-    k = np.sqrt(m_of(p1) ** 2 + n * (q(p1) - q(phi))) / m_of(phi)
-    cos, sin = np.cos(n * lam[:, None]), np.sin(n * lam[:, None])  # the convergence
-    return field(k * cos, -sin / k, k * sin, cos / k, wl[:, None] * wp * area_density(phi))
+    lam, phi, w = box_rule(*bounds)
+    m1, m2, q1, q2 = (f(WGS84, math.radians(lat)) for f in (m_of, q_of) for lat in (one, two))
+    n = (m1**2 - m2**2) / (q2 - q1)
+    (h, k), cos, sin = albers(WGS84, phi, one, two), np.cos(n * lam), np.sin(n * lam)  # of the convergence
+    return field(k * cos, -sin * h, k * sin, cos * h, w)
 
 
 def transverse_mercator_scale(phi, lam, k_0=0.9996):
-    """Scale of the ellipsoidal transverse Mercator, lam from the central meridian.
-
-    The map is the meridian's arc, continued analytically in the isometric latitude psi: with
-    psi(phi') = psi(phi) + i lam, k = k_0 |N(phi') cos phi'| / (N(phi) cos phi) (Lee 1976, section 4).
-    """
+    """Scale of the ellipsoidal transverse Mercator, lam from the central meridian (Lee 1976, section 4)."""
+    # The meridian's arc, continued analytically in the isometric latitude psi: with psi(phi') = psi(phi) + i lam
+    # k = k_0 |N(phi') cos phi'| / (N(phi) cos phi).
     psi = np.arcsinh(np.tan(phi)) - E * np.arctanh(E * np.sin(phi)) + 1j * lam
     complex_phi = np.arcsin(np.tanh(psi))
     for _ in range(20):  # the step is contracted by e^2
         complex_phi = np.arcsin(np.tanh(psi + E * np.arctanh(E * np.sin(complex_phi))))
-    return k_0 * np.abs(m_of(complex_phi)) / m_of(phi)
+    return k_0 * np.abs(m_of(WGS84, complex_phi)) / m_of(WGS84, phi)
 
 
-def utm_box(west, south, east, north):
+def utm_box(*bounds):
     """A UTM zone's box, longitudes from the central meridian."""
-    lam, wl = gauss(math.radians(west), math.radians(east), 24)
-    phi, wp = gauss(math.radians(south), math.radians(north), 48)
-    k = transverse_mercator_scale(phi, lam[:, None])
-    return field(k, 0.0, 0.0, k, wl[:, None] * wp * area_density(phi))
+    lam, phi, w = box_rule(*bounds)
+    k = transverse_mercator_scale(phi, lam)
+    return field(k, 0.0, 0.0, k, w)
 
 
 def sphere_box(position, west, south, east, north):
     """A map of the sphere on a box, by the complex step."""
-    lam, wl = gauss(math.radians(west), math.radians(east), 48)
-    c, wc = gauss(HALF_PI - math.radians(north), HALF_PI - math.radians(south), 48)
+    (lam, wl), (c, wc) = (gauss(*np.radians(sides)) for sides in ((west, east), (90 - north, 90 - south)))
     return by_complex_step(position, lam[:, None], c, wl[:, None] * wc * np.sin(c))
+
+
+def sinusoidal_at(lam, c):
+    return lam * np.sin(c), -c
 
 
 def oblique_equal_area(lam, c, lon_0=10.0, lat_0=52.0):
@@ -325,13 +287,15 @@ def oblique_equal_area(lam, c, lon_0=10.0, lat_0=52.0):
 def mercator_cap(lat, angle, ellipsoidal):
     """Mercator's map on a cap in degrees of the mean radius: on a sphere, or of geodesics on WGS 84."""
     if ellipsoidal:
-        phi, w = geodesic_rows(lat, math.radians(angle) * MEAN_EARTH_RADIUS)
-        return field(1 / m_of(phi), 0.0, 0.0, 1 / m_of(phi), w * area_density(phi))
-    azimuth = np.arange(128)[:, None] * (2 * math.pi / 128)  # the trapezoidal rule of a periodic function
-    c, w = gauss(0.0, math.radians(angle))
-    phi_0 = math.radians(lat)
-    phi = np.arcsin(math.sin(phi_0) * np.cos(c) + math.cos(phi_0) * np.sin(c) * np.cos(azimuth))
-    return field(1 / np.cos(phi), 0.0, 0.0, 1 / np.cos(phi), w * np.sin(c))
+        phi, w = geodesic_rows(lat, math.radians(angle) * R)
+        k, w = mercator(WGS84, phi)[1], w * area_density(phi)
+    else:
+        azimuth = np.arange(128)[:, None] * (2 * math.pi / 128)  # the trapezoidal rule of a periodic function
+        c, w = gauss(0.0, math.radians(angle))
+        phi_0 = math.radians(lat)
+        phi = np.arcsin(math.sin(phi_0) * np.cos(c) + math.cos(phi_0) * np.sin(c) * np.cos(azimuth))
+        k, w = 1 / np.cos(phi), w * np.sin(c)
+    return field(k, 0.0, 0.0, k, w)
 
 
 def geodesic_rows(lat, metres):
@@ -339,12 +303,157 @@ def geodesic_rows(lat, metres):
     geod = pyproj.Geod(ellps="WGS84")
     (_, south, _), (_, north, _) = (geod.fwd(0.0, lat, azimuth, metres) for azimuth in (180.0, 0.0))
     t, w = gauss(-HALF_PI, HALF_PI)  # the width has square roots at its ends
-    phi = np.radians(0.5 * (north + south) + 0.5 * (north - south) * np.sin(t))
+    rows = 0.5 * (north + south) + 0.5 * (north - south) * np.sin(t)
 
-    def width(row):
-        def beyond(lon):
-            return geod.inv(0.0, lat, lon, math.degrees(row))[2] - metres
+    def beyond(lon, row):
+        return geod.inv(0.0, lat, lon, row)[2] - metres
 
-        return math.radians(scipy.optimize.brentq(beyond, 0.0, 179.0, xtol=1e-12))
+    widths = [scipy.optimize.brentq(beyond, 0.0, 179.0, (row,), xtol=1e-12) for row in rows]
+    return np.radians(rows), w * np.cos(t) * np.radians(widths)
 
-    return phi, w * np.cos(t) * np.array([width(row) for row in phi])
+
+class Case(NamedTuple):
+    """A projection over a region, and its true field."""
+
+    id: str
+    projection: str
+    region: str
+    field: Callable[[], Field]
+
+
+FLOORS = {  # the errors that PROJ's own rounding leaves at any tolerance
+    "eckert-4": 1e-6,  # PROJ snaps to the pole line
+    "laea-equatorial": 1e-5,  # 1 + cos c loses its digits near the antipode
+    "laea-oblique": 1e-5,
+    "aeqd-oblique": 1e-7,
+    "oblique-sinusoidal": 1e-5,
+    "igh": 1e-6,
+}
+
+
+def cap(lon, lat, angle):
+    """The cap of so many degrees of the sphere."""
+    return f"cap:{lon},{lat},{math.radians(angle) * R / 1000!r}"
+
+
+def sec(x):
+    return 1 / np.cos(x)
+
+
+def csc(x):
+    return 1 / np.sin(x)
+
+
+AZIMUTHAL = {  # h and k by the distance c from the centre (Snyder 1987, chapters 20 to 25)
+    "aeqd": (np.ones_like, lambda c: c / np.sin(c)),
+    "laea": (lambda c: np.cos(c / 2), lambda c: sec(c / 2)),
+    "stere": (lambda c: sec(c / 2) ** 2, lambda c: sec(c / 2) ** 2),
+    "gnom": (lambda c: sec(c) ** 2, sec),
+    "ortho": (np.cos, np.ones_like),
+}
+AZIMUTHAL_GLOBE = {  # by c / 2 and its complement
+    "aeqd": (lambda a, b: 0 * a + 1, lambda a, b: np.where(a < b, a, HALF_PI - b) / (np.sin(a) * np.sin(b))),
+    "laea": (lambda a, b: np.sin(b), lambda a, b: csc(b)),
+    "stere": (lambda a, b: csc(b) ** 2, lambda a, b: csc(b) ** 2),
+}
+ASPECTS = {"polar": (0, 90), "equatorial": (0, 0), "oblique": (25, 40)}
+# PROJ refuses 1 + cos c < 1e-10, and 1e-8 of a radian about the pole opposite a polar aspect.
+ANTIPODE = math.pi - math.sqrt(2e-10)
+
+COS_30, COS_45 = math.cos(math.pi / 6), math.sqrt(0.5)
+SMOOTH_GLOBE = {
+    "plate-carree": lambda: cylindrical(np.ones_like, csc),
+    "mercator": lambda: cylindrical(csc, csc),
+    "lambert-cylindrical": lambda: cylindrical(np.sin, csc),
+    "behrmann": lambda: cylindrical(lambda c: np.sin(c) / COS_30, lambda c: COS_30 * csc(c)),
+    "gall-isographic": lambda: cylindrical(np.ones_like, lambda c: COS_45 * csc(c)),
+    "miller": lambda: cylindrical(lambda c: sec(0.8 * (HALF_PI - c)), csc),
+    "gall-stereographic": lambda: cylindrical(
+        lambda c: (1 + COS_45) / 2 * sec((HALF_PI - c) / 2) ** 2, lambda c: COS_45 * csc(c)
+    ),
+    "sinusoidal": lambda: both_sides(sinusoidal),
+    "mollweide": lambda: both_sides(mollweide),
+    "eckert-4": lambda: both_sides(eckert_4),
+    "hammer": lambda: symmetric_globe(hammer),
+    "aitoff": lambda: symmetric_globe(aitoff),
+    "winkel-tripel": lambda: symmetric_globe(winkel_tripel),
+    "natural-earth": lambda: symmetric_globe(natural_earth),
+    "equal-earth": lambda: symmetric_globe(equal_earth),
+}
+
+
+def azimuthal_cases():
+    """Azimuthal maps of the whole globe, as far as PROJ maps it, and of caps."""
+    for aspect, (lon, lat) in ASPECTS.items():
+        for name, scales in AZIMUTHAL.items():
+            projection = f"+proj={name} +lon_0={lon} +lat_0={lat} +R={R}"
+            on_cap = functools.partial(azimuthal, *scales, math.radians(70))
+            yield Case(f"{name}-{aspect}-cap", projection, cap(lon, lat, 70), on_cap)
+            if name in AZIMUTHAL_GLOBE:
+                make = functools.partial(azimuthal_globe, *AZIMUTHAL_GLOBE[name])
+                if name == "stere" and aspect != "polar":
+                    make = functools.partial(azimuthal, *scales, ANTIPODE)
+                yield Case(f"{name}-{aspect}", projection, "globe", make)
+
+
+AMERICA, LCC = "box:-125,25,-65,50", "+proj=lcc +lat_1=33 +lat_2=45 +lat_0=39 +lon_0=-96 +ellps=WGS84"
+AEA = "+proj=aea +lat_1=29.5 +lat_2=45.5 +lat_0=37.5 +lon_0=-96 +ellps=WGS84"
+LAEA, PACIFIC = f"+proj=laea +lon_0=10 +lat_0=52 +R={R}", f"+proj=hammer +lon_0=180 +R={R}"
+SMOOTH = [
+    *(Case(name, name, "globe", make) for name, make in SMOOTH_GLOBE.items()),
+    *azimuthal_cases(),
+    Case("mercator-cap", "mercator", cap(10, 50, 20), lambda: mercator_cap(50, 20, False)),
+    Case("mercator-wgs84-cap", "EPSG:3395", cap(-170, 50, 20), lambda: mercator_cap(50, 20, True)),
+    Case("mercator-wgs84-box", "EPSG:3395", "box:-20,35,40,70", lambda: conformal_box(mercator, 0, 35, 1, 70)),
+    Case("lcc-wgs84-box", LCC, AMERICA, lambda: conformal_box(lambert_conformal, 0, 25, 1, 50)),
+    Case("albers-wgs84-box", AEA, AMERICA, lambda: albers_box(-29, 25, 31, 50)),
+    Case("utm-box", "EPSG:32631", "box:0,0,6,84", lambda: utm_box(-3, 0, 3, 84)),
+    Case("utm-wide-box", "EPSG:32631", "box:-9,40,7,60", lambda: utm_box(-12, 40, 4, 60)),
+    Case("winkel-tripel-box", "winkel-tripel", "box:60,20,150,75", lambda: sphere_box(winkel_tripel, 60, 20, 150, 75)),
+    Case("hammer-antimeridian-box", PACIFIC, "box:150,-60,-120,10", lambda: sphere_box(hammer, -30, -60, 60, 10)),
+    Case("sinusoidal-box", "sinusoidal", "box:20,10,100,60", lambda: sphere_box(sinusoidal_at, 20, 10, 100, 60)),
+    Case("laea-box", LAEA, "box:-25,34,45,72", lambda: sphere_box(oblique_equal_area, -25, 34, 45, 72)),
+]
+
+
+def proj_goode():
+    """PROJ's `goode`, whole."""
+    return both_sides(lambda lam, w: joined(*(f(lam, w) for f in goode_parts(PROJ_GOODE))))
+
+
+def oblique(case_id, name, truth, lat_p=35.0):
+    """A map of the globe by another pole, which changes none of its errors."""
+    projection = f"+proj=ob_tran +o_proj={name} +o_lat_p={lat_p:g} +o_lon_p=20 +lon_0=-15 +R={R}"
+    return Case(case_id, projection, "globe", SMOOTH_GLOBE[truth])
+
+
+# Seams or an end of the map cross the region.
+TORN = [
+    Case("goode", "goode-homolosine", "globe", proj_goode),
+    Case("igh", "interrupted-goode-homolosine", "globe", lambda: interrupted(*goode_parts(GOODE))),
+    Case("imoll", "interrupted-mollweide", "globe", lambda: interrupted(mollweide)),
+    oblique("oblique-plate-carree", "eqc", "plate-carree"),
+    oblique("oblique-mercator", "merc", "mercator"),
+    oblique("oblique-mollweide", "moll", "mollweide"),
+    oblique("oblique-sinusoidal", "sinu", "sinusoidal", 60.0),
+    oblique("transverse-hammer", "hammer", "hammer", 0.0),
+]
+CASES = {case.id: case for case in SMOOTH + TORN}
+TOLERANCES = [1e-4, 1e-6, DEFAULT_TOLERANCE]
+
+
+@functools.cache
+def truth_of(case_id):
+    return errors_of(CASES[case_id].field())
+
+
+@functools.cache
+def summary_of(case_id, tolerance):
+    told = pytest.warns(Notice, match="outside its area of use") if case_id == "utm-wide-box" else nullcontext()
+    with told:
+        return summarize(CASES[case_id].projection, CASES[case_id].region, tolerance=tolerance)
+
+
+def triple(summary):
+    """The raw, scaled and affine errors of a summary."""
+    return summary.airy_kavrayskiy, summary.airy_kavrayskiy_scaled, summary.airy_kavrayskiy_affine

@@ -25,6 +25,11 @@ def value(name, J, H=None):
     return get_measure(name)(J, H)
 
 
+def matrices(*entries):
+    """Matrices (n, 2, 2) of the entries (n,), or numbers, of their first row and their second."""
+    return np.moveaxis(np.array(np.broadcast_arrays(*entries)).reshape(2, 2, -1), -1, 0)
+
+
 def random_points(n=10_000, limit=89.9, seed=3):
     """Points of uniform density on the sphere, those beyond the limit spread over the last degrees to it."""
     rng = np.random.default_rng(seed)
@@ -52,20 +57,20 @@ def t_of(ellipsoid, phi):
 
 def q_of(ellipsoid, phi):
     """3-12."""
-    e2, sin = ellipsoid.eccentricity_squared, np.sin(phi)
-    if e2 == 0:
-        return 2 * sin
-    e = math.sqrt(e2)
-    return (1 - e2) * (sin / (1 - e2 * sin**2) + np.arctanh(e * sin) / e)
+    e, sin = eccentricity(ellipsoid), np.sin(phi)
+    return (1 - e * e) * (sin / (1 - (e * sin) ** 2) + np.arctanh(e * sin) / e) if e else 2 * sin
 
 
-def q_from_pole(ellipsoid, colat):
-    """q at the north pole less q at the colatitude, without cancellation."""
-    # dq / dphi = 2 (1 - e2) cos / (1 - e2 sin^2)^2: Gauss-Legendre over the colatitude.
-    nodes, weights = np.polynomial.legendre.leggauss(40)
-    e2 = ellipsoid.eccentricity_squared
-    theta = 0.5 * np.multiply.outer(colat, nodes + 1)
-    return 0.5 * colat * ((2 * (1 - e2) * np.sin(theta) / (1 - e2 * np.cos(theta) ** 2) ** 2) @ weights)
+def gauss(a, b, n=48):
+    """Gauss-Legendre nodes and weights on [a, b]."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    return 0.5 * (a + b) + 0.5 * (b - a) * x, 0.5 * (b - a) * w
+
+
+def from_pole(phi, density):
+    """The integral of a density over the colatitude from the north pole, without cancellation."""
+    theta, weight = gauss(0.0, (math.pi / 2 - phi)[..., None])
+    return (density(theta) * weight).sum(axis=-1)
 
 
 def arc_of(ellipsoid, phi):
@@ -81,9 +86,7 @@ def mercator(ellipsoid, phi):
 
 def lambert_conformal(ellipsoid, phi, one=33.0, two=45.0):
     """15-4, 15-8, 15-10 and 15-7."""
-    p1, p2 = math.radians(one), math.radians(two)
-    m1, m2 = m_of(ellipsoid, p1), m_of(ellipsoid, p2)
-    t1, t2 = t_of(ellipsoid, p1), t_of(ellipsoid, p2)
+    m1, m2, t1, t2 = (f(ellipsoid, math.radians(lat)) for f in (m_of, t_of) for lat in (one, two))
     n = math.log(m1 / m2) / math.log(t1 / t2)
     k = m1 * (t_of(ellipsoid, phi) / t1) ** n / m_of(ellipsoid, phi)
     return k, k
@@ -91,10 +94,9 @@ def lambert_conformal(ellipsoid, phi, one=33.0, two=45.0):
 
 def albers(ellipsoid, phi, one=29.5, two=45.5):
     """14-13, 14-14, 14-12 and 14-16, 14-18."""
-    p1, p2 = math.radians(one), math.radians(two)
-    m1, m2 = m_of(ellipsoid, p1), m_of(ellipsoid, p2)
-    n = (m1**2 - m2**2) / (q_of(ellipsoid, p2) - q_of(ellipsoid, p1))
-    k = np.sqrt(m1**2 + n * (q_of(ellipsoid, p1) - q_of(ellipsoid, phi))) / m_of(ellipsoid, phi)
+    m1, m2, q1, q2 = (f(ellipsoid, math.radians(lat)) for f in (m_of, q_of) for lat in (one, two))
+    n = (m1**2 - m2**2) / (q2 - q1)
+    k = np.sqrt(m1**2 + n * (q1 - q_of(ellipsoid, phi))) / m_of(ellipsoid, phi)
     return 1 / k, k
 
 
@@ -107,10 +109,9 @@ def polar_stereographic(ellipsoid, phi):
 
 def equidistant_conic(ellipsoid, phi, one=20.0, two=60.0):
     """16-10, 16-11, 16-7 and 16-8 (h = 1)."""
-    p1, p2 = math.radians(one), math.radians(two)
-    m1, m2 = m_of(ellipsoid, p1), m_of(ellipsoid, p2)
-    n = (m1 - m2) / (arc_of(ellipsoid, p2) - arc_of(ellipsoid, p1))
-    k = (m1 + n * (arc_of(ellipsoid, p1) - arc_of(ellipsoid, phi))) / m_of(ellipsoid, phi)
+    m1, m2, arc1, arc2 = (f(ellipsoid, math.radians(lat)) for f in (m_of, arc_of) for lat in (one, two))
+    n = (m1 - m2) / (arc2 - arc1)
+    k = (m1 + n * (arc1 - arc_of(ellipsoid, phi))) / m_of(ellipsoid, phi)
     return np.ones_like(k), k
 
 
@@ -121,19 +122,17 @@ def equal_area_cylindrical(ellipsoid, phi, true=30.0):
 
 
 def polar_equal_area(ellipsoid, phi):
-    """24-23: rho = a sqrt(q_p - q), k = rho / (a m)."""
-    k = np.sqrt(q_from_pole(ellipsoid, math.pi / 2 - phi)) / m_of(ellipsoid, phi)
+    """24-23: rho = a sqrt(q_p - q), k = rho / (a m); dq / dphi = 2 (1 - e2) cos / (1 - e2 sin^2)^2."""
+    e2 = ellipsoid.eccentricity_squared
+    q = from_pole(phi, lambda theta: 2 * (1 - e2) * np.sin(theta) / (1 - e2 * np.cos(theta) ** 2) ** 2)
+    k = np.sqrt(q) / m_of(ellipsoid, phi)
     return 1 / k, k
 
 
 def polar_equidistant(ellipsoid, phi):
     """25-16: k = rho / (a m), rho the arc from the pole; h = 1."""
     e2 = ellipsoid.eccentricity_squared
-    nodes, weights = np.polynomial.legendre.leggauss(40)
-    colat = math.pi / 2 - phi
-    theta = 0.5 * np.multiply.outer(colat, nodes + 1)
-    rho = 0.5 * colat * (((1 - e2) / (1 - e2 * np.cos(theta) ** 2) ** 1.5) @ weights)
-    k = rho / m_of(ellipsoid, phi)
+    k = from_pole(phi, lambda theta: (1 - e2) / (1 - e2 * np.cos(theta) ** 2) ** 1.5) / m_of(ellipsoid, phi)
     return np.ones_like(k), k
 
 
@@ -147,6 +146,17 @@ FORMS = {
     "laea": ("+proj=laea +lat_0=90", polar_equal_area),
     "aeqd": ("+proj=aeqd +lat_0=90", polar_equidistant),
 }
+
+
+def recorded(function):
+    """A map, and the longitudes and latitudes of each of its calls."""
+    calls = []
+
+    def recording(lon, lat):
+        calls.append((lon.ravel(), lat.ravel()))
+        return function(lon, lat)
+
+    return recording, calls
 
 
 def arc_distance(lon, lat, lon_0, lat_0):
