@@ -10,14 +10,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from projdist import answers, field, plots, projections, regions
+from projdist import answers, field, plots, projections, regions, support
 from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
 from projdist.cli.number_format import WHOLE, certain, first_digit, label_of, per_cent, rounded, size_text
 from projdist.cli.report import SHARED, Column, Mapped, Report, Row, Table, present
 from projdist.cli.sentences import region_words, rms_text, times_text, typed
-from projdist.support import listed
 
 _CONVENTION = (
     "AK: Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b) by true area. Smaller is better, * is the best.",
@@ -161,7 +160,7 @@ def _answer(found: answers.Comparison, best: answers.Summary, column: str) -> It
             f"({times_text(one.airy_kavrayskiy / best.airy_kavrayskiy)})"
             for one in told
         ]
-        yield f"{names[id(best)]} distorts {place} least: {error}; {listed(more, 'and')}."
+        yield f"{names[id(best)]} distorts {place} least: {error}; {support.listed(more, 'and')}."
     first = found.results[0]
     if column not in (*answers.SORTS, "") and first is not best:
         yield f"By {column} the first is {names[id(first)]}."

@@ -13,13 +13,12 @@ from typing import Any
 
 import typer
 
-from projdist import decisions, gis, regions
+from projdist import decisions, gis, regions, support
 from projdist.cli import options as opt
 from projdist.cli.errors import fail, note, progress_bar, refuse, refusing, working
 from projdist.cli.number_format import area_text
 from projdist.cli.report import Column, Mapped, Report, Table, drawing, present, tell_written
 from projdist.cli.sentences import angle_error, area_error, distance_error, named
-from projdist.support import listed
 
 ABOVE = 3
 """The exit code where an error is above the limit."""
@@ -142,7 +141,7 @@ def _answer(result: decisions.Check) -> Iterator[str]:
             errors.append(f"bearings by at most {angle_error(abs(total.largest_bearing_error))}")
         if errors:
             better = "" if one is result else "A better CRS for them: "
-            yield f"{better}{named(one.projection.label, one.projection.name)}: {listed(errors, 'and')}."
+            yield f"{better}{named(one.projection.label, one.projection.name)}: {support.listed(errors, 'and')}."
     if result.overall.undrawn:
         yield f"{result.overall.undrawn} features cannot be drawn in this CRS."
 

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from projdist import designs, plots
+from projdist import designs, plots, support
 from projdist.cli import options as opt
 from projdist.cli.errors import progress_bar, refuse, refusing, working
 from projdist.cli.number_format import certain, covers, per_cent, rounded, size_text
 from projdist.cli.report import HTML, JSON, TABLE, Column, Copy, Mapped, Report, Table, drawing, present
 from projdist.cli.sentences import distance_error, less_text, region_words, rms_text, typed
-from projdist.support import listed
 
 _DESIGN_FORMS = (TABLE, JSON, HTML, "proj", "wkt", "wkt-derived", "projjson")
 _MEAN_FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
@@ -144,7 +143,7 @@ def _design_answer(found: designs.Design) -> Iterator[str]:
         error = f"scales are off by {rms_text(found.value)} (RMS)"
     else:
         error = f"{found.criterion} is {certain(found.value, found.error)} {found.unit}".rstrip()
-    yield f"On a map made for {place} {error}{', ' if less else ''}{listed(less, 'and')}."
+    yield f"On a map made for {place} {error}{', ' if less else ''}{support.listed(less, 'and')}."
     yield f"Distances are off by at most {distance_error(worst)}."
 
 

@@ -7,14 +7,13 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, NamedTuple
 
-from projdist import decisions, designs, field, gis, plots, projections, regions
+from projdist import decisions, designs, field, gis, plots, projections, regions, support
 from projdist.cli import options as opt
 from projdist.cli import sentences as say
 from projdist.cli.batches import RegionalWork, executor_opened, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing
 from projdist.cli.number_format import area_text, certain, change, per_cent, rounded, shortened, size_text
 from projdist.cli.report import TABLE, Column, Columns, Mapped, Report, Row, Table, drawing, present, tell_written
-from projdist.support import listed
 
 _DRAWN = 4  # maps in the picture
 _KINDS = ("conformal", "equal-area")  # purposes that have a limit of their own
@@ -219,9 +218,9 @@ def _zones_sentence(system: decisions.ZoneSystem, words: str) -> str:
     if len(zones) > _TOLD:
         those = f"{zones[0].code} to {zones[-1].code} ({len(zones)} zones, {system.name})"
     elif len(parts) < len(zones):
-        those = f"from west to east {listed([say.named(one.code, one.name) for one in zones], 'and')}"
+        those = f"from west to east {support.listed([say.named(one.code, one.name) for one in zones], 'and')}"
     else:
-        those = listed([f"{say.named(one.code, one.name)} in the {one.part}" for one in zones], "and")
+        those = support.listed([f"{say.named(one.code, one.name)} in the {one.part}" for one in zones], "and")
     error = say.distance_error(1e-6 * system.max_scale_error_ppm)
     return f"{words}, {those}: distances are off by at most {error}, angles are true."
 
