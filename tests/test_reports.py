@@ -59,7 +59,7 @@ def test_what_is_told():
     assert "'semi_major' (6371200)" in told
     assert "'semi_minor' (6371200)" in told
     path = REPORTS / "degrees_in_3857.geojson"
-    for words in (["check", path, "--no-recommend"], ["compare", "EPSG:3857", "-r", f"file:{path}"]):
+    for words in (["check", path], ["compare", "EPSG:3857", "-r", f"file:{path}"]):
         _, told = answer(*words)
         assert "look like degrees" in told
 

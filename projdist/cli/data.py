@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,7 +17,7 @@ from projdist.cli import options as opt
 from projdist.cli.errors import fail, note, progress_bar, refuse, refusing, working
 from projdist.cli.number_format import area_text
 from projdist.cli.report import Column, Mapped, Report, Table, drawing, present, tell_written
-from projdist.cli.sentences import angle_error, area_error, distance_error, named
+from projdist.cli.sentences import angle_error, area_error, distance_error, named, told_text
 
 ABOVE = 3
 """The exit code where an error is above the limit."""
@@ -37,8 +36,8 @@ def check_command(
     fail_on: str = opt.option(decisions.FAIL_ON, "Any feature's error, or that of the totals.", "worst"),
     worst: str = opt.option("NUMBER", "How many of the worst features to print.", "5"),
     id: str | None = opt.option("COLUMN", "The column with the names; else the usual one, or the only one of texts."),
-    purpose: str = opt.option(decisions.PURPOSES, "What the recommended CRS shall keep.", "any"),
-    no_recommend: bool = opt.flag("--no-recommend", "Recommend no CRS, which takes most of the time."),
+    suggest: bool = opt.flag("--suggest", "Find a better CRS for the data, too, which takes some seconds."),
+    purpose: str | None = opt.option(decisions.PURPOSES, "What the suggested CRS shall keep; any if not given."),
     format: str | None = opt.report_format(),
     output: str | None = opt.output("The data with their errors: .gpkg or .geojson; or the report as a page: .html."),
     overwrite: opt.Overwrite = False,
@@ -49,16 +48,18 @@ def check_command(
     limit = None if fail_above is None else _share(fail_above)
     turn = opt.number("bearing", fail_above_bearing, 0.0, 180.0, " of degrees")
     opt.choice("thing to fail on", fail_on, decisions.FAIL_ON)
+    if not suggest:
+        opt.refuse_given({"--purpose": purpose}, "It is for --suggest.")
     with refusing():
-        decisions.get_purpose(purpose)
+        kept = decisions.get_purpose(purpose or "any") if suggest else None
     path = None
     if output is not None and page is None:
         path = opt.file_of_kind(output, (*opt.LAYER_SUFFIXES, opt.PAGE_SUFFIX), overwrite)
         opt.check_libraries(path)
     with refusing(), progress_bar("maps") as progress:
         frame = gis.read_data(data)
-        options = {} if no_recommend else {"progress": progress}
-        result = decisions.check(frame, crs, column=id, purpose=None if no_recommend else purpose, **options)
+        options = {"progress": progress} if suggest else {}
+        result = decisions.check(frame, crs, column=id, purpose=kept, **options)
     if path is not None:
         columns = {name: values for name, values in result.features.items() if name not in ("index", "name")}
         known = {str(name).lower(): name for name in frame.columns}
@@ -118,7 +119,10 @@ def check_report(result: decisions.Check, data: str, count: int, written: Path |
     return Report(
         answer=[*_answer(result)],
         brief=[Table(worst, _FEATURES, "The worst features")],
-        next={f"projdist check {shlex.quote(data)} -o errors.gpkg": "For the errors of every feature"},
+        next={
+            "-o errors.gpkg": "For the errors of every feature, the same command with",
+            **({} if result.recommended else {"--suggest": "For a better CRS, the same command with"}),
+        },
         title=f"{data} ({result.data_crs}): {', '.join(measured)}",
         tables=[Table(totals, _TOTALS), *([Table(worst, _FEATURES, "The worst features")] if worst else [])],
         notes=[*_notes(result)],
@@ -132,18 +136,19 @@ def check_report(result: decisions.Check, data: str, count: int, written: Path |
 def _answer(result: decisions.Check) -> Iterator[str]:
     """The largest errors of areas, lengths and bearings in the CRS, and in a better one."""
     for one in _checks(result):
-        total, errors = one.overall, list[str]()
-        if math.isfinite(total.worst_area_error):
-            errors.append(f"areas are off by at most {area_error(abs(total.worst_area_error))}")
-        if math.isfinite(total.worst_length_error):
-            errors.append(f"lengths by at most {distance_error(abs(total.worst_length_error))}")
-        if math.isfinite(total.largest_bearing_error):
-            errors.append(f"bearings by at most {angle_error(abs(total.largest_bearing_error))}")
-        if errors:
-            better = "" if one is result else "A better CRS for them: "
-            yield f"{better}{named(one.projection.label, one.projection.name)}: {support.listed(errors, 'and')}."
+        total = one.overall
+        figures = {
+            "areas": (area_error, total.worst_area_error),
+            "lengths": (distance_error, total.worst_length_error),
+            "bearings": (angle_error, total.largest_bearing_error),
+        }
+        told = {what: words(abs(error)) for what, (words, error) in figures.items() if math.isfinite(error)}
+        if told:
+            better = "" if one is result else "A better CRS for them, "
+            yield f"{better}{named(one.projection.label, one.projection.name)}: {told_text(told)}."
     if result.overall.undrawn:
-        yield f"{result.overall.undrawn} features cannot be drawn in this CRS."
+        count = result.overall.undrawn
+        yield f"{count} feature{'s' * (count > 1)} cannot be drawn in this CRS."
 
 
 def _checks(result: decisions.Check) -> list[decisions.Check]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import shlex
+from collections.abc import Mapping
 
 from projdist import earth, regions
 from projdist.decisions import Distortion
@@ -72,6 +73,11 @@ def errors_text(distances: float, areas: float, degrees: float, *, mean: bool = 
     Those of distances and areas are relative. Infinite ones, and angles that turn right round, are without bound.
     """
     told = {"distances": distance_error(distances), "areas": area_error(areas), "angles": angle_error(degrees)}
+    return told_text(told, mean=mean)
+
+
+def told_text(told: Mapping[str, str], *, mean: bool = False) -> str:
+    """Errors in words, by what they are of, in a sentence."""
     off = [f"{what} by {text}" for what, text in told.items() if text not in (TRUE, NO_BOUND)]
     parts = [listed(off, "and").replace(" by ", " are off by " if mean else " are off by at most ", 1)] if off else []
     for text, words in ((NO_BOUND, "off without bound"), (TRUE, "true")):

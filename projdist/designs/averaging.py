@@ -282,7 +282,7 @@ class _Ground(plane_maps.Targets):
             lost = float(nodes.weight[~good].sum())
             if lost > TORN:
                 raise ProjectionError(
-                    f"Invalid map '{one.label}'. It tears, turns over or does not show {100.0 * lost:.2g} % of "
+                    f"Invalid map '{one.label}'. It tears, turns over or does not show {100.0 * lost:.3g} % of "
                     f"{region.name}."
                 )
         # Nodes next to poles have hardly any weight and may have no Jacobian.

@@ -190,7 +190,7 @@ def base_nodes_of(base: projections.Projection, nodes: Nodes, around: Nodes | No
     lost = float(both.weight[~smooth].sum())
     if lost > TORN:
         raise projections.ProjectionError(
-            f"Invalid base '{base.label}'. It tears, turns over or does not show {100.0 * lost:.2g} % of the region."
+            f"Invalid base '{base.label}'. It tears, turns over or does not show {100.0 * lost:.3g} % of the region."
         )
     beside = np.where(smooth, beside, 0.0)
     kept = smooth & ((beside > 0.0) | (np.arange(smooth.size) < nodes.lon.size))

@@ -21,8 +21,7 @@ GDAL = pytest.importorskip("pyogrio").__gdal_version__
 
 BOX = {"name": ["Germany", "a road", "a tower"], "area_note": [1, 2, 3]}
 SHAPES = [box(5.9, 47.3, 15.0, 55.1), LineString([(8, 50), (9, 51)]), Point(10, 50)]
-QUICK = ["--no-recommend"]
-IN_UTM = ["--crs", "EPSG:25832", *QUICK]
+IN_UTM = ["--crs", "EPSG:25832"]
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +53,7 @@ def test_json(data, frame):
 
 def test_table(data):
     """Totals, the worst features by name, and what was not measured; CSV has a row a feature with all figures."""
-    out = run_ok(data / "data.geojson", "--crs", "EPSG:3857", *QUICK)
+    out = run_ok(data / "data.geojson", "--crs", "EPSG:3857")
     assert "(WGS 84): 2 of 3 features, 551,499 km2" in out
     for text in ("2.553403", "+155.3 %", "Germany", "a road", "Points only: 1 feature(s)."):
         assert text in out
@@ -72,7 +71,7 @@ def test_table(data):
 @pytest.mark.parametrize("file", ["data.gpkg#second", "data.parquet", "data.shp"])
 def test_files(file, data):
     """GeoPackages with layers, GeoParquet; a Shapefile in a projected CRS is checked in that."""
-    words = QUICK if file == "data.shp" else IN_UTM
+    words = [] if file == "data.shp" else IN_UTM
     out = run_ok(data / file, *words)
     assert "ETRS89 / UTM zone 32N" in out
     assert "1.00028" in out
@@ -100,7 +99,7 @@ def test_limits(words, code, data):
 
 def test_what_cannot_be_drawn_is_above_every_limit(data):
     """Half the Earth away from the zone."""
-    words = [data / "data.geojson", "--crs", "+proj=gnom +lat_0=-50 +lon_0=-170", *QUICK]
+    words = [data / "data.geojson", "--crs", "+proj=gnom +lat_0=-50 +lon_0=-170"]
     code, out, err = run(*words, "--fail-above", "1000%")
     assert code == 3
     assert "Not measured, as beyond the edge of the CRS: 0 Germany, 1 a road." in out
@@ -117,11 +116,11 @@ def test_data_that_go_on_past_a_whole_turn(tmp_path):
     """Bounds from 170 to 370 have a map on the page; metres in a file that says degrees end the command in one line."""
     shapes = [box(lon, 40, lon + 20, 50) for lon in range(170, 351, 20)]
     geopandas.GeoDataFrame(geometry=shapes, crs="EPSG:4326").to_file(tmp_path / "data.gpkg")
-    words = (tmp_path / "data.gpkg", "--crs", "EPSG:3832", *QUICK)
+    words = (tmp_path / "data.gpkg", "--crs", "EPSG:3832")
     assert run(*words, "-o", tmp_path / "page.html")[0] == 0
     assert "9 of 10 features" in run(*words)[1]
     geopandas.GeoDataFrame(geometry=[box(1000, 40, 1010, 50)], crs="EPSG:4326").to_file(tmp_path / "data.gpkg")
-    assert refusal(tmp_path / "data.gpkg", "--crs", "EPSG:3857", *QUICK).endswith(
+    assert refusal(tmp_path / "data.gpkg", "--crs", "EPSG:3857").endswith(
         "but coordinates that are no longitudes and latitudes in degrees."
     )
 
@@ -142,7 +141,7 @@ def test_layer(suffix, data, tmp_path, frame):
     )
     # A file of a check can be checked again, its errors are replaced; one column alone is the user's.
     again = tmp_path / f"again{suffix}"
-    out = run_ok(path, "--crs", "EPSG:3857", *QUICK, "-o", again)
+    out = run_ok(path, "--crs", "EPSG:3857", "-o", again)
     assert out.endswith(f"Wrote: {again}\n")
     second = geopandas.read_file(again)
     truth = projdist.check(frame, "EPSG:3857", purpose=None).features
@@ -217,7 +216,7 @@ def test_files_that_are_broken(text, tmp_path):
 @pytest.mark.slow
 def test_recommended(data):
     """The second row is the recommended CRS, with the same data in it."""
-    out = run_ok(data / "data.geojson", "--crs", "EPSG:3857", "--purpose", "equal-area")
+    out = run_ok(data / "data.geojson", "--crs", "EPSG:3857", "--suggest", "--purpose", "equal-area")
     assert "1.000000" in out
     assert "The second line: the recommended CRS" in out
 
@@ -261,12 +260,13 @@ WRONG = {  # UTM stands for a CRS without a recommended one
     "data.geojson UTM --fail-above '1 percent'": "Invalid limit '1 percent'. It must be a share",
     "data.geojson UTM --fail-above -1%": "Invalid limit '-1%'. It must be a share",
     "data.geojson UTM --fail-above 1e400": "Invalid limit '1e400'. It must be a share",
-    "data.geojson UTM --purpose nope": "Invalid purpose 'nope'. It must be any, equal-area",
+    "data.geojson UTM --purpose any": "Invalid option '--purpose'. It is for --suggest.",
+    "data.geojson UTM --suggest --purpose nope": "Invalid purpose 'nope'. It must be any, equal-area",
     "data.geojson UTM --fail-above-bearing x": "Invalid bearing 'x'. It must be a number of degr",
     "data.geojson UTM --fail-on all": "Invalid thing to fail on 'all'. It must be worst or over",
     "data.geojson UTM --worst 1.5": "Invalid number of features '1.5'. It must be a whole number.",
     "data.geojson UTM --id x": "Invalid column 'x'. It must be name, area_note or geometry.",
-    "data.geojson --crs moll --purpose x": "Invalid purpose 'x'. It must be any, equal-area",
+    "data.geojson --crs moll --suggest --purpose x": "Invalid purpose 'x'. It must be any, equal-area",
     "data.geojson UTM -o x.csv": "Invalid output 'x.csv'. Its suffix must be .gpkg, .geojson or .html.",
 }
 

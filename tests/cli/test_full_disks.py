@@ -30,7 +30,7 @@ COMMANDS = {
     "convert": (["convert", "DATA.gpkg", "--to", "EPSG:3857"], (".gpkg", ".geojson", ".fgb", ".shp", ".parquet")),
     "equal-earth": (["convert", "DATA.gpkg", "--to", "+proj=eqearth"], (".gpkg", ".geojson", ".fgb", ".shp")),
     "warp": (["convert", "DATA.tif", "--to", "EPSG:3857"], (".tif",)),
-    "check": (["check", "DATA.gpkg", "--crs", "EPSG:3857", "--no-recommend"], (".gpkg", ".geojson", ".html")),
+    "check": (["check", "DATA.gpkg", "--crs", "EPSG:3857"], (".gpkg", ".geojson", ".html")),
 }
 CASES = [name + suffix for name, (_, suffixes) in COMMANDS.items() for suffix in suffixes]
 SLOW = {

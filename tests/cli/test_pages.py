@@ -135,7 +135,7 @@ def test_checked_data_are_marked(tmp_path: Path) -> None:
     boxes = [shapely.box(9, 50 + k, 9.5, 50.4 + k) for k in range(3)]
     data = geopandas.GeoDataFrame({"name": ["a", "b", "c"]}, geometry=boxes, crs=4326).to_crs(3857)
     data.to_file(tmp_path / "x.gpkg")
-    words = ["check", str(tmp_path / "x.gpkg"), "--no-recommend", "--worst", "2", "-f", "html"]
+    words = ["check", str(tmp_path / "x.gpkg"), "--worst", "2", "-f", "html"]
     frames = Texts(run_ok(*words)).found["script"]
     header = zlib.decompress(base64.b64decode(frames[1]))
     assert b'"names": [["1. c", ' in header

@@ -42,10 +42,10 @@ TASKS = {
     "What do the Swiss use?": ("find swiss", "EPSG:2056 (CH1903+ / LV95)"),
     "UTM or LAEA for Germany?": ("compare 25832 3035 -r Germany", "LAEA Europe distorts Germany least"),
     "Are areas of my parcels right?": (
-        "check parcels.geojson --crs 3857 --no-recommend",
+        "check parcels.geojson --crs 3857",
         "areas are off by at most",
     ),
-    "And in the national grid?": ("check parcels.geojson --crs 2056 --no-recommend", "areas are off by at most 0.0"),
+    "And in the national grid?": ("check parcels.geojson --crs 2056", "areas are off by at most 0.0"),
     "Can I have them in UTM?": ("convert parcels.geojson 25832 -o new.gpkg", "Wrote: new.gpkg"),
     # Cartographers
     "Robinson or Winkel Tripel?": ("compare robinson winkel-tripel", "winkel-tripel distorts the globe least"),
@@ -70,7 +70,7 @@ TASKS = {
     "How long is my road on the map?": ("profile 25832 --line 6,47,15,55", "1 in 17,000 too long on average"),
     "And on the ground at 1600 m?": ("profile 32613 --line -105,40,-104.5,40 --height 1600", "combined factor"),
     "May areas be off by 0.1 %?": (
-        "check parcels.geojson --crs 2056 --no-recommend --fail-above 0.1%",
+        "check parcels.geojson --crs 2056 --fail-above 0.1%",
         "areas are off",
     ),
     # Teachers
