@@ -12,11 +12,10 @@ from typing import Any
 
 from projdist import answers, field, plots, projections, regions, support
 from projdist.cli import options as opt
+from projdist.cli import wording as say
 from projdist.cli.batches import RegionalWork, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
-from projdist.cli.number_format import WHOLE, certain, first_digit, label_of, per_cent, rounded, size_text
 from projdist.cli.report import SHARED, Column, Mapped, Report, Row, Table, present
-from projdist.cli.sentences import region_words, rms_text, times_text, typed
 
 _CONVENTION = (
     "AK: Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b) by true area. Smaller is better, * is the best.",
@@ -25,8 +24,8 @@ _CONVENTION = (
 )
 _LEAST_SHARE = 0.005  # of a map's distortion: modes that have less are not shown
 _LAST_OF_INDICES = 1e-5
-_MAP = Column("projection", of=lambda row: label_of(row["projection"], row["name"]), left=True)
-_COVERAGE = replace(SHARED["coverage"], only=lambda share: share < WHOLE)
+_MAP = Column("projection", of=lambda row: say.label_of(row["projection"], row["name"]), left=True)
+_COVERAGE = replace(SHARED["coverage"], only=lambda share: share < say.WHOLE)
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 PLOTS = ("maps", *DISTRIBUTIONS, "modes", "space")
 _DRAWN = 4  # maps in the picture that is named
@@ -113,7 +112,7 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
         return Report(title="No projection could be measured.", data=found.to_dict, header=["projection"])
     first, rows = measures[0] if measures else "fisher", found.plain_rows()
     maps = [one.projection for one in found.results]
-    titles = [label_of(one.given, one.projection.name) for one in found.results]
+    titles = [say.label_of(one.given, one.projection.name) for one in found.results]
     bars = answers.sort_column(sort, measures, [index.name for index in found.published])
     tables = [Table(rows, _columns(measures, found.published), bars=bars)]
     modes = [
@@ -136,8 +135,9 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
     return Report(
         answer=[*_answer(found, best, bars)],
         brief=[Table(rows, _brief_columns(measures, found.published), bars=bars)],
-        next={draw: "To see where they distort"} | {f"projdist recommend {typed(found.region)}": "For the best CRS"},
-        title=f"{found.region.name} ({size_text(found.region)}), by {sort}",
+        next={draw: "To see where they distort"}
+        | {f"projdist recommend {say.typed(found.region)}": "For the best CRS"},
+        title=f"{found.region.name} ({say.size_text(found.region)}), by {sort}",
         tables=tables,
         notes=[*_notes(found, rows, measures, tolerance)],
         data=found.to_dict,
@@ -147,17 +147,17 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
 
 def _answer(found: answers.Comparison, best: answers.Summary, column: str) -> Iterator[str]:
     """The least distorting map, and by how much more the others distort."""
-    place, others = region_words(found.region), [one for one in found.results if one is not best]
-    names = {id(one): label_of(one.given, one.projection.name) for one in found.results}
-    error = f"scales are off by {rms_text(best.airy_kavrayskiy)} (AK, their RMS)"
+    place, others = say.region_words(found.region), [one for one in found.results if one is not best]
+    names = {id(one): say.label_of(one.given, one.projection.name) for one in found.results}
+    error = f"scales are off by {say.rms_text(best.airy_kavrayskiy)} (AK, their RMS)"
     if not others:
         yield f"On {names[id(best)]} {error} over {place}."
     else:
         far = max(others, key=lambda one: one.airy_kavrayskiy)
         told = [min(others, key=lambda one: one.airy_kavrayskiy), *([far] if len(others) > 1 else [])]
         more = [
-            f"on {names[id(one)]} by {rms_text(one.airy_kavrayskiy)} "
-            f"({times_text(one.airy_kavrayskiy / best.airy_kavrayskiy)})"
+            f"on {names[id(one)]} by {say.rms_text(one.airy_kavrayskiy)} "
+            f"({say.times_text(one.airy_kavrayskiy / best.airy_kavrayskiy)})"
             for one in told
         ]
         yield f"{names[id(best)]} distorts {place} least: {error}; {support.listed(more, 'and')}."
@@ -165,8 +165,8 @@ def _answer(found: answers.Comparison, best: answers.Summary, column: str) -> It
     if column not in (*answers.SORTS, "") and first is not best:
         yield f"By {column} the first is {names[id(first)]}."
     for one in found.results:
-        if one.coverage < WHOLE:
-            yield f"{names[id(one)]} shows {per_cent(one.coverage)} of it only."
+        if one.coverage < say.WHOLE:
+            yield f"{names[id(one)]} shows {say.per_cent(one.coverage)} of it only."
 
 
 def _brief_columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> list[Column]:
@@ -181,11 +181,11 @@ def _columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> Itera
     yield _MAP
     for version in ("", " scaled", " affine"):
         key = f"airy_kavrayskiy{version.replace(' ', '_')}"
-        yield Column(key, f"AK{version}", rounded, error="error_estimate", best=True)
-    yield Column("error_estimate", "error", first_digit)
+        yield Column(key, f"AK{version}", say.rounded, error="error_estimate", best=True)
+    yield Column("error_estimate", "error", say.first_digit)
     for name in dict.fromkeys(measures):
         for statistic in answers.STATISTICS:
-            yield Column(f"{name}_{statistic}", f"{name} {statistic}", certain, error=f"{name}_{statistic}_error")
+            yield Column(f"{name}_{statistic}", f"{name} {statistic}", say.certain, error=f"{name}_{statistic}_error")
     for index in indices:
         yield Column(index.name, index.symbol, _rounded_index, error=f"{index.name}_error")
         if index.best_scale is not None:
@@ -213,7 +213,7 @@ def _notes(found: answers.Comparison, rows: Sequence[Row], measures: Sequence[st
     for part, names in symbols.items():
         over = f"over {part} only, and these here are for the whole region."
         yield f"{', '.join(names)}: most published figures come out {over}"
-    if any(row["coverage"] < WHOLE for row in rows):
+    if any(row["coverage"] < say.WHOLE for row in rows):
         yield "Covers: the share of the region that can be projected; the figures are for that share."
     if any(row[f"{name}_{statistic}"] is None for row in rows for name in measures for statistic in answers.STATISTICS):
         yield "-: the integral diverges, or the measure has no bound."
@@ -224,7 +224,7 @@ def _notes(found: answers.Comparison, rows: Sequence[Row], measures: Sequence[st
 def _rounded_index(value: float, error: float | None) -> str:
     """At most five decimals, as published indices have two to four; a larger error in brackets, of the last digit."""
     if error is None or not error > _LAST_OF_INDICES:
-        return rounded(value, _LAST_OF_INDICES)
+        return say.rounded(value, _LAST_OF_INDICES)
     decimals = max(0, math.ceil(-math.log10(error)))
     return f"{value:.{decimals}f}({math.ceil(error * 10**decimals)})"
 
@@ -303,7 +303,7 @@ def _regional_tables(
     groups: Mapping[str, Sequence[Row]], best: Mapping[str, Row], maps: Sequence[str], figure: str
 ) -> Iterator[Table]:
     """One row per region, with its best map and the figure of each; one row per map, with its figures over all."""
-    show, error = (rounded, "error_estimate") if figure.startswith(_AK) else (certain, f"{figure}_error")
+    show, error = (say.rounded, "error_estimate") if figure.startswith(_AK) else (say.certain, f"{figure}_error")
 
     def cell(one: str, row: Row) -> str:
         if row.get(one) is None:
@@ -314,7 +314,7 @@ def _regional_tables(
     regions = [
         {
             "region": name,
-            "best": label_of(best[name]["projection"], best[name]["name"]),
+            "best": say.label_of(best[name]["projection"], best[name]["name"]),
             "coverage": min(row["coverage"] for row in group),
             "maps": {row["projection"]: row for row in group},
         }
@@ -322,7 +322,7 @@ def _regional_tables(
         for name, group in groups.items()
     ]
     names = {row["projection"]: row["name"] for group in groups.values() for row in group}
-    of_maps = [Column(one, label_of(one, names.get(one, one)), of=functools.partial(cell, one)) for one in maps]
+    of_maps = [Column(one, say.label_of(one, names.get(one, one)), of=functools.partial(cell, one)) for one in maps]
     yield Table(regions, ["region", Column("best", left=True), *of_maps, _COVERAGE])
     totals: list[dict[str, Any]] = []
     for one in maps:
@@ -332,5 +332,5 @@ def _regional_tables(
         if known:
             worst = max(known, key=known.__getitem__)
             totals[-1] |= {"median": statistics.median(known.values()), "largest": known[worst], "where": worst}
-    columns = [Column("best", "best in"), Column("median", show=certain), Column("largest", show=certain)]
+    columns = [Column("best", "best in"), Column("median", show=say.certain), Column("largest", show=say.certain)]
     yield Table(totals, ["projection", *columns, "where"], f"{figure} over all regions")

@@ -12,12 +12,11 @@ from typing import Any
 
 import typer
 
-from projdist import decisions, gis, regions, support
+from projdist import decisions, gis, regions
 from projdist.cli import options as opt
 from projdist.cli.errors import fail, note, progress_bar, refuse, refusing, working
-from projdist.cli.number_format import area_text
 from projdist.cli.report import Column, Mapped, Report, Table, drawing, present, tell_written
-from projdist.cli.sentences import angle_error, area_error, distance_error, named, told_text
+from projdist.cli.wording import angle_error, area_error, area_text, distance_error, named, told_text
 
 ABOVE = 3
 """The exit code where an error is above the limit."""

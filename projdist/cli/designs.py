@@ -10,10 +10,9 @@ import numpy as np
 
 from projdist import designs, plots, support
 from projdist.cli import options as opt
+from projdist.cli import wording as say
 from projdist.cli.errors import progress_bar, refuse, refusing, working
-from projdist.cli.number_format import certain, covers, per_cent, rounded, size_text
 from projdist.cli.report import HTML, JSON, TABLE, Column, Copy, Mapped, Report, Table, drawing, present
-from projdist.cli.sentences import distance_error, less_text, region_words, rms_text, typed
 
 _DESIGN_FORMS = (TABLE, JSON, HTML, "proj", "wkt", "wkt-derived", "projjson")
 _MEAN_FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
@@ -109,8 +108,8 @@ def design_command(
         drawn.save(plots.heatmap_figure, mapped.projections, measure=measure, region=found.region, titles=titles)
     report = Report(
         answer=[*_design_answer(found)],
-        next={f"projdist design {typed(found.region)} -o map.wkt": "To keep it as a CRS", **_picture(picture)},
-        title=f"{found.projection.name} ({size_text(found.region)})",
+        next={f"projdist design {say.typed(found.region)} -o map.wkt": "To keep it as a CRS", **_picture(picture)},
+        title=f"{found.projection.name} ({say.size_text(found.region)})",
         lead=[*_design_lead(found)],
         tables=_design_tables(found),
         notes=[*_design_notes(found)],
@@ -137,35 +136,35 @@ def _picture(drawn: str | None) -> dict[str, str]:
 
 def _design_answer(found: designs.Design) -> Iterator[str]:
     """The error of the made map, and how much less that is than its rivals'."""
-    place, worst = region_words(found.region), max(found.largest.value - 1.0, 1.0 - found.smallest.value)
-    less = [f"{per_cent(one.gain, 2)} less than on {one.name}" for one in found.rivals if one.gain > 0.0]
+    place, worst = say.region_words(found.region), max(found.largest.value - 1.0, 1.0 - found.smallest.value)
+    less = [f"{say.per_cent(one.gain, 2)} less than on {one.name}" for one in found.rivals if one.gain > 0.0]
     if found.criterion == "airy_kavrayskiy":
-        error = f"scales are off by {rms_text(found.value)} (RMS)"
+        error = f"scales are off by {say.rms_text(found.value)} (RMS)"
     else:
-        error = f"{found.criterion} is {certain(found.value, found.error)} {found.unit}".rstrip()
+        error = f"{found.criterion} is {say.certain(found.value, found.error)} {found.unit}".rstrip()
     yield f"On a map made for {place} {error}{', ' if less else ''}{support.listed(less, 'and')}."
-    yield f"Distances are off by at most {distance_error(worst)}."
+    yield f"Distances are off by at most {say.distance_error(worst)}."
 
 
 def _design_lead(found: designs.Design) -> Iterator[str]:
     """Figures of the design."""
     yield f"Degree {found.degree} on {found.base.definition}"
-    yield f"{found.criterion} {certain(found.value, found.error)} {found.unit}".rstrip()
+    yield f"{found.criterion} {say.certain(found.value, found.error)} {found.unit}".rstrip()
     if found.criterion != "airy_kavrayskiy":
-        yield f"airy_kavrayskiy {certain(found.airy_kavrayskiy)}"
+        yield f"airy_kavrayskiy {say.certain(found.airy_kavrayskiy)}"
     if found.limit is not None:
         maps = "maps" if found.kind == "any" else f"{found.kind} maps"
-        yield f"limit {certain(found.limit)}: about what the best of all {maps} has"
-    ends = (found.smallest, found.largest)
-    yield f"scales {' to '.join(f'{rounded(one.value, one.error)} (at {one.lon:.2f}, {one.lat:.2f})' for one in ends)}"
+        yield f"limit {say.certain(found.limit)}: about what the best of all {maps} has"
+    ends = ((say.rounded(one.value, one.error), one.lon, one.lat) for one in (found.smallest, found.largest))
+    yield f"scales {' to '.join(f'{scale} (at {lon:.2f}, {lat:.2f})' for scale, lon, lat in ends)}"
 
 
 def _design_tables(found: designs.Design) -> list[Table]:
     """The design and its rivals, and the criterion by degree."""
     made = {"kind": "made to measure", "name": "", "value": found.value, "error": found.error}
-    value = Column("value", found.criterion, certain, error="error", unit=found.unit)
-    gain = Column("gain", "the made map has less by", functools.partial(per_cent, digits=3))
-    at_nodes = Column("value", f"{found.criterion} at nodes", certain, unit=found.unit)
+    value = Column("value", found.criterion, say.certain, error="error", unit=found.unit)
+    gain = Column("gain", "the made map has less by", functools.partial(say.per_cent, digits=3))
+    at_nodes = Column("value", f"{found.criterion} at nodes", say.certain, unit=found.unit)
     share = Column("share", "share of surroundings", "{:g}".format)
     return [
         Table([made, *found.rivals], [Column("kind", "map", left=True), "name", value, gain]),
@@ -228,12 +227,12 @@ def mean_map_command(
     lead = [f"Degree {found.degree} {on}"]
     if len(set(found.weights)) > 1:
         lead.append(f"Weights {', '.join(f'{one:g}' for one in found.weights)}")
-    total = Column("total", "sum of squared distances", functools.partial(certain, error=found.error))
-    scaled = Column("airy_kavrayskiy", "airy_kavrayskiy_scaled", certain, error="error")
+    total = Column("total", "sum of squared distances", functools.partial(say.certain, error=found.error))
+    scaled = Column("airy_kavrayskiy", "airy_kavrayskiy_scaled", say.certain, error="error")
     report = Report(
         answer=[*_mean_answer(found)],
         next=_picture(picture),
-        title=f"{found.projection.name} over {found.region.name} ({size_text(found.region)})",
+        title=f"{found.projection.name} over {found.region.name} ({say.size_text(found.region)})",
         lead=lead,
         tables=[Table(found.standings, [Column("kind", "map", left=True), "name", total, scaled])],
         notes=[
@@ -253,14 +252,15 @@ def mean_map_command(
 
 def _mean_answer(found: designs.MeanMap) -> Iterator[str]:
     """How near the mean is to the maps, beside the other choices."""
-    bound, mean, average, *_ = found.standings
-    place, least = region_words(found.region), bound.total
+    least, mean, average, *_ = found.standings
+    place = say.region_words(found.region)
     maps = f"{len(found.maps)} map{'s' * (len(found.maps) > 1)}"
+    total, bound, plain = (say.certain(one.total) for one in (mean, least, average))
     yield (
-        f"The mean of {maps} over {place} has the sum of squared distances {certain(mean.total)} from "
-        f"them; no map has less than {certain(least)}, the average of their coordinates has {certain(average.total)}."
+        f"The mean of {maps} over {place} has the sum of squared distances {total} from them; no map has less than "
+        f"{bound}, the average of their coordinates has {plain}."
     )
-    yield f"On it scales are off by {rms_text(mean.airy_kavrayskiy)} (RMS)."
+    yield f"On it scales are off by {say.rms_text(mean.airy_kavrayskiy)} (RMS)."
 
 
 # ---- world map -----------------------------------------------------------------------------------
@@ -318,28 +318,32 @@ def world_map_command(
     if drawn is not None:
         titles, figures = ["Made to measure"], [found.airy_kavrayskiy]
         drawn.save(plots.heatmap_figure, found.projection, titles=titles, airy_kavrayskiy=figures)
-    columns = [Column("name", "map", left=True), Column("airy_kavrayskiy", "AK", certain, error="error_estimate")]
+    columns = [Column("name", "map", left=True), Column("airy_kavrayskiy", "AK", say.certain, error="error_estimate")]
     if found.region.name != "globe" and found.until == 90.0:
-        columns.append(Column("over_globe", "over the globe", functools.partial(certain, error=_GOOD)))
+        columns.append(Column("over_globe", "over the globe", functools.partial(say.certain, error=_GOOD)))
     size, energy = Column("cells", show="{0:d} x {0:d}".format), Column("energy", show="{:.6f}".format)
     at_nodes = Column("airy_kavrayskiy", "AK at nodes", "{:.6f}".format)
     best = "Airy-Kavrayskiy errors of other maps are at their best scales."
     least, name = min(((one.airy_kavrayskiy, one.name) for one in found.standings), default=(0.0, ""))
     ratio = least / found.airy_kavrayskiy
-    less = f", {less_text(ratio)} than on {name}" if ratio > 1.0 else ""
+    less = f", {say.less_text(ratio)} than on {name}" if ratio > 1.0 else ""
     report = Report(
         answer=[
-            f"On a map made for {region_words(found.region)} scales are off by {rms_text(found.airy_kavrayskiy)} "
-            f"(RMS){less}.",
+            f"On a map made for {say.region_words(found.region)} scales are off by "
+            f"{say.rms_text(found.airy_kavrayskiy)} (RMS){less}.",
             *([pipeline] if pipeline else []),
         ],
         next=_picture(picture),
-        title=f"{found.projection.name} ({size_text(found.region)})",
+        title=f"{found.projection.name} ({say.size_text(found.region)})",
         lead=[
-            f"airy_kavrayskiy {certain(found.airy_kavrayskiy, found.error_estimate)}",
+            f"airy_kavrayskiy {say.certain(found.airy_kavrayskiy, found.error_estimate)}",
             *([] if found.symmetric == "none" else [f"Symmetric about: {found.symmetric}"]),
-            *covers(found.coverage),
-            *([f"It turns over {per_cent(found.mirrored)} of the region: take more cells."] if found.mirrored else []),
+            *say.covers(found.coverage),
+            *(
+                [f"It turns over {say.per_cent(found.mirrored)} of the region: take more cells."]
+                if found.mirrored
+                else []
+            ),
         ],
         tables=[
             Table(found._table(), columns),

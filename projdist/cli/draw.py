@@ -17,8 +17,8 @@ from projdist import answers, earth, gis, matrices, plots, projections, regions,
 from projdist._typing import BoolArray, FloatArray
 from projdist.cli import options as opt
 from projdist.cli.errors import note, progress_bar, refuse, refusing, tell_problems, working
-from projdist.cli.number_format import certain
 from projdist.cli.report import drawing, emit, room_in, takes_blocks, tell_written
+from projdist.cli.wording import certain
 
 _TOLERANCE = 1e-5  # titles show three decimals
 _MOST_PIXELS = 1e8  # along a side; how many there may be in all is for the raster to say

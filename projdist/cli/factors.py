@@ -17,9 +17,8 @@ import numpy as np
 from projdist import answers, gis, plots, projections, support
 from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, tell_problems
-from projdist.cli.number_format import fixed, label_of, shortened
 from projdist.cli.report import CSV, DETAILS, TABLE, Column, Report, Table, drawing, present, tell_written
-from projdist.cli.sentences import distance_error, errors_text, place_text
+from projdist.cli.wording import distance_error, errors_text, fixed, label_of, place_text, shortened
 
 _DECIMALS = {"x": 3, "y": 3, "omega": 6, "theta": 6, "convergence": 6}
 _PROFILE_DECIMALS = _DECIMALS | {"azimuth": 4, "height": 3}

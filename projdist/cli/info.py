@@ -11,22 +11,10 @@ from typing import Any
 
 from projdist import answers, decisions, earth, field, matrices, numerics, plots, projections, regions, support
 from projdist.cli import options as opt
+from projdist.cli import wording as say
 from projdist.cli.draw import sketch_of
 from projdist.cli.errors import refuse, refusing, working
-from projdist.cli.number_format import (
-    WHOLE,
-    certain,
-    first_digit,
-    fixed,
-    label_of,
-    per_cent,
-    rounded,
-    shortened,
-    size_text,
-    with_error,
-)
 from projdist.cli.report import DETAILS, Column, Mapped, Report, Row, Table, listing, present
-from projdist.cli.sentences import errors_text, named, place_text, region_words, rms_text, typed
 
 _SAME = 5  # codes of CRSs of the same map: how many are named
 _LONGEST = 100  # characters of a text
@@ -61,18 +49,18 @@ def info_command(
     if picture is not None:
         shown: dict[str, Any] = {"measure": _MEASURE, "airy_kavrayskiy": [found.airy_kavrayskiy.raw]}
         picture.save(plots.heatmap_figure, found.projection, region=found.region, **shown)
-    stated, label, name = found.crs_metadata, label_of(found.given, found.projection.name), found.projection.name
+    stated, label, name = found.crs_metadata, say.label_of(found.given, found.projection.name), found.projection.name
     parameters = [one._asdict() for one in stated.parameters]
     card = [{"what": what, "it is": text} for what, text in _card(found) if text]
-    given = shlex.quote(stated.code or label)
+    given, place = shlex.quote(stated.code or label), say.typed(found.region)
     value = Column("value", show=lambda value: f"{value:.12g}" if isinstance(value, float) else value)
     columns = [Column("name", "parameter"), value, Column("unit", left=True)]
     report = Report(
-        answer=[*_answer(found, named(stated.code or label, name))],
+        answer=[*_answer(found, say.named(stated.code or label, name))],
         brief=[Table([row for row in card if row["what"] in _BRIEF], ["what", "it is"], most=None)],
         next={
-            f"projdist heatmap {given}{f' -r {typed(found.region)}' * (area is not None)}": "To see where it distorts",
-            f"projdist recommend {typed(found.region)}": "For the best map of this area",
+            f"projdist heatmap {given}{f' -r {place}' if area else ''}": "To see where it distorts",
+            f"projdist recommend {place}": "For the best map of this area",
         },
         title=f"{stated.code or label}: {name}" if stated.code or label != name else label,
         tables=[
@@ -95,19 +83,21 @@ def _answer(found: decisions.MapInfo, name: str) -> Iterator[str]:
     kept = [_KEEPS[one] for one in found.keeps]
     area = found.projection.area_of_use
     own = area is not None and found.region == regions.Box(*area)
-    place = "its area of use" if own else region_words(found.region)
+    place = "its area of use" if own else say.region_words(found.region)
     yield f"{name} keeps {support.listed(kept, 'and') if kept else 'neither areas, angles nor distances'}."
     scale, areal, omega = (found.measures[key] for key in (_MEASURE, "s", "omega"))
     if math.isfinite(scale.maximum.value):
         off = max(areal.maximum.value - 1.0, 1.0 - areal.minimum.value)
-        errors = errors_text(1e-6 * scale.maximum.value, off, omega.maximum.value)
-        at = f" The worst place is {place_text(scale.maximum.lon, scale.maximum.lat)}."
+        errors = say.errors_text(1e-6 * scale.maximum.value, off, omega.maximum.value)
+        at = f" The worst place is {say.place_text(scale.maximum.lon, scale.maximum.lat)}."
     else:
-        errors = f"scales are off by {rms_text(found.airy_kavrayskiy.raw)} (RMS), and without bound at the worst place"
+        errors = (
+            f"scales are off by {say.rms_text(found.airy_kavrayskiy.raw)} (RMS), and without bound at the worst place"
+        )
         at = ""
     yield f"Over {place} {errors}.{at}"
-    if found.coverage < WHOLE:
-        yield f"It shows {per_cent(found.coverage)} of that only."
+    if found.coverage < say.WHOLE:
+        yield f"It shows {say.per_cent(found.coverage)} of that only."
     if found.crs_metadata.deprecated:
         instead = support.listed(found.crs_metadata.replaced_by, "or")
         yield f"It is deprecated{f': use {instead}' if instead else ''}."
@@ -120,7 +110,7 @@ def _card(found: decisions.MapInfo) -> Iterator[tuple[str, str | None]]:
     if stated.deprecated:
         instead = f"; use {support.listed(stated.replaced_by, 'or')} instead" if stated.replaced_by else ""
         yield "status", f"deprecated{instead}"
-    kept = [f"{_KEEPS[name]} ({name}, to {first_digit(found.departures[name])})" for name in found.keeps]
+    kept = [f"{_KEEPS[name]} ({name}, to {say.first_digit(found.departures[name])})" for name in found.keeps]
     yield "keeps", f"{support.listed(kept, 'and') if kept else 'neither angles, areas nor distances'}, as measured"
     if found.promises and found.promises not in found.keeps:
         yield "should keep", f"{_KEEPS[found.promises]}, by its method: it is not {found.promises} as measured"
@@ -154,7 +144,7 @@ def _card(found: decisions.MapInfo) -> Iterator[tuple[str, str | None]]:
 def _short(text: str | None) -> str:
     """Text shortened to `_LONGEST` characters, or to the colon before a list."""
     text = " ".join((text or "").split()).rstrip(".")
-    return text if len(text) <= _LONGEST else shortened(text.partition(": ")[0], _LONGEST)
+    return text if len(text) <= _LONGEST else say.shortened(text.partition(": ")[0], _LONGEST)
 
 
 def _errors(found: decisions.MapInfo) -> Table:
@@ -168,12 +158,12 @@ def _errors(found: decisions.MapInfo) -> Table:
     ]
     area = found.projection.area_of_use
     where = "its area of use" if area and found.region == regions.Box(*area) else found.region.name
-    return Table(rows, columns, f"Over {where} ({size_text(found.region)})")
+    return Table(rows, columns, f"Over {where} ({say.size_text(found.region)})")
 
 
 def _figure(value: float, error: float | None) -> str:
     """Figure with certain digits; ratios near 1 with decimals."""
-    return rounded(value, max(error or 0.0, 1e-6)) if 0.5 < value < 2.0 else certain(value, error)
+    return say.rounded(value, max(error or 0.0, 1e-6)) if 0.5 < value < 2.0 else say.certain(value, error)
 
 
 def _place(row: Any) -> str:
@@ -186,11 +176,11 @@ def _place(row: Any) -> str:
 def _notes(found: decisions.MapInfo) -> Iterator[str]:
     AK = found.airy_kavrayskiy
     yield (
-        f"Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b): {with_error(AK.raw, AK.error)}, after the best "
-        f"scale {rounded(AK.scaled, AK.error)}, after the best linear map {rounded(AK.affine, AK.error)}."
+        f"Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b): {say.with_error(AK.raw, AK.error)}, after the best "
+        f"scale {say.rounded(AK.scaled, AK.error)}, after the best linear map {say.rounded(AK.affine, AK.error)}."
     )
     if found.coverage < 1.0 - 1e-6:
-        yield f"The map covers {per_cent(found.coverage)} of the region; the figures are for that share."
+        yield f"The map covers {say.per_cent(found.coverage)} of the region; the figures are for that share."
     if any(spread.maximum.value == float("inf") for spread in found.measures.values()):
         yield "-: the measure has no bound, or its mean diverges."
 
@@ -218,13 +208,15 @@ def find_command(
     columns = [
         Column("code", left=True),
         Column("name", of=lambda row: f"{row['name']} (deprecated)" if row["deprecated"] else row["name"], left=True),
-        Column("area_name", "area of use", lambda name: shortened(name.rstrip(".") or "-", _LONGEST_AREA), left=True),
+        Column(
+            "area_name", "area of use", lambda name: say.shortened(name.rstrip(".") or "-", _LONGEST_AREA), left=True
+        ),
     ]
     more = found.total - len(rows)
     notes = [f"{more:,} more: --limit {found.total} shows all."] if more else []
     first = rows[0]
     report = Report(
-        answer=[f"The likeliest of {found.total:,} is {named(first['code'], first['name'])}."],
+        answer=[f"The likeliest of {found.total:,} is {say.named(first['code'], first['name'])}."],
         brief=[Table(rows, columns, most=None if limit else _FOUND)],
         next={f"projdist info {first['code']}": "What it is, and its errors"},
         tables=[Table(rows, columns)],
@@ -340,7 +332,7 @@ def _tables_report(found: dict[str, Any]) -> Report:
         "measure",
         Column("published", of=lambda row: f"{row['published']:.{row['decimals']}f}"),
         Column("value", "ours", of=lambda row: _published("value", row)),
-        Column("error", show=first_digit),
+        Column("error", show=say.first_digit),
         Column("difference", of=lambda row: _published("difference", row, "+")),
         Column("reproduced", "comes out", of=verdict, left=True),
     ]
@@ -369,4 +361,4 @@ def _tables_report(found: dict[str, Any]) -> Report:
 
 def _published(key: str, row: Any, sign: str = "") -> str:
     """Figure with two decimals more than the published one."""
-    return "" if row[key] is None else fixed(row[key], row["decimals"] + 2, sign)
+    return "" if row[key] is None else say.fixed(row[key], row["decimals"] + 2, sign)

@@ -15,9 +15,8 @@ from projdist._typing import FloatArray
 from projdist.applications import oldmaps
 from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, working
-from projdist.cli.number_format import fixed
 from projdist.cli.report import Column, Columns, Report, Table, drawing, present
-from projdist.cli.sentences import rms_text
+from projdist.cli.wording import fixed, rms_text
 
 SHEETS, LAYERS = (".tif", ".tiff"), (".gpkg",)
 PANELS = ("tissot", "heatmap", "rotation", "scale", "grid")

@@ -13,10 +13,9 @@ import numpy as np
 
 from projdist import answers, decisions, plots, projections, regions
 from projdist.cli import options as opt
+from projdist.cli import wording as say
 from projdist.cli.errors import progress_bar, refuse, refusing, working
-from projdist.cli.number_format import WHOLE, change, covers, first_digit, per_cent, rounded, size_text
 from projdist.cli.report import CSV, DETAILS, HTML, JSON, TABLE, Column, Copy, Mapped, Report, Table, drawing, present
-from projdist.cli.sentences import distance_error, less_text, region_words, rms_text, typed, up
 
 _OPTIMUM_FORMS = (TABLE, "proj", "wkt", JSON, HTML)
 _LDP_FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV, HTML)
@@ -71,10 +70,10 @@ def optimize_command(
         answer=[*_optimum_answer(found)],
         brief=[Table(tables[0].rows, [one for one in tables[0].columns if one.key != "definition"])],
         next={
-            f"projdist heatmap {shlex.quote(found.proj)} -r {typed(found.region)}": "To see where it distorts",
-            f"projdist design {typed(found.region)}": "For a map made to measure",
+            f"projdist heatmap {shlex.quote(found.proj)} -r {say.typed(found.region)}": "To see where it distorts",
+            f"projdist design {say.typed(found.region)}": "For a map made to measure",
         },
-        title=f"{name} for {found.region.name} ({size_text(found.region)})",
+        title=f"{name} for {found.region.name} ({say.size_text(found.region)})",
         lead=[*_optimum_lead(found)],
         tables=tables,
         notes=[
@@ -102,17 +101,17 @@ def _best_existing(region: regions.Place, criterion: str) -> str:
 def _optimum_answer(found: decisions.Optimum) -> Iterator[str]:
     """The best map, its error beside that of others, and its PROJ string."""
     if found.criterion == "airy_kavrayskiy" or found.note:
-        error = f"scales are off by {rms_text(found.airy_kavrayskiy)} (RMS)"
+        error = f"scales are off by {say.rms_text(found.airy_kavrayskiy)} (RMS)"
     else:
         error = f"{found.criterion} is {_shown(found.value, found.error_estimate)} {found.unit}".rstrip()
     rivals = [(one.value, one.name) for one in found.baselines] + [(one.value, one.family) for one in found.others]
     least, name = min(rivals, default=(0.0, ""))
-    less = f", {less_text(least / found.value)} than on {name}" if least > found.value > 0.0 else ""
-    yield f"The best map of the family {found.family} for {region_words(found.region)}: {error}{less}."
+    less = f", {say.less_text(least / found.value)} than on {name}" if least > found.value > 0.0 else ""
+    yield f"The best map of the family {found.family} for {say.region_words(found.region)}: {error}{less}."
     yield found.proj
     yield from (f"{parameter} is at the end of its range." for parameter in found.at_limit)
-    if found.coverage < WHOLE:
-        yield f"It shows {per_cent(found.coverage)} of the region only."
+    if found.coverage < say.WHOLE:
+        yield f"It shows {say.per_cent(found.coverage)} of the region only."
 
 
 def _optimum_lead(found: decisions.Optimum) -> Iterator[str]:
@@ -126,7 +125,7 @@ def _optimum_lead(found: decisions.Optimum) -> Iterator[str]:
         yield f"{over} the limit {_shown(found.limit, _LIMIT_DIGIT * found.limit)}: about what the best of all maps has"
     yield from found.remarks
     yield from (f"{name} is at the end of its range." for name in found.at_limit)
-    yield from covers(found.coverage)
+    yield from say.covers(found.coverage)
 
 
 def _optimum_tables(found: decisions.Optimum) -> Iterator[Table]:
@@ -148,18 +147,18 @@ def _optimum_tables(found: decisions.Optimum) -> Iterator[Table]:
         for label, one, definition in compared
     ]
     value = Column("value", name, _shown, error="error", unit=unit)
-    yield Table(rows, ["map", value, Column("against_this", "against this", change), "definition"])
+    yield Table(rows, ["map", value, Column("against_this", "against this", say.change), "definition"])
     if found.roundings:
         costs = [{"step": one.step, "cost": 1.0 + one.loss} | one.parameters for one in found.roundings]
         parameters = [Column(name, show=projections.number_text) for name in found.roundings[0].parameters]
         step = Column("step", "rounded to", "{:g} deg".format)
-        yield Table(costs, [step, Column("cost", "costs", change), *parameters])
+        yield Table(costs, [step, Column("cost", "costs", say.change), *parameters])
 
 
 def _shown(value: float, error: float = 0.0) -> str:
     """A value with one decimal, or five digits below 1, and only certain ones."""
     if value < 1.0:
-        return rounded(value, max(_DIGIT * value, error))
+        return say.rounded(value, max(_DIGIT * value, error))
     return f"{value:,.1f}" if error <= _LAST else f"{round(value, -math.ceil(math.log10(error))):,.0f}"
 
 
@@ -230,7 +229,7 @@ def ldp_command(
     report = Report(
         answer=[*_ldp_answer(found)],
         next={} if picture else {"-o map.png": "To draw it, the same command with"},
-        title=f"{found.projection.name} for {found.region.name} ({size_text(found.region)}), by {found.criterion}",
+        title=f"{found.projection.name} for {found.region.name} ({say.size_text(found.region)}), by {found.criterion}",
         lead=[
             f"{key:6} {_degrees(value) if key in _ANGLES else projections.number_text(value)}"
             for key, value in found.parameters.items()
@@ -253,10 +252,10 @@ def _ldp_answer(found: decisions.LDP) -> Iterator[str]:
     """How near grid distances are to those on the ground, and the map."""
     figures, target = found.statistics, found.target_ppm
     worst, share = max(abs(figures.min), abs(figures.max)), figures.within.get(target)
-    ratio = "" if worst < 1.0 else f" ({distance_error(1e-6 * worst)})"
-    within = "" if share is None else f"; {per_cent(share, 3)} of it is within {target:g} ppm"
-    place = region_words(found.region)
-    yield f"In {place} grid distances differ from those on the ground by at most {up(worst)} ppm{ratio}{within}."
+    ratio = "" if worst < 1.0 else f" ({say.distance_error(1e-6 * worst)})"
+    within = "" if share is None else f"; {say.per_cent(share, 3)} of it is within {target:g} ppm"
+    place = say.region_words(found.region)
+    yield f"In {place} grid distances differ from those on the ground by at most {say.up(worst)} ppm{ratio}{within}."
     yield found.proj
 
 
@@ -350,7 +349,7 @@ def correct_command(
     report = Report(
         answer=[*_correction_answer(result)],
         next={} if picture else {"-o both.png": "To draw it before and after, the same command with"},
-        title=f"{result.projection.name} over {result.region.name} ({size_text(result.region)})",
+        title=f"{result.projection.name} over {result.region.name} ({say.size_text(result.region)})",
         tables=[_correction_table(result)],
         notes=[*_correction_notes(result)],
         data=lambda: result.to_dict() | {"projection": projection},
@@ -369,14 +368,14 @@ def _correction_answer(result: answers.Correction) -> Iterator[str]:
     """The linear map, and the distortion before and after."""
     before, after = result.airy_kavrayskiy, result.airy_kavrayskiy_corrected
     ratio = before / after if after else 1.0
-    less = less_text(ratio) if ratio > 1.0 else "no less"
+    less = say.less_text(ratio) if ratio > 1.0 else "no less"
     yield (
-        f"{result.projection.name} distorts {region_words(result.region)} {less} after {result.words}: scales are off "
-        f"by {rms_text(after)} (RMS), by {rms_text(before)} before."
+        f"{result.projection.name} distorts {say.region_words(result.region)} {less} after {result.words}: scales are "
+        f"off by {say.rms_text(after)} (RMS), by {say.rms_text(before)} before."
     )
     if result.pipeline:
         yield result.pipeline
-    yield from covers(result.coverage)
+    yield from say.covers(result.coverage)
 
 
 def _present_local(
@@ -414,24 +413,24 @@ def _correction_table(result: answers.Correction) -> Table:
         for name, (value, spread) in figures.items()
         if spread or not result.spread
     ]
-    airy = Column("value", "Airy-Kavrayskiy", rounded, error="error")
-    mean = Column("mean", "mean distortion", rounded, error="mean_error")
-    half = Column("half", "half the area below", rounded, error="half_error")
+    airy = Column("value", "Airy-Kavrayskiy", say.rounded, error="error")
+    mean = Column("mean", "mean distortion", say.rounded, error="mean_error")
+    half = Column("half", "half the area below", say.rounded, error="half_error")
     return Table(rows, ["map", airy, *([mean, half] if result.spread else [])])
 
 
 def _correction_notes(result: answers.Correction) -> Iterator[str]:
     (xx, xy), (yx, yy) = result.matrix
     if result.spread is None:
-        yield f"The error of these figures is about {first_digit(result.error_estimate)}."
+        yield f"The error of these figures is about {say.first_digit(result.error_estimate)}."
     else:
-        yield f"The error of the matrix is about {first_digit(result.matrix_error)}."
+        yield f"The error of the matrix is about {say.first_digit(result.matrix_error)}."
     yield f"x' = {xx:.9g} x {xy:+.9g} y" if xy else f"x' = {xx:.9g} x"
     yield f"y' = {yx:.9g} x {yy:+.9g} y" if yx else f"y' = {yy:.9g} y"
     yield f"That is {result.words}."
     if result.note:
         yield result.note
-    yield from covers(result.coverage)
+    yield from say.covers(result.coverage)
     yield ""
     if result.parameters:
         yield f"By its own parameters: {result.parameters}"

@@ -9,11 +9,11 @@ from typing import Annotated, Any, NamedTuple
 
 from projdist import decisions, designs, field, gis, plots, projections, regions, support
 from projdist.cli import options as opt
-from projdist.cli import sentences as say
+from projdist.cli import wording as say
 from projdist.cli.batches import RegionalWork, executor_opened, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing
-from projdist.cli.number_format import area_text, certain, change, per_cent, rounded, shortened, size_text
 from projdist.cli.report import TABLE, Column, Columns, Mapped, Report, Row, Table, drawing, present, tell_written
+from projdist.cli.wording import area_text, certain, change, per_cent, rounded, shortened, size_text
 
 _DRAWN = 4  # maps in the picture
 _KINDS = ("conformal", "equal-area")  # purposes that have a limit of their own

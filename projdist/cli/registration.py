@@ -17,7 +17,7 @@ from projdist.applications import mosaics, pointclouds
 from projdist.cli import options as opt
 from projdist.cli.errors import fail, failing, progress_bar, refuse, refusing, working
 from projdist.cli.report import JSON, Column, Columns, Report, Table, drawing, emit, json_text, present
-from projdist.cli.sentences import rms_text
+from projdist.cli.wording import rms_text
 
 _MODELS = (*mosaics.CHOICES, "rotation")
 _FIGURES = {

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from projdist import projections, regions, support, web
 from projdist.cli.errors import USUAL, cannot_write, folded, refuse, refusing, takes_escapes, width_of, working
-from projdist.cli.number_format import certain, per_cent
+from projdist.cli.wording import certain, per_cent
 
 TABLE, JSON, CSV, MARKDOWN, HTML = FORMATS = ("table", "json", "csv", "markdown", "html")
 DETAILS = "details"

@@ -18,8 +18,8 @@ from projdist import compare, factors, summarize
 from projdist.answers.published_indices import indices
 from projdist.cli.compare import comparison_report
 from projdist.cli.factors import factors_report
-from projdist.cli.number_format import rounded
 from projdist.cli.report import render
+from projdist.cli.wording import rounded
 
 _AK = ["airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine"]
 COMPARE_KEYS = ["projection", "name", "definition", "coverage", *_AK, "error_estimate", "evaluations"]

@@ -17,8 +17,8 @@ from tables import each
 
 from projdist import CRITERIA, MEASURES, projection_names
 from projdist.answers.published_indices import INDICES
-from projdist.cli.number_format import certain, change, first_digit, fixed, label_of, per_cent, rounded
 from projdist.cli.report import Column, Copy, Report, Table, _bars, listing, render
+from projdist.cli.wording import certain, change, first_digit, fixed, label_of, per_cent, rounded
 
 
 def process(*words: str, **options: object) -> subprocess.CompletedProcess:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from projdist.cli import recommend as recommending
-from projdist.cli.sentences import angle_error, area_error, distance_error, errors_text, less_text, of, region_words
+from projdist.cli.wording import angle_error, area_error, distance_error, errors_text, less_text, of, region_words
 from projdist.decisions import recommend
 from projdist.regions import get_region
 
