@@ -108,7 +108,7 @@ def design_command(
         drawn.save(plots.heatmap_figure, mapped.projections, measure=measure, region=found.region, titles=titles)
     report = Report(
         answer=[*_design_answer(found)],
-        next={f"projdist design {say.typed(found.region)} -o map.wkt": "To keep it as a CRS", **_picture(picture)},
+        next={"-o map.wkt": "To keep it as a CRS, the same command with", **_picture(picture)},
         title=f"{found.projection.name} ({say.size_text(found.region)})",
         lead=[*_design_lead(found)],
         tables=_design_tables(found),
