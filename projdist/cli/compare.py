@@ -132,11 +132,12 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
     best = min(found.results, key=lambda one: one.airy_kavrayskiy)
     drawn = [one.given for one in found.results[:_DRAWN]]
     draw = shlex.join(["projdist", "compare", *drawn, "-r", found.region.name, "-o", "maps.png"])
+    elsewhere = best.projection.ellipsoid.is_of_another_body or isinstance(found.region, regions.PointSet)
+    advice = f"projdist recommend {say.typed(found.region)}"
     return Report(
         answer=[*_answer(found, best, bars)],
-        brief=[Table(rows, _brief_columns(measures, found.published), bars=bars)],
-        next={draw: "To see where they distort"}
-        | {f"projdist recommend {say.typed(found.region)}": "For the best CRS"},
+        brief=[Table(rows, _brief_columns(measures, found.published), bars=bars), *tables[1:]],
+        next={draw: "To see where they distort"} | ({} if elsewhere else {advice: "For the best CRS"}),
         title=f"{found.region.name} ({say.size_text(found.region)}), by {sort}",
         tables=tables,
         notes=[*_notes(found, rows, measures, tolerance)],
@@ -149,7 +150,7 @@ def _answer(found: answers.Comparison, best: answers.Summary, column: str) -> It
     """The least distorting map, and by how much more the others distort."""
     place, others = say.region_words(found.region), [one for one in found.results if one is not best]
     names = {id(one): say.label_of(one.given, one.projection.name) for one in found.results}
-    error = f"scales are off by {say.rms_text(best.airy_kavrayskiy)} (AK, their RMS)"
+    error = f"scales are off by {say.rms_text(best.airy_kavrayskiy)} (RMS)"
     if not others:
         yield f"On {names[id(best)]} {error} over {place}."
     else:

@@ -118,10 +118,8 @@ def check_report(result: decisions.Check, data: str, count: int, written: Path |
     return Report(
         answer=[*_answer(result)],
         brief=[Table(worst, _FEATURES, "The worst features")],
-        next={
-            "-o errors.gpkg": "For the errors of every feature, the same command with",
-            **({} if result.recommended else {"--suggest": "For a better CRS, the same command with"}),
-        },
+        next=({"-o errors.gpkg": "For the errors of every feature, the same command with"} if total.measured else {})
+        | ({} if result.recommended else {"--suggest": "For a better CRS, the same command with"}),
         title=f"{data} ({result.data_crs}): {', '.join(measured)}",
         tables=[Table(totals, _TOTALS), *([Table(worst, _FEATURES, "The worst features")] if worst else [])],
         notes=[*_notes(result)],

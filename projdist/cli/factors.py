@@ -24,6 +24,7 @@ _DECIMALS = {"x": 3, "y": 3, "omega": 6, "theta": 6, "convergence": 6}
 _PROFILE_DECIMALS = _DECIMALS | {"azimuth": 4, "height": 3}
 _MOST_DECIMALS = 8
 _TRUE = 1e-9  # a scale error that is rounding
+_SCALES = ("a", "b", "s", "omega")
 _SHOWN = 10  # points
 _LONGEST = 80  # characters of what is quoted in a message
 _TABLE_SUFFIXES = (".parquet", ".gpkg", ".geojson")  # of binary and GIS files, which cannot be printed
@@ -123,21 +124,22 @@ def _wanted(key: str) -> int:
 
 def _factors_answer(rows: Sequence[Mapping[str, Any]], label: str) -> Iterator[str]:
     """The largest errors at the points, or the ranges of measures that were asked for."""
-    lon, lat = (rows[0].get(key) for key in ("lon", "lat"))
-    where = f"At {len(rows):,} point{'s' * (len(rows) > 1)}"
-    if len(rows) == 1 and isinstance(lon, float) and isinstance(lat, float):
-        where = f"At {place_text(lon, lat)}"
+    given, rows = len(rows), [row for row in rows if all(isinstance(row.get(key), float) for key in _SCALES)]
 
     def largest(error: Callable[[Mapping[str, Any]], float]) -> float:
-        return max(map(error, rows), default=math.nan)
+        return max(map(error, rows))
 
-    if all(isinstance(row.get(key), float) for row in rows for key in ("a", "b", "s", "omega")):
+    if rows:
+        lon, lat = (rows[0].get(key) for key in ("lon", "lat"))
+        where = f"At {len(rows):,} point{'s' * (len(rows) > 1)}"
+        if given == 1 and isinstance(lon, float) and isinstance(lat, float):
+            where = f"At {place_text(lon, lat)}"
         distances = largest(lambda row: max(row["a"] - 1.0, 1.0 - row["b"]))
         errors = errors_text(distances, largest(lambda row: abs(row["s"] - 1.0)), largest(lambda row: row["omega"]))
         yield f"{where} on {label} {errors}."
-    else:
-        yield f"{where} on {label} not all measures are defined."
-    if len(rows) == 1 and isinstance(rows[0].get("convergence"), float):
+    if len(rows) < given:
+        yield f"The map has no scales at {given - len(rows):,} of {given:,} point{'s' * (given > 1)}."
+    if given == len(rows) == 1 and isinstance(rows[0].get("convergence"), float):
         turned = rows[0]["convergence"]
         side = "east" if turned > 0.0 else "west"
         north = f"lies {abs(turned):.6g}° {side} of" if abs(turned) > _TRUE else "is"
@@ -367,7 +369,6 @@ def profile_command(
     label = label_of(projection, found.projection.name)
     report = Report(
         answer=[*_profile_answer(found, label)],
-        brief=[],
         next={} if picture else {"-o profile.png": "To draw it, the same command with"},
         title=f"{label} along {label_of(line, 'a line')} ({found.length_m / 1e3:,.6g} km)",
         tables=[Table(rows, [Column(name, show=functools.partial(_profile_cell, name)) for name in rows[0]])],
@@ -381,12 +382,13 @@ def profile_command(
 def _profile_answer(found: answers.Profile, label: str) -> Iterator[str]:
     """How much too long or too short the line is on the map."""
     error = found.mean_scale - 1.0
-    longer = f"{distance_error(abs(error))} too {'long' if error > 0.0 else 'short'}"
-    yield (
-        f"Along {found.length_m / 1e3:,.6g} km on {label} distances are "
-        f"{longer if abs(error) > _TRUE else 'true'} on average: {_metres(found.map_length_m)} for "
-        f"{_metres(found.length_m)} on the ellipsoid."
-    )
+    longer = f"{distance_error(abs(error))} too {'long' if error > 0.0 else 'short'} on average"
+    if abs(error) <= _TRUE:
+        longer = "true on average"
+    elif error != error:
+        longer = "undefined, as the map does not show all of it"
+    lengths = f"{_metres(found.map_length_m)} for {_metres(found.length_m)} on the ellipsoid"
+    yield f"Along {found.length_m / 1e3:,.6g} km on {label} distances are {longer}: {lengths}."
     if found.ground_length_m is not None and found.mean_combined_factor is not None:
         combined = _factor(found.mean_combined_factor)
         yield f"On the ground it has {_metres(found.ground_length_m)}: combined factor {combined}."

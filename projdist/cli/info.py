@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -18,6 +17,7 @@ from projdist.cli.report import DETAILS, Column, Mapped, Report, Row, Table, lis
 
 _SAME = 5  # codes of CRSs of the same map: how many are named
 _LONGEST = 100  # characters of a text
+_BOUND = 1e7  # ppm, above which a largest scale error is near a place where it has no bound
 _MEASURE = "scale_error_ppm"
 _TITLES = {
     _MEASURE: "scale error, ppm",
@@ -52,16 +52,15 @@ def info_command(
     stated, label, name = found.crs_metadata, say.label_of(found.given, found.projection.name), found.projection.name
     parameters = [one._asdict() for one in stated.parameters]
     card = [{"what": what, "it is": text} for what, text in _card(found) if text]
+    on_earth = not found.projection.ellipsoid.is_of_another_body and not isinstance(found.region, regions.PointSet)
     given, place = shlex.quote(stated.code or label), say.typed(found.region)
     value = Column("value", show=lambda value: f"{value:.12g}" if isinstance(value, float) else value)
     columns = [Column("name", "parameter"), value, Column("unit", left=True)]
     report = Report(
         answer=[*_answer(found, say.named(stated.code or label, name))],
         brief=[Table([row for row in card if row["what"] in _BRIEF], ["what", "it is"], most=None)],
-        next={
-            f"projdist heatmap {given}{f' -r {place}' if area else ''}": "To see where it distorts",
-            f"projdist recommend {place}": "For the best map of this area",
-        },
+        next={f"projdist heatmap {given}{f' -r {place}' if area else ''}": "To see where it distorts"}
+        | ({f"projdist recommend {place}": "For the best map of this area"} if on_earth else {}),
         title=f"{stated.code or label}: {name}" if stated.code or label != name else label,
         tables=[
             Table(card, ["what", "it is"]),
@@ -86,18 +85,17 @@ def _answer(found: decisions.MapInfo, name: str) -> Iterator[str]:
     place = "its area of use" if own else say.region_words(found.region)
     yield f"{name} keeps {support.listed(kept, 'and') if kept else 'neither areas, angles nor distances'}."
     scale, areal, omega = (found.measures[key] for key in (_MEASURE, "s", "omega"))
-    if math.isfinite(scale.maximum.value):
+    if scale.maximum.value < _BOUND:
         off = max(areal.maximum.value - 1.0, 1.0 - areal.minimum.value)
         errors = say.errors_text(1e-6 * scale.maximum.value, off, omega.maximum.value)
         at = f" The worst place is {say.place_text(scale.maximum.lon, scale.maximum.lat)}."
     else:
-        errors = (
-            f"scales are off by {say.rms_text(found.airy_kavrayskiy.raw)} (RMS), and without bound at the worst place"
-        )
+        rms = say.rms_text(found.airy_kavrayskiy.raw)
+        errors = f"scales are off by {rms} (RMS), and by any amount near the worst places"
         at = ""
     yield f"Over {place} {errors}.{at}"
     if found.coverage < say.WHOLE:
-        yield f"It shows {say.per_cent(found.coverage)} of that only."
+        yield f"It shows {say.per_cent(found.coverage)} of that."
     if found.crs_metadata.deprecated:
         instead = support.listed(found.crs_metadata.replaced_by, "or")
         yield f"It is deprecated{f': use {instead}' if instead else ''}."
@@ -214,9 +212,9 @@ def find_command(
     ]
     more = found.total - len(rows)
     notes = [f"{more:,} more: --limit {found.total} shows all."] if more else []
-    first = rows[0]
+    first, likeliest = rows[0], f"The likeliest of {found.total:,} is " if found.total > 1 else "That is "
     report = Report(
-        answer=[f"The likeliest of {found.total:,} is {say.named(first['code'], first['name'])}."],
+        answer=[f"{likeliest}{say.named(first['code'], first['name'])}."],
         brief=[Table(rows, columns, most=None if limit else _FOUND)],
         next={f"projdist info {first['code']}": "What it is, and its errors"},
         tables=[Table(rows, columns)],

@@ -104,9 +104,10 @@ def _optimum_answer(found: decisions.Optimum) -> Iterator[str]:
         error = f"scales are off by {say.rms_text(found.airy_kavrayskiy)} (RMS)"
     else:
         error = f"{found.criterion} is {_shown(found.value, found.error_estimate)} {found.unit}".rstrip()
-    rivals = [(one.value, one.name) for one in found.baselines] + [(one.value, one.family) for one in found.others]
+    figure = operator.attrgetter("airy_kavrayskiy" if found.note else "value")
+    rivals = [(figure(one), one.name) for one in found.baselines] + [(figure(one), one.family) for one in found.others]
     least, name = min(rivals, default=(0.0, ""))
-    less = f", {say.less_text(least / found.value)} than on {name}" if least > found.value > 0.0 else ""
+    less = f", {say.less_text(least / figure(found))} than with {name}" if least > figure(found) > 0.0 else ""
     yield f"The best map of the family {found.family} for {say.region_words(found.region)}: {error}{less}."
     yield found.proj
     yield from (f"{parameter} is at the end of its range." for parameter in found.at_limit)

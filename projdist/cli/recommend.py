@@ -25,7 +25,7 @@ _REJECTED = {
     projections.OF_A_SPHERE: "on a sphere",
 }
 _LONGEST = 40  # characters of the name of an area, up to its first full stop
-_SLIVER = 0.002  # of the region: smaller parts of zones are not named
+_HOLDS = 0.9  # of the region: areas of use that have less are told
 
 
 class _Use(NamedTuple):
@@ -171,7 +171,8 @@ _BETTER = 1.5  # times less: a map that is worth naming beside the official one
 
 def _best(result: decisions.Recommendation) -> list[decisions.Candidate]:
     """The official map and the best others, those of the world or a continent only where there are no others."""
-    others = [one for one in result.results if not one.wide] or list(result.results)
+    wide = result.results[0].wide
+    others = [one for one in result.results if wide or not one.wide]
     official = result.official
     return others if official is None else [official, *(one for one in others if one.code not in official.codes)]
 
@@ -185,23 +186,27 @@ def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
     if use.reason:
         yield f"Use {name}, {use.reason}. For {place} {errors}."
         return
+    part = f", which is made for {say.per_cent(first.share, 2)} of it" if first.share < _HOLDS else ""
+    wide = " Nobody has made one for it alone; this is one of the world or a continent." if first.wide else ""
     if zones is not None and official is None:
-        yield _zones_sentence(zones, f"Use {say.of(country)} own zones")
-        yield f"For all of it, {name}: {errors}."
+        yield _zones_sentence(zones, f"For {place} use the zones made for {country}")
+        yield f"For all of it, {name}{part}: {errors}.{wide}"
     else:
-        own = f" It is {say.of(country)} own." if first.national else ""
-        wide = " Nobody has made one for it alone; this is one of the world or a continent." if first.wide else ""
-        yield f"Use {name} for {place}: {errors}.{own}{wide}"
+        own = f" It is made for {country}." if first.national and not part else ""
+        yield f"Use {name} for {place}{part}: {errors}.{own}{wide}"
     if zones is not None and official is not None:
-        yield _zones_sentence(zones, "More exact are zones")
+        yield _zones_sentence(zones, "More exact are the zones")
     if not first.national and (national := next((one for one in others if one.national), None)):
         name = say.named(national.code, national.name)
-        yield f"The best of {say.of(country)} own is {name}: {say.distortion_text(national.distortion)}."
-    if official is not None and others and others[0].value * _BETTER < official.value:
-        better = others[0]
-        older = ", on an older datum" if better.since < official.since else ""
-        less = say.less_text(official.value / better.value)
-        yield f"{say.named(better.code, better.name)} has {less} distortion{older}."
+        yield f"The best made for {country} is {name}: {say.distortion_text(national.distortion)}."
+    # Other figures may be no more than rounding.
+    known = official is not None and result.criterion == "airy_kavrayskiy"
+    for better in [one for one in others if known and one.share >= _HOLDS and one.value * _BETTER < first.value][:1]:
+        older = ", on an older datum" if better.since < first.since else ""
+        less = say.less_text(first.value / better.value)
+        yield f"On average {say.named(better.code, better.name)} has {less} distortion{older}."
+    for one in result.custom[:1]:
+        yield f"The best custom map is {one.proj}: {say.distortion_text(one.distortion)}."
 
 
 def _own_zones(result: decisions.Recommendation) -> decisions.ZoneSystem | None:
@@ -213,14 +218,14 @@ def _own_zones(result: decisions.Recommendation) -> decisions.ZoneSystem | None:
 
 def _zones_sentence(system: decisions.ZoneSystem, words: str) -> str:
     """The zones with their parts of the region, or the first and the last of many."""
-    zones = [one for one in system.zones if one.share > _SLIVER] or system.zones
-    parts = {one.part for one in zones}
+    zones, parts = system.zones, {one.part for one in system.zones}
+    names = [say.named(one.code, one.name) for one in zones]
     if len(zones) > _TOLD:
-        those = f"{zones[0].code} to {zones[-1].code} ({len(zones)} zones, {system.name})"
+        those = f"{len(zones)} from {names[0]} to {names[-1]}"
     elif len(parts) < len(zones):
-        those = f"from west to east {support.listed([say.named(one.code, one.name) for one in zones], 'and')}"
+        those = support.listed(names, "and")
     else:
-        those = support.listed([f"{say.named(one.code, one.name)} in the {one.part}" for one in zones], "and")
+        those = support.listed([f"{name} in the {one.part}" for name, one in zip(names, zones, strict=True)], "and")
     error = say.distance_error(1e-6 * system.max_scale_error_ppm)
     return f"{words}, {those}: distances are off by at most {error}, angles are true."
 
@@ -493,7 +498,7 @@ def _place_answer(entry: designs.AtlasEntry) -> Iterator[str]:
             error = f"scales are off by {say.rms_text(one.airy_kavrayskiy)} (RMS)"
             yield f"The {words} is {say.named(one.projection, one.name)}: {error}."
     for system in entry.zones[:1]:
-        yield f"Its zones, {system.name}, are off by at most {say.distance_error(1e-6 * system.max_scale_error_ppm)}."
+        yield f"The zones {system.name} are off by at most {say.distance_error(1e-6 * system.max_scale_error_ppm)}."
 
 
 def _saved(share: float) -> str:

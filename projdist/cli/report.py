@@ -224,9 +224,10 @@ def _brief_text(report: Report) -> str:
     tables = report.tables[:1] if report.brief is None else report.brief
     text = notes_text(report.answer) + "".join(table_text(table, brief=True) for table in tables if table.rows)
     text += notes_text(f"{words}: {command}" for command, words in report.next.items())
-    left = sum(len(one.rows[one.most :]) for one in tables if one.most is not None)
-    if left or report.tables or report.notes:
-        more = f"{left} more row{'s' * (left > 1)}, all" if left else "All"
+    shown = max((len(one.rows[: one.most]) for one in tables), default=0)
+    left = max((len(one.rows) for one in report.tables[:1]), default=0) - shown
+    if report.tables or report.notes:
+        more = f"{left} more row{'s' * (left > 1)}, all" if left > 0 else "All"
         text += notes_text([f"{more} columns and notes: --details"])
     return text + wrote(*report.written)
 

@@ -123,13 +123,15 @@ _TRUE = 1e-7  # a relative error that is rounding: a centimetre in 100 km
 _TRUE_DEGREES = 1e-5  # an angle that is rounding: 0.04 seconds of arc
 _ROUND = 179.0  # degrees, near which an angle is off by any amount
 _WHOLE_PER_CENT = 0.1  # an error that is told in whole per cent
+_SAME = 1.0005  # a ratio that is none
 _TIMES = 2.0  # a ratio that is told in per cent below, in times above
 TRUE, NO_BOUND = "true", "without bound"
 _CODE, _MAIN = re.compile(r" \([A-Z]{2}\)"), ", main part"  # of a region's title
 _WITH_ARTICLE = {
-    *("globe", "land", "ocean", "Bahamas", "Central African Republic", "Comoros", "Democratic Republic of the Congo"),
-    *("Dominican Republic", "Gambia", "Ivory Coast", "Maldives", "Marshall Islands", "Netherlands", "Philippines"),
-    *("Republic of the Congo", "Solomon Islands", "Falkland Islands", "Faroe Islands", "Cayman Islands"),
+    *("globe", "land", "ocean", "Bahamas", "British Virgin Is.", "Cayman Is.", "Central African Rep.", "Comoros"),
+    *("Cook Is.", "Dem. Rep. Congo", "Dominican Rep.", "Faeroe Is.", "Falkland Is.", "Gambia", "Maldives"),
+    *("Marshall Is.", "N. Mariana Is.", "Netherlands", "Philippines", "Pitcairn Is.", "Solomon Is."),
+    *("Turks and Caicos Is.", "U.S. Virgin Is."),
 }
 
 
@@ -200,13 +202,18 @@ def distortion_text(found: decisions.Distortion) -> str:
 
 
 def rms_text(error: float) -> str:
-    """An Airy-Kavrayskiy error as a share: 0.039 %."""
-    return f"{100.0 * error:.2g} %" if error < _WHOLE_PER_CENT else f"{100.0 * error:.0f} %"
+    """An Airy-Kavrayskiy error as the RMS of the scale errors along the axes of the indicatrices: 0.028 %."""
+    rms = math.expm1(error / math.sqrt(2.0))
+    return f"{100.0 * rms:.2g} %" if rms < _WHOLE_PER_CENT else f"{100.0 * rms:,.0f} %"
 
 
 def times_text(ratio: float) -> str:
-    """A ratio above 1: 57 % more, or 3.4 times as much."""
-    return f"{100.0 * (ratio - 1.0):.2g} % more" if ratio < _TIMES else f"{ratio:.2g} times as much"
+    """How much more distortion, by the ratio: 57 % more, or 3.4 times as much."""
+    if ratio < _SAME:
+        return "as much"
+    if ratio < _TIMES:
+        return f"{100.0 * (ratio - 1.0):.2g} % more"
+    return f"{float(f'{ratio:.2g}'):,.10g} times as much"
 
 
 def less_text(ratio: float) -> str:
@@ -223,7 +230,7 @@ def region_words(region: regions.Place) -> str:
     """A region in a sentence: Kenya, the globe, the land."""
     title = _CODE.sub("", regions.region_title(region))
     if isinstance(region, regions.PointSet):
-        return f"the {region.lon.size:,} points of {title}"
+        return f"the {region.lon.size:,} point{'s' * (region.lon.size > 1)} of {title}"
     words = with_article(title.removesuffix(_MAIN))
     return f"the main part of {words}" if title.endswith(_MAIN) else words
 
