@@ -39,7 +39,7 @@ ITS_OWN = ("PYTHONHOME", "PYTHONPATH", "PROJ_LIB", "PROJ_DATA", "GDAL_DATA", "GD
 
 def check_line(command: str, data: str, crs: str, purpose: str) -> list[str]:
     """The words that check a layer in a CRS."""
-    return [command, "check", data, "--crs", crs, "--purpose", purpose, "--format", "json"]
+    return [command, "check", data, "--crs", crs, "--suggest", "--purpose", purpose, "--format", "json"]
 
 
 def report_line(command: str, data: str, crs: str, purpose: str, path: str) -> list[str]:

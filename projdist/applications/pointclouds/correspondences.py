@@ -175,8 +175,11 @@ def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apar
 
 def _spacing(points: FloatArray) -> float:
     """Median distance of distinct points from their nearest neighbours."""
+    from scipy.spatial import KDTree  # imported here: scipy is slow to load, and few need it
+
     places = np.unique(points, axis=0)
-    return float(np.median(_nearest(places, places, rank=2)[1]))
+    distances, _ = KDTree(places).query(places, k=2)
+    return float(np.median(np.asarray(distances)[:, 1]))
 
 
 def _again(partners: IntArray, known: set[bytes]) -> bool:
@@ -196,12 +199,12 @@ def _partners(cloud: FloatArray, template: FloatArray) -> IntArray:
     return np.where(mutual, there, -1)
 
 
-def _nearest(cloud: FloatArray, points: FloatArray, *, rank: int = 1) -> tuple[IntArray, FloatArray]:
-    """Numbers of a cloud's points that are nearest to points, or second nearest, and their distances."""
+def _nearest(cloud: FloatArray, points: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Numbers of a cloud's points that are nearest to points, and their distances."""
     from scipy.spatial import KDTree  # imported here: scipy is slow to load, and few need it
 
-    distance, number = KDTree(cloud).query(points, k=[rank])
-    return np.asarray(number)[:, 0], np.asarray(distance)[:, 0]
+    distance, number = KDTree(cloud).query(points)
+    return np.asarray(number), np.asarray(distance)
 
 
 def _arranged(clouds: list[WeightedCloud], partners: list[IntArray]) -> tuple[FloatArray, FloatArray]:
