@@ -55,9 +55,10 @@ def test_the_front_and_what_labels_hide() -> None:
     boxes = [(0.0, 0.0, 2.0, 1.0), (1.0, -3.0, 5.0, 0.25), (2.0, 1.0, 3.0, 3.0), (-1.0, -1.0, 4.0, 4.0)]
     common = overlaps(np.array(boxes), np.array(boxes))
     outside = areas(np.array(boxes))[:, None] - common
-    shapes = shapely.box(*np.transpose(boxes))
-    np.testing.assert_array_equal(common, shapely.area(shapely.intersection(shapes[:, None], shapes)))
-    np.testing.assert_array_equal(outside, shapely.area(shapely.difference(shapes[:, None], shapes)))
+    shapes = [shapely.box(*box) for box in boxes]
+    with np.errstate(invalid="ignore"):  # Old GEOS sets this flag where nothing is left.
+        assert common.tolist() == [[one.intersection(other).area for other in shapes] for one in shapes]
+        assert outside.tolist() == [[one.difference(other).area for other in shapes] for one in shapes]
 
 
 @pytest.mark.slow
