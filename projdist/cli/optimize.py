@@ -106,8 +106,8 @@ def _optimum_answer(found: decisions.Optimum) -> Iterator[str]:
         error = f"{found.criterion} is {_shown(found.value, found.error_estimate)} {found.unit}".rstrip()
     figure = operator.attrgetter("airy_kavrayskiy" if found.note else "value")
     rivals = [(figure(one), one.name) for one in found.baselines] + [(figure(one), one.family) for one in found.others]
-    least, name = min(rivals, default=(0.0, ""))
-    less = f", {say.less_text(least / figure(found))} than with {name}" if least > figure(found) > 0.0 else ""
+    (least, name), own = min(rivals, default=(0.0, "")), figure(found)
+    less = f", {say.less_text(least / own)} than the next best ({name})" if least > own > 0.0 else ""
     yield f"The best map of the family {found.family} for {say.region_words(found.region)}: {error}{less}."
     yield found.proj
     yield from (f"{parameter} is at the end of its range." for parameter in found.at_limit)

@@ -189,7 +189,8 @@ def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
     part = f", which is made for {say.per_cent(first.share, 2)} of it" if first.share < _HOLDS else ""
     wide = " Nobody has made one for it alone; this is one of the world or a continent." if first.wide else ""
     if zones is not None and official is None:
-        yield _zones_sentence(zones, f"For {place} use the zones made for {country}")
+        whole = "Use" if place == country else f"For {place} use"
+        yield _zones_sentence(zones, f"{whole} the zones made for {country}")
         yield f"For all of it, {name}{part}: {errors}.{wide}"
     else:
         own = f" It is made for {country}." if first.national and not part else ""

@@ -27,11 +27,7 @@ MAP_POINTS = "".join(f"{x},{y},{30 * x + y * y},{30 * y + x}\n" for x in range(5
 TASKS = {
     # GIS analysts
     "Which CRS for Kenya?": ("recommend Kenya", "EPSG:21037 (Arc 1960 / UTM zone 37S) in the southeast", slow),
-    "Which for New Zealand?": (
-        "recommend 'New Zealand@main'",
-        "Use EPSG:2193 (NZGD2000 / New Zealand",
-        slow,
-    ),
+    "Which for New Zealand?": ("recommend 'New Zealand@main'", "Use EPSG:2193 (NZGD2000 / New Zealand", slow),
     "Which to compare areas in Germany?": ("recommend DE --for areas", "areas are true", slow),
     "Which for a web map of Germany?": ("recommend DE --for web", "Use EPSG:3857 (WGS 84 / Pseudo-Mercator)", slow),
     "Which for a sea chart of Iceland?": ("recommend Iceland --for navigation", "Use EPSG:3395 (WGS 84", slow),
@@ -41,10 +37,7 @@ TASKS = {
     "Which code has UTM zone 37 south?": ("find utm 37s", "EPSG:32737 (WGS 84 / UTM zone 37S)"),
     "What do the Swiss use?": ("find swiss", "EPSG:2056 (CH1903+ / LV95)"),
     "UTM or LAEA for Germany?": ("compare 25832 3035 -r Germany", "LAEA Europe distorts Germany least"),
-    "Are areas of my parcels right?": (
-        "check parcels.geojson --crs 3857",
-        "areas are off by at most",
-    ),
+    "Are areas of my parcels right?": ("check parcels.geojson --crs 3857", "areas are off by at most a factor of 2.2"),
     "And in the national grid?": ("check parcels.geojson --crs 2056", "areas are off by at most 0.0"),
     "Can I have them in UTM?": ("convert parcels.geojson 25832 -o new.gpkg", "Wrote: new.gpkg"),
     # Cartographers
@@ -54,11 +47,7 @@ TASKS = {
     "Which map for Chile, of all that there are?": ("design CL@main --degree 3", "less than on EPSG:20049", slow),
     "What was measured of New Zealand?": ("atlas NZ", "is EPSG:2193"),
     "Which places are in the atlas?": ("atlas", "345 places"),
-    "Which map is between two?": (
-        "mean-map robinson mollweide --degree 5",
-        "The mean of 2 maps over 85°S to 85°N",
-        slow,
-    ),
+    "Which map is between two?": ("mean-map robinson moll --degree 5", "The mean of 2 maps over 85°S to 85°N", slow),
     "A map of the land?": ("world-map land --cells 16", "less than on", slow),
     "How much better is a plate carree that is squeezed?": ("correct plate-carree", "19 % less"),
     "May I see Tissot's ellipses?": ("tissot robinson --dpi 30 -o t.png", "Wrote: t.png", slow),
@@ -69,10 +58,7 @@ TASKS = {
     "Scale at many points?": ("factors 2056 --at towns.csv", "At 3 points on"),
     "How long is my road on the map?": ("profile 25832 --line 6,47,15,55", "1 in 17,000 too long on average"),
     "And on the ground at 1600 m?": ("profile 32613 --line -105,40,-104.5,40 --height 1600", "combined factor"),
-    "May areas be off by 0.1 %?": (
-        "check parcels.geojson --crs 2056 --fail-above 0.1%",
-        "areas are off",
-    ),
+    "May areas be off by 0.1 %?": ("check parcels.geojson --crs 2056 --fail-above 0.1%", "areas are off"),
     # Teachers
     "Which maps are there?": ("list projections", "107 projections: plate-carree"),
     "What can be measured?": ("list measures", "21 measures: fisher"),
@@ -82,7 +68,7 @@ TASKS = {
     # Researchers
     "How many times worse is Mercator's than Mollweide's?": ("compare moll merc", "35 % more"),
     "Do two clouds differ by a stretch?": ("clouds a.csv b.csv", "2 clouds are brought to the frame of their mean"),
-    "How distorted is an old map?": ("oldmap points.csv", "the old map's scales are off by ", slow),
+    "How distorted is an old map?": ("oldmap points.csv", "the old map's scales are off by 3.9 %", slow),
     "Do two images fit together?": ("mosaic --correspondences pairs.csv --sizes 100x100,100x100", "2 images are", slow),
 }
 
