@@ -110,6 +110,8 @@ def test_there_are_forty() -> None:
 )
 def test_the_first_lines_answer(command: str, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """In words that are told on one screen, none of whose lines is wider than it."""
+    if "geojson" in command:
+        pytest.importorskip("geopandas")
     terminal = Terminal()
     monkeypatch.setattr(sys, "stdout", terminal)
     with pytest.raises(SystemExit) as ended:
