@@ -44,6 +44,7 @@ intersphinx_mapping = {
 
 html_theme = "pydata_sphinx_theme"
 html_title = "projdist"
+html_favicon = "site_static/favicon.svg"
 html_show_sourcelink = False
 html_static_path = ["site_static", "../projdist/web/tables.js"]
 html_css_files = ["sortable.css"]

@@ -1,9 +1,10 @@
 """Forty questions of five kinds of people: the first command that help or the README leads to answers in three lines.
 
-Each is asked in a terminal of 80 columns, whose screen has 24 lines.
+Each is asked in a terminal of 80 columns, whose screen has 24 lines. The samples on the pages are what is printed.
 """
 
 import io
+import re
 import shlex
 import sys
 from pathlib import Path
@@ -121,3 +122,23 @@ def test_the_first_lines_answer(command: str, said: str, monkeypatch: pytest.Mon
     assert said in " ".join(" ".join(lines[: FIRST + 1]).split())
     assert len(lines) <= LINES
     assert [line for line in lines if cell_len(line) > COLUMNS] == []
+
+
+ROOT = Path(__file__).parents[2]
+# A command, and its answer up to a table, what is left out ("...") or an empty line.
+SAMPLE = re.compile(r"^\$ projdist ([^|\n]+)\n((?![┏$`\n]|\.\.\.).*?)(?=^[┏$`]|^\.\.\.|^$)", re.MULTILINE | re.DOTALL)
+SAMPLES = [
+    (command, answer)
+    for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+    for command, answer in SAMPLE.findall(page.read_text(encoding="utf-8"))
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("command", "answer"), SAMPLES, ids=[command for command, _ in SAMPLES])
+def test_samples_on_pages_are_what_is_printed(command: str, answer: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The sentences before the table; lines may be folded elsewhere."""
+    with pytest.raises(SystemExit) as ended:
+        app(shlex.split(command))
+    assert ended.value.code == 0
+    assert " ".join(capsys.readouterr().out.split()).startswith(" ".join(answer.split()))
