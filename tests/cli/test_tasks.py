@@ -119,7 +119,7 @@ def test_the_first_lines_answer(command: str, said: str, monkeypatch: pytest.Mon
         app(shlex.split(command))
     lines = terminal.getvalue().splitlines()
     assert ended.value.code == 0
-    assert said in " ".join(" ".join(lines[: FIRST + 1]).split())
+    assert said in " ".join(" ".join(lines[:FIRST]).split())
     assert len(lines) <= LINES
     assert [line for line in lines if cell_len(line) > COLUMNS] == []
 
