@@ -141,8 +141,8 @@ complete -c projdist -a '(__projdist_completion)'
 """
 _SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
 _REGIONS = (
-    *("globe", "land", "ocean", "box:", "cap:", "country:", "continent:", "state:", "crs:", "file:"),
-    *("geodesic:", "points:"),
+    *("globe", "land", "ocean", "box:", "cap:", "country:", "continent:", "area:", "state:", "crs:", "file:"),
+    *("polygon:", "geodesic:", "points:"),
 )
 _CHOICE = re.compile(r"[\w-]+(\|[\w-]+)+")
 

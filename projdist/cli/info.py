@@ -40,8 +40,11 @@ def info_command(
     *,
     pictured: opt.PictureOptions,
 ) -> None:
-    """Show what a projection is, what it keeps as measured, and its errors where it is for."""
+    """Show what a projection is, what it keeps as measured, and its errors where it is for; or what a region is."""
     target = opt.page_target(format, output, pictured.overwrite)
+    if output is None and projection not in projections.projection_names() and regions.is_region_text(projection):
+        present(_region_report(projection), *target)
+        return
     picture = opt.picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
     area = opt.region_given(region, [projection])
     with refusing(), working("Measuring"):
@@ -75,6 +78,25 @@ def info_command(
         maps=Mapped([found.projection], [stated.code or label], found.region, _MEASURE),
     )
     present(report, *target)
+
+
+def _region_report(text: str) -> Report:
+    """What a region is: its area, bounds and, of a continent or another area, its limits and definition."""
+    region = opt.region_of(text)
+    bounds = [round(bound, 1) for bound in region.bounds]
+    words, stated = say.region_words(region), regions.definition(region.name)
+    within = "" if region.name == "globe" else f", from {regions.region_title(regions.Box(*bounds))}"
+    answer = [f"{words[0].upper()}{words[1:]} has {say.size_text(region)}{within}."]
+    made_of = [{"it is made of": part} for part in filter(None, stated["definition"].split(" + "))]
+    facts = {"region": region.name, "area_km2": region.area_km2, "bounds": list(region.bounds), **stated}
+    return Report(
+        answer=[*answer, *([f"Its limits: {stated['limits']}."] if stated["limits"] else [])],
+        brief=[],
+        next={f"projdist recommend {say.typed(region)}": "For the best map of it"},
+        tables=[Table(made_of, ["it is made of"])] if made_of else [],
+        data=lambda: facts,
+        rows=lambda: [facts],
+    )
 
 
 def _answer(found: decisions.MapInfo, name: str) -> Iterator[str]:
@@ -229,22 +251,23 @@ def find_command(
 
 
 def list_command(
-    what: str = opt.argument("projections|measures|figures|criteria|indices", "What to list."),
+    what: str = opt.argument("projections|measures|figures|criteria|indices|regions", "What to list."),
     format: opt.Format = "table",
 ) -> None:
-    """List the projections, measures, figures, criteria or published indices that there are."""
+    """List the projections, measures, figures, criteria, published indices or named regions that there are."""
     rows = _LISTS[opt.choice("list", what, _LISTS)]()
     present(_names_report(rows, what), opt.format_of(format))
 
 
 def _names_report(rows: Sequence[Row], what: str) -> Report:
     """The names of rows, and the rows as their details."""
-    names = [row["name"] for row in rows if row.get("kind") != _PROJ_ID]
-    others = f", and {len(rows) - len(names)} names of PROJ" if len(names) < len(rows) else ""
+    names = [row["name"] for row in rows if row.get("kind") not in _COUNTED.values()]
+    others = f", and {len(rows) - len(names)} {_COUNTED[what]}s" if len(names) < len(rows) else ""
     return replace(listing(rows), answer=[f"{len(names)} {what}: {', '.join(names)}{others}."], brief=[])
 
 
-_PROJ_ID = "PROJ id"
+_PROJ_ID, _PLACE = "PROJ id", "country or state"
+_COUNTED = {"projections": _PROJ_ID, "regions": _PLACE}  # kinds that are not told by name
 
 
 def _rows(found: Iterable[Any], **columns: str) -> list[dict[str, str]]:
@@ -264,6 +287,14 @@ def _criterion_rows() -> list[dict[str, str]]:
 def _index_rows() -> list[dict[str, str]]:
     same = {name: name for name in ("name", "symbol", "group", "definition", "normalisation")}
     return _rows(answers.INDICES.values(), **same, scale="scale_dependence", source="source")
+
+
+def _region_rows() -> list[dict[str, str]]:
+    rows = []
+    for name in regions.region_names():
+        place = name.startswith(("country:", "state:"))
+        rows.append({"name": name, "kind": _PLACE if place else "area"} | regions.definition(name))
+    return rows
 
 
 _LISTS = {
@@ -286,6 +317,7 @@ _LISTS = {
     ),
     "criteria": _criterion_rows,
     "indices": _index_rows,
+    "regions": _region_rows,
 }
 
 

@@ -67,9 +67,10 @@ Region = Annotated[
     option(
         "REGION",
         "globe, land, ocean, box:W,S,E,N (W > E crosses the antimeridian), cap:LON,LAT,KM (within a geodesic "
-        "distance), country:NAME, continent:NAME, state:NAME (of the USA), or the name alone, crs:CODE (its area of "
-        "use), file:PATH[#LAYER] (polygons), geodesic:PATH (with geodesics for edges), points:PATH (lon, lat, weight), "
-        "and combinations by ' & ', ' - ', ' + ' and brackets; @main behind a region is its main part. Without one: "
+        "distance), country:NAME, continent:NAME, area:NAME (see 'projdist list regions'), state:NAME (of the USA), or "
+        "the name alone, polygon:LON,LAT,..., crs:CODE (its area of use), file:PATH[#LAYER] (polygons), geodesic:PATH "
+        "(with geodesics for edges), points:PATH (lon, lat, weight), and combinations by ' & ', ' - ', ' + ' and "
+        "brackets; @main behind a region is its main part. Without one: "
         "the area of use of a CRS, if all maps have the same, else the globe.",
         ...,
         *("--region", "-r"),

@@ -187,7 +187,8 @@ def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
         yield f"Use {name}, {use.reason}. For {place} {errors}."
         return
     part = f", which is made for {say.per_cent(first.share, 2)} of it" if first.share < _HOLDS else ""
-    wide = " Nobody has made one for it alone; this is one of the world or a continent." if first.wide else ""
+    alone = first.wide and not result.region.name.startswith("continent:")
+    wide = " Nobody has made one for it alone; this is one of the world or a continent." if alone else ""
     if zones is not None and official is None:
         whole = "Use" if place == country else f"For {place} use"
         yield _zones_sentence(zones, f"{whole} the zones made for {country}")

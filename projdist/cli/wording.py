@@ -130,6 +130,23 @@ _CODE, _MAIN = re.compile(r" \([A-Z]{2}\)"), ", main part"  # of a region's titl
 _WITH_ARTICLE = {
     *("globe", "land", "ocean", "Bahamas", "British Virgin Is.", "Cayman Is.", "Central African Rep.", "Comoros"),
     *("Cook Is.", "Dem. Rep. Congo", "Dominican Rep.", "Faeroe Is.", "Falkland Is.", "Gambia", "Maldives"),
+    *(
+        "Andean Community",
+        "Arabian Peninsula",
+        "Baltic states",
+        "British Isles",
+        "Caribbean",
+        "Contiguous United States",
+    ),
+    *(
+        "East African Community",
+        "European Economic Area",
+        "European Union",
+        "Gulf Cooperation Council",
+        "Horn of Africa",
+    ),
+    *("Iberian Peninsula", "Korean Peninsula", "Lower Mainland", "Maghreb", "Middle East and North Africa"),
+    *("Nordic countries", "South Caucasus", "Visegrad Group", "Western Balkans"),
     *("Marshall Is.", "N. Mariana Is.", "Netherlands", "Philippines", "Pitcairn Is.", "Solomon Is."),
     *("Turks and Caicos Is.", "U.S. Virgin Is."),
 }

@@ -2,7 +2,7 @@ from . import combinations, countries, polygons, shapes
 from .caps import Cap, reaches
 from .cells import cells_of
 from .combinations import RegionEdges, combine, geojson_of, main_part, polygons_of
-from .countries import folded, full_name, region_names
+from .countries import definition, folded, full_name, region_names
 from .files import crs_name, tell_of_geojson_in_degrees, with_gpx_heights
 from .language import (
     HasGeometry,
@@ -55,6 +55,7 @@ __all__ = [
     "combine",
     "countries",
     "crs_name",
+    "definition",
     "features_from_file",
     "folded",
     "full_name",

@@ -16,7 +16,7 @@ from projdist.regions.caps import Cap
 from projdist.regions.polygons import Polygons
 from projdist.regions.region import Box, PointSet, Region
 
-_OPERATIONS = {
+OPERATIONS = {
     sign: earth.GEOS_ARITHMETIC(operation)
     for sign, operation in (("&", shapely.intersection), ("-", shapely.difference), ("+", shapely.union))
 }
@@ -71,7 +71,7 @@ def combine(operator: str, left: Region | PointSet, right: Region | PointSet, na
             f"Invalid region '{name}'. Its parts are of different detail, {both}, and would leave slivers along "
             "coasts: give all of them the same suffix."
         )
-    found = _OPERATIONS[operator](polygons_of(left), polygons_of(right))
+    found = OPERATIONS[operator](polygons_of(left), polygons_of(right))
     if found.area == 0.0:
         raise ValueError(f"Invalid region '{name}'. Nothing is left of it.")
     repairs = [one.repairs if isinstance(one, Polygons) else one.notes for one in (left, right)]

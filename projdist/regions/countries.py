@@ -1,50 +1,55 @@
-"""Land, ocean, countries, continents and states of the USA by name."""
+"""Land, ocean, countries, states of the USA, and areas made of countries, as continents, by name."""
 
 from __future__ import annotations
 
 import difflib
 import functools
+import re
 import unicodedata
 
+import numpy as np
 import shapely
 
 from projdist.earth import WGS84, data_rows, merged, natural_earth, state_outline
-from projdist.regions.combinations import told_apart
+from projdist.regions.combinations import OPERATIONS, told_apart
 from projdist.regions.polygons import Polygons
 from projdist.support import NEAR, did_you_mean
 
 _MOST = 3  # names in a hint
 _CODE = 3  # letters or digits in a code
-_KINDS = ("country", "state", "continent")  # that with a name in two kinds is meant first
-
-_COLUMNS = {
+_SOME = 7  # names in a refusal: the continents
+# A code in two kinds is of the first. Where the rows of each stand, and what they are known by.
+_KINDS = {
     "country": ("countries.csv", ("name", "iso_a2", "iso_a3", "iso_n3", "other_names")),
     "state": ("states.csv", ("name", "postal", "fips", "other_names")),
+    "continent": ("areas.csv", ("name", "other_names")),
+    "area": ("areas.csv", ("name", "other_names")),
 }
 
 Row = dict[str, str]
 
 
 def region_names() -> list[str]:
-    """Named regions as `get_region` takes them: globe, land, ocean, countries, continents and states."""
-    countries = sorted(row["name"] for row in data_rows("countries.csv"))
-    return [
-        *("globe", "land", "ocean"),
-        *(f"country:{name}" for name in countries),
-        *(f"continent:{name}" for name in sorted(names_of("continent").values())),
-        *(f"state:{row['name']}" for row in data_rows("states.csv")),
-    ]
+    """Named regions as `get_region` takes them: globe, land, ocean, countries, continents, areas and states."""
+    ordered = ("country", "continent", "area", "state")
+    return ["globe", "land", "ocean", *(f"{kind}:{row['name']}" for kind in ordered for row in _rows(kind))]
+
+
+def _rows(kind: str) -> list[Row]:
+    """Rows of a kind, by name."""
+    rows = [row for row in data_rows(_KINDS[kind][0]) if row.get("kind", kind) == kind]
+    return rows if kind == "state" else sorted(rows, key=lambda row: row["name"])
 
 
 @functools.cache
 def rows_of(kind: str) -> dict[str, Row]:
-    """Rows of the countries, or of the states of the USA, by folded names and codes."""
-    file, columns = _COLUMNS[kind]
+    """Rows of a kind, country, state, continent or area, by folded names and codes."""
     found: dict[str, Row] = {}
-    for column in columns:
-        for row in data_rows(file):
-            for name in filter(None, row[column].split("|")):
-                found.setdefault(folded(name), row)
+    for column in _KINDS[kind][1]:
+        for row in data_rows(_KINDS[kind][0]):
+            if row.get("kind", kind) == kind:
+                for name in filter(None, row[column].split("|")):
+                    found.setdefault(folded(name), row)
     return found
 
 
@@ -60,7 +65,7 @@ def question(text: str, kind: str) -> str:
 
 
 def full_names(text: str) -> list[str]:
-    """The full names in `region_names` of the country, state and continent of a name or code (NZ, or state:CA)."""
+    """The full names, as in `region_names`, of the places of a name or code (NZ, or state:CA)."""
     kind, colon, name = text.rpartition(":")
     kinds = [one for one in _KINDS if not colon or kind.strip().casefold() == one]
     return [f"{one}:{names_of(one)[folded(name)]}" for one in kinds if folded(name) in names_of(one)]
@@ -72,16 +77,16 @@ def full_name(text: str) -> str | None:
 
 
 def meant_by(name: str) -> str | None:
-    """The full name of the place that a name alone stands for: the only one, or of a code the first."""
+    """The full name of the place that a name alone stands for: the only one, the first of a code, or a continent."""
     found = full_names(name)
-    return found[0] if len(found) == 1 or (found and len(folded(name)) <= _CODE) else None
+    if len(found) == 1 or (found and len(folded(name)) <= _CODE):
+        return found[0]
+    return next((one for one in found if one.startswith("continent:")), None)
 
 
 @functools.cache
 def names_of(kind: str) -> dict[str, str]:
     """Names of the regions of a kind by folded name or code."""
-    if kind == "continent":
-        return {folded(row["continent"]): row["continent"] for row in data_rows("countries.csv")}
     return {key: row["name"] for key, row in rows_of(kind).items()}
 
 
@@ -138,21 +143,53 @@ def _country(key: str, shown: str, resolution: str) -> Polygons:
     return told_apart(_outlines(geometry, f"country:{shown}", resolution))
 
 
-def continent(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
-    """The countries of a continent, each as a whole: Russia is in Europe, French Guiana with France; ValueError."""
-    name = names_of("continent").get(folded(text))
-    if name is None:
-        near = question(text, "continent")
-        allowed = ", ".join(sorted(names_of("continent").values()))
-        raise ValueError(f"Invalid continent '{text}'. {near}It must be one of {allowed}.")
-    return _continent(name, resolution)
+def area(text: str, kind: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
+    """A continent within its usual limits, or another area made of countries, by its name; raises ValueError."""
+    row = rows_of(kind).get(folded(text))
+    if row is None:
+        names = [one["name"] for one in _rows(kind)]
+        more = ", ... (see 'projdist list regions')" if len(names) > _SOME else ""
+        raise ValueError(
+            f"Invalid {kind} '{text}'. {question(text, kind)}It must be one of {', '.join(names[:_SOME])}{more}."
+        )
+    return _outlines(_area(kind, row["name"], resolution), f"{kind}:{row['name']}", resolution)
 
 
 @functools.cache
-def _continent(name: str, resolution: str) -> Polygons:
-    keys = [row["iso_n3"] or row["name"] for row in data_rows("countries.csv") if row["continent"] == name]
-    parts = [natural_earth.country(key, resolution) for key in keys]
-    return _outlines(merged([part for part in parts if part is not None]), f"continent:{name}", resolution)
+def _area(kind: str, name: str, resolution: str) -> shapely.MultiPolygon:
+    """The whole countries of an area and its parts of others, but those that are too small for the resolution."""
+    row = rows_of(kind)[folded(name)]
+    found = [_shape(code, resolution) for code in row["whole"].split()]
+    for part in filter(None, row["parts"].split(";")):
+        shape, *steps = re.split(r" ([&-]) ", part.strip())
+        geometry = _shape(shape, resolution)
+        for operator, other in zip(steps[::2], steps[1::2], strict=True):
+            geometry = OPERATIONS[operator](geometry, _shape(other, resolution))
+        found.append(geometry)
+    return merged(found)
+
+
+def _shape(text: str, resolution: str) -> shapely.Geometry:
+    """A country by its code, a continent, a box or a polygon, as the table of areas names them."""
+    kind, colon, argument = text.partition(":")
+    if kind == "continent":
+        return _area(kind, argument, resolution)
+    if colon:
+        numbers = np.array(argument.split(","), dtype=float)
+        return shapely.box(*numbers) if kind == "box" else shapely.Polygon(numbers.reshape(-1, 2))
+    row = rows_of("country")[folded(text)]
+    return natural_earth.country(row["iso_n3"] or row["name"], resolution) or shapely.MultiPolygon()
+
+
+def definition(text: str) -> dict[str, str]:
+    """Limits of a continent or area in words, with their source, and in the language of regions; both "" for others."""
+    kind, _, name = text.partition("@")[0].partition(":")
+    row = rows_of(kind).get(folded(name)) if kind in ("continent", "area") else None
+    if row is None:
+        return {"limits": "", "definition": ""}
+    whole = [f"country:{code.replace('_', ' ')}" for code in row["whole"].split()]
+    parts = [f"(country:{part.strip()})" for part in filter(None, row["parts"].split(";"))]
+    return {"limits": row["limits"], "definition": " + ".join([*whole, *parts])}
 
 
 def _outlines(geometry: shapely.MultiPolygon, text: str, resolution: str) -> Polygons:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
+import itertools
 import math
 import os
 import re
@@ -41,17 +42,18 @@ longitude and latitude, or a GeoSeries or GeoDataFrame in its CRS, with edges st
 """
 
 # Kinds that name a place, whose far parts may not be meant; those of all land are.
-_COMPACT = {"box", "cap", "country", "state", "file", "geodesic"}
+_COMPACT = {"box", "cap", "polygon", "country", "state", "file", "geodesic"}
 
 FORMS = (
-    "globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, state:NAME (or the NAME "
-    "alone), crs:CODE, file:PATH, geodesic:PATH or points:PATH, or a combination of these by &, - and +"
+    "globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, area:NAME, state:NAME (or the "
+    "NAME alone), polygon:LON,LAT,..., crs:CODE, file:PATH, geodesic:PATH or points:PATH, or a "
+    "combination of these by &, - and +"
 )
 
 _LONGEST = 20_000  # characters: twenty times a list of all countries, and fast to parse in any form
 _LONGEST_NAME = 300
 # The longest paths of any system; the text of a CRS may be longer.
-_LONGEST_BY_KIND = {"file": 4500, "geodesic": 4500, "points": 4500, "crs": _LONGEST}
+_LONGEST_BY_KIND = {"file": 4500, "geodesic": 4500, "points": 4500, "crs": _LONGEST, "polygon": _LONGEST}
 _DEEPEST = 50  # brackets in brackets
 
 _METHODS = ("panels", "chart", "clip", "bounds")  # of a region, perhaps of another package
@@ -59,7 +61,7 @@ _METHODS = ("panels", "chart", "clip", "bounds")  # of a region, perhaps of anot
 _WORDS = ("globe", "land", "ocean")
 
 _SUFFIX = re.compile(r"@(all|main)(?::([^@&()\s]*))?(?=[@&)\s]|$)", re.IGNORECASE)
-_NO_NAME = re.compile(r"[:/\\\d]|^\W*$")  # of a path, a number (a code only behind its kind), or no word
+_NO_NAME = re.compile(r"[:/\\]|^[\d\W]*$")  # of a path, a number (a code only behind its kind), or no word
 _OPERATOR = re.compile(r"\s+([&+-])(?=\s|$)")
 
 
@@ -186,14 +188,18 @@ class _Parser:
     def _combination(self, operators: str = "+-") -> Place:
         """A sum of products of factors, or, of `&`, a product."""
         part = self._factor if operators == "&" else functools.partial(self._combination, "&")
-        before = self.rest
-        found = part()
+        before, name = self.rest, ""
+        found = [part()]  # not yet added up: in pairs it is fast for a sum of many countries
         while (operator := _OPERATOR.match(self.rest)) and operator[1] in operators:
             self.rest = self.rest[operator.end() :].lstrip()
-            other = part()
+            if operator[1] != "+":
+                found = [_added(found, name)]
+            found.append(part())
             name = " ".join(before[: len(before) - len(self.rest)].split())
-            found, self.combined = regions.combine(operator[1], found, other, name), True
-        return found
+            if operator[1] != "+":
+                found = [regions.combine(operator[1], *found, name)]
+            self.combined = True
+        return _added(found, name)
 
     def _factor(self) -> Place:
         if not self.rest.startswith("("):
@@ -249,6 +255,14 @@ class _Parser:
                 ) from error
             return parts.main_part(region, distance)
         raise ValueError(f"Invalid region '{shown(self.text)}'. Polygons may have @main, @main:KM or @all behind them.")
+
+
+def _added(parts: Sequence[Place], name: str) -> Place:
+    """Union of regions, of pairs, pairs of these, and so on."""
+    while len(parts) > 1:
+        pairs = itertools.zip_longest(parts[::2], parts[1::2])
+        parts = [one if other is None else regions.combine("+", one, other, name) for one, other in pairs]
+    return parts[0]
 
 
 def _told_apart(region: Place) -> Place:
@@ -336,7 +350,18 @@ def _named(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     resolution = resolution or countries.DEFAULT_RESOLUTION
     if kind in ("land", "ocean"):
         return countries.land(resolution) if kind == "land" else countries.ocean(resolution)
-    return (countries.country if kind == "country" else countries.continent)(name.strip(), resolution)
+    if kind == "country":
+        return countries.country(name.strip(), resolution)
+    return countries.area(name.strip(), kind, resolution)
+
+
+def _polygon(text: str, argument: str, _: Ellipsoid | None) -> Region:
+    """A polygon by its vertices; edges are straight in longitude and latitude."""
+    count = max(6, argument.count(",") + 1)
+    numbers = _numbers(text, argument, "polygon:LON,LAT,LON,LAT,LON,LAT or more", count + count % 2)
+    ring = list(zip(numbers[::2], numbers[1::2], strict=True))
+    found = regions.polygons_from_geojson({"type": "Polygon", "coordinates": [[*ring, ring[0]]]}, shown(text))
+    return dataclasses.replace(found, name=text)
 
 
 def layer_path(text: str) -> tuple[Path, str]:
@@ -356,8 +381,10 @@ def _path(text: str, argument: str) -> tuple[Path, str]:
 _KINDS: dict[str, Callable[[str, str, Ellipsoid | None], Place]] = {
     "box": lambda text, argument, _: _likely_box(*_numbers(text, argument, "box:W,S,E,N", 4)),
     "cap": _cap,
+    "polygon": _polygon,
     "country": _named,
     "continent": _named,
+    "area": _named,
     "state": _named,
     "crs": lambda text, argument, _: Box(*area_of_use(argument), ground_of(argument)),
     "file": lambda text, argument, _: regions.shapes.polygons_from_file(*_path(text, argument), text),
@@ -448,7 +475,7 @@ _TITLES = (
         re.compile(r"((?:country|state):([A-Z]{2}))(@\d+m)?(?![\w])"),
         lambda match: f"{_names_by_code()[match[1]]} ({match[2]})",
     ),
-    (re.compile(r"(?:country|continent|state):([\w .'-]+?)(@\d+m)?(?=$|[)@]| [&+-] )"), lambda match: match[1]),
+    (re.compile(r"(?:country|continent|area|state):([\w .'-]+?)(@\d+m)?(?=$|[)@]| [&+-] )"), lambda match: match[1]),
     (re.compile(r"(?:file|geodesic|points):(?:[^\s&()]*[/\\])?([^\s/\\&()]+)"), lambda match: match[1]),
     (re.compile(r"@main(:[\d.]+)?"), lambda match: ", main part"),
     (re.compile(r"@all"), lambda match: ""),

@@ -34,7 +34,7 @@ def test_commands() -> None:
 VALUES = {
     "info --format": ["table", "json", "csv", "markdown", "html"],
     "heatmap robin --grid": ["map", "lonlat"],
-    "list": ["projections", "measures", "figures", "criteria", "indices"],
+    "list": ["projections", "measures", "figures", "criteria", "indices", "regions"],
     "completion": ["bash", "zsh", "fish"],
     "info": list(projection_names()),
     "compare robin": list(projection_names()),

@@ -363,8 +363,9 @@ def test_name_of_the_globe():
 
 
 FORMS = (
-    "It must be globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, state:NAME (or the NAME "
-    "alone), crs:CODE, file:PATH, geodesic:PATH or points:PATH, or a combination of these by &, - and +."
+    "It must be globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, area:NAME, state:NAME "
+    "(or the NAME alone), polygon:LON,LAT,..., crs:CODE, file:PATH, geodesic:PATH or points:PATH, or a combination of "
+    "these by &, - and +."
 )
 FEW = ("box", "box:", "box:1,2,3", "box:1,2,3,4,5", "box:1,2,3,north")
 CENTRE = "Its centre must be a longitude within -360 and 360, a latitude within -90 and 90."
