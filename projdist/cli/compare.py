@@ -112,7 +112,7 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
         return Report(title="No projection could be measured.", data=found.to_dict, header=["projection"])
     first, rows = measures[0] if measures else "fisher", found.plain_rows()
     maps = [one.projection for one in found.results]
-    titles = [say.label_of(one.given, one.projection.name) for one in found.results]
+    titles = [say.caption(say.label_of(one.given, one.projection.name), one.projection.name) for one in found.results]
     bars = answers.sort_column(sort, measures, [index.name for index in found.published])
     tables = [Table(rows, _columns(measures, found.published), bars=bars)]
     modes = [
@@ -139,6 +139,7 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
         brief=[Table(rows, _brief_columns(measures, found.published), bars=bars), *tables[1:]],
         next={draw: "To see where they distort"} | ({} if elsewhere else {advice: "For the best CRS"}),
         title=f"{found.region.name} ({say.size_text(found.region)}), by {sort}",
+        heading=f"Distortion of maps over {say.region_words(found.region)}",
         tables=tables,
         notes=[*_notes(found, rows, measures, tolerance)],
         data=found.to_dict,

@@ -75,7 +75,7 @@ def info_command(
         data=found.to_dict,
         rows=lambda: [found.row()],
         written=[picture],
-        maps=Mapped([found.projection], [stated.code or label], found.region, _MEASURE),
+        maps=Mapped([found.projection], [say.caption(stated.code or label, name)], found.region, _MEASURE),
     )
     present(report, *target)
 
@@ -83,9 +83,9 @@ def info_command(
 def _region_report(text: str) -> Report:
     """What a region is: its area, bounds and, of a continent or another area, its limits and definition."""
     region = opt.region_of(text)
-    bounds = [round(bound, 1) for bound in region.bounds]
+    west, south, east, north = (round(bound, 1) for bound in region.bounds)
     words, stated = say.region_words(region), regions.definition(region.name)
-    within = "" if region.name == "globe" else f", from {regions.region_title(regions.Box(*bounds))}"
+    within = "" if region.name == "globe" else f", from {regions.region_title(regions.Box(west, south, east, north))}"
     answer = [f"{words[0].upper()}{words[1:]} has {say.size_text(region)}{within}."]
     made_of = [{"it is made of": part} for part in filter(None, stated["definition"].split(" + "))]
     facts = {"region": region.name, "area_km2": region.area_km2, "bounds": list(region.bounds), **stated}

@@ -116,7 +116,7 @@ def recommend_command(
     # The best are drawn; a custom projection takes one of the places.
     own = result.custom[:1]
     best = _drawable(result)[: _DRAWN - len(own)]
-    titles = [*(one.code for one in best), *(f"custom {one.family}" for one in own)]
+    titles = [*(say.caption(one.code, one.name) for one in best), *(f"custom {one.family}" for one in own)]
     mapped = Mapped([*(one.code for one in best), *(one.proj for one in own)], titles, result.region)
     if picture is not None:
         figures = [*(one.distortion.airy_kavrayskiy for one in best), *(one.distortion.airy_kavrayskiy for one in own)]
@@ -151,6 +151,7 @@ def _report(result: decisions.Recommendation, use: _Use, mapped: Mapped, picture
         brief=[_brief_table(result)],
         next=_next(result, use),
         title=f"{result.region.name} ({size_text(result.region)}), {result.purpose}, by {result.criterion}",
+        heading=f"Maps for {say.region_words(result.region)}",
         tables=tables,
         notes=[*_notes(result)],
         data=result.to_dict,

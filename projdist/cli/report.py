@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import datetime
 import errno
 import io
 import json
@@ -16,7 +17,7 @@ from dataclasses import KW_ONLY, InitVar, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from projdist import projections, regions, support, web
+from projdist import __version__, projections, regions, support, web
 from projdist.cli.errors import USUAL, cannot_write, folded, refuse, refusing, takes_escapes, width_of, working
 from projdist.cli.wording import certain, per_cent
 
@@ -160,7 +161,8 @@ class Report:
     `next` commands to go on with, by which a line tells what they are for. Without `--details` or a file these are all
     that is printed, if there is an answer.
 
-    `lead` are lines between the title and the tables, `sketch` those of an ASCII map below them, for plain text only.
+    `heading` is the title of a page, if not the same; `lead` are lines between the title and the tables, `sketch`
+    those of an ASCII map below them, for plain text only.
     `data` gives what JSON has, `rows` what CSV has, if not the rows of the first table; `header` names its columns
     where there are none. `copies` are the forms of the answer that are formats of their own; `about` is what they are
     of. `written` are the files that the command has left, by their paths. `maps` are what a page shows.
@@ -170,6 +172,7 @@ class Report:
     brief: Sequence[Table] | None = None
     next: Mapping[str, str] = field(default_factory=dict)
     title: str = ""
+    heading: str = ""
     lead: Sequence[str] = ()
     tables: Sequence[Table] = ()
     sketch: Sequence[str] = ()
@@ -407,13 +410,25 @@ def _as_page(report: Report) -> str:
             maps = web.draw_maps(options.pop("projections"), **options)
     return web.page_html(
         web.Page(
-            title=report.title,
+            title=report.heading or report.title,
             lead=[*report.answer, *report.lead],
             tables=[_page_table(table) for table in report.tables],
-            notes=report.notes,
+            notes=[*([report.title] if report.heading else []), *report.notes, *_method()],
             copies={name: text for name, text in _copies(report) if text},
             maps=maps,
         )
+    )
+
+
+def _method() -> Iterator[str]:
+    """How and when the figures of a page were computed."""
+    yield (
+        f"Computed by projdist {__version__} with {projections.proj_version()} on {datetime.date.today():%d %B %Y}, "
+        "from the derivatives of the maps over the region, by true area."
+    )
+    yield (
+        "The distortion at a place is sqrt(ln^2 a + ln^2 b), of the largest and the smallest scale there. Reference: "
+        'D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications".'
     )
 
 

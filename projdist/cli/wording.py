@@ -115,6 +115,12 @@ def label_of(given: str, name: str) -> str:
     return name if len(given) > _LONGEST_LABEL or "\n" in given or given.isdecimal() else given
 
 
+def caption(code: str, name: str) -> str:
+    """A map by its name and its code: Robinson (robin)."""
+    plain = regions.folded(name)
+    return name if plain == regions.folded(code) else f"{name.replace('_', ' ')} ({code})"
+
+
 # ---- errors, places and maps -----------------------------------------------------------------------
 
 

@@ -192,12 +192,12 @@ class _Parser:
         found = [part()]  # not yet added up: in pairs it is fast for a sum of many countries
         while (operator := _OPERATOR.match(self.rest)) and operator[1] in operators:
             self.rest = self.rest[operator.end() :].lstrip()
-            if operator[1] != "+":
-                found = [_added(found, name)]
-            found.append(part())
+            left, other = name, part()
             name = " ".join(before[: len(before) - len(self.rest)].split())
-            if operator[1] != "+":
-                found = [regions.combine(operator[1], *found, name)]
+            if operator[1] == "+":
+                found.append(other)
+            else:
+                found = [regions.combine(operator[1], _added(found, left), other, name)]
             self.combined = True
         return _added(found, name)
 

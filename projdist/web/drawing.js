@@ -276,20 +276,23 @@ export class MapView {
   // The lines of the levels of the colour bar, triangle by triangle.
   isolines(context, scale) {
     const { values, xs, ys } = this, { triangles } = this.frame, position = positioner(scale), path = new Path2D();
+    const middles = scale.levels.map(() => []);
     const levels = scale.levels.map((level) => 255 * position(level));
     const end = (i, j, level, work) => {
       const share = (level - values[i]) / (values[j] - values[i]);
-      path[work](xs[i] + share * (xs[j] - xs[i]), ys[i] + share * (ys[j] - ys[i]));
+      const place = [xs[i] + share * (xs[j] - xs[i]), ys[i] + share * (ys[j] - ys[i])];
+      path[work](...place);
+      return place;
     };
     for (let t = 0; t < triangles.length; t += 3) {
       const i = triangles[t], j = triangles[t + 1], k = triangles[t + 2];
       const first = values[i], second = values[j], third = values[k];
       const low = Math.min(first, second, third), high = Math.max(first, second, third);
-      for (const level of levels) {
+      for (const [number, level] of levels.entries()) {
         if (!(low < level && level <= high)) continue;
         // The corner that is alone on its side of the level, and the two others.
         const alone = first < level === second < level ? [k, i, j] : first < level === third < level ? [j, k, i] : [i, j, k];
-        end(alone[0], alone[1], level, "moveTo");
+        middles[number].push(end(alone[0], alone[1], level, "moveTo"));
         end(alone[0], alone[2], level, "lineTo");
       }
     }
@@ -298,6 +301,29 @@ export class MapView {
     // Round ends of short pieces would make beads of a line.
     [context.lineJoin, context.lineCap] = ["round", "butt"];
     context.stroke(path);
+    this.levels(context, middles, scale.labels);
+  }
+
+  // The values of isolines: each as far as can be from the others and from the sides.
+  levels(context, middles, labels) {
+    const size = 11 * this.ratio, { width, height } = this.image, taken = [];
+    context.font = `${size}px ${getComputedStyle(this.canvas).fontFamily}`;
+    [context.textAlign, context.textBaseline] = ["center", "middle"];
+    middles.forEach((places, k) => {
+      const half = context.measureText(labels[k]).width / 2 + 3 * this.ratio;
+      const inside = ([x, y]) => this.region === null || context.isPointInPath(this.region, x, y, "evenodd");
+      const room = ([x, y]) =>
+        Math.min(x - half, width - half - x, y - size, height - size - y, ...taken.map(([a, b]) => Math.hypot(x - a, y - b) - 2 * half));
+      const few = places.filter((_, n) => n % Math.ceil(places.length / 200) === 0).filter(inside);
+      const best = few.reduce((one, other) => (one === null || room(other) > room(one) ? other : one), null);
+      if (best === null || room(best) < 0) return;
+      taken.push(best);
+      context.strokeStyle = this.colour("paper");
+      context.lineWidth = 3 * this.ratio;
+      context.strokeText(labels[k], ...best);
+      context.fillStyle = "#000";
+      context.fillText(labels[k], ...best);
+    });
   }
 
   // The triangle at pixels; -1 outside of the region.

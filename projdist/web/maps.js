@@ -22,7 +22,7 @@ async function drawMaps() {
     const scale = scales.find((one) => one.name === menu.value);
     bar.setAttribute("aria-label", `${scale.label}, ${scale.limits.map((end) => end.toPrecision(3)).join(" to ")}`);
     drawScale(bar, scale);
-    for (const view of views) view.draw(scale, ellipses.checked);
+    for (const view of views) view.draw(scale, ellipses.checked, true);
   };
   menu.addEventListener("change", redraw);
   ellipses.addEventListener("change", redraw);

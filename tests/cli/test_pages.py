@@ -43,12 +43,18 @@ def test_a_comparison_has_its_maps_and_its_table(tmp_path: Path) -> None:
     path = tmp_path / "x.html"
     found = page(path, *words)
     table = run_ok(*words, "-f", "csv").splitlines()
-    assert [title.strip() for title in found["figcaption"]] == [line.partition(",")[0] for line in table[1:]]
+    titles = {
+        "robin": "Robinson (robin)",
+        "moll": "Mollweide (moll)",
+        "EPSG:3857": "WGS 84 / Pseudo-Mercator (EPSG:3857)",
+    }
+    order = [line.partition(",")[0] for line in table[1:]]
+    assert [title.strip() for title in found["figcaption"]] == [titles[given] for given in order]
     rows = parse_html(path.read_text(encoding="utf-8"))
-    assert [row["projection"] for row in rows] == [title.strip() for title in found["figcaption"]]
+    assert [row["projection"] for row in rows] == order
     assert all("AK" in row and "omega mean" in row for row in rows)
     heads = [head.strip() for head in found["h2"]]
-    assert {"Command", "PROJ: moll", "WKT2: moll", "WKT2: EPSG:3857"} <= set(heads)
+    assert {"Command", "PROJ: Mollweide (moll)", f"WKT2: {titles['EPSG:3857']}"} <= set(heads)
     assert '"measure": "angular_distortion"' in path.read_text(encoding="utf-8")
     assert any(text.startswith('PROJCRS["WGS 84 / Pseudo-Mercator"') for text in found["pre"])
 

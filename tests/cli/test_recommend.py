@@ -216,7 +216,7 @@ def test_what_a_picture_shows(rich, tmp_path, monkeypatch):
     run_ok(ISLAND, "-o", tmp_path / "x.png")
     ((maps, options),) = drawn
     assert maps == [rich.results[0].code, "+proj=laea +lat_0=62"]
-    assert options["titles"] == [rich.results[0].code, "custom laea"]
+    assert options["titles"] == ["ETRS89 / Faroe TM (EPSG:5316)", "custom laea"]
     assert options["airy_kavrayskiy"] == [rich.results[0].distortion.airy_kavrayskiy, 0.5 * rich.results[0].value]
     torn = replace(rich, results=rich.results[1:])
     assert _drawable(torn) == torn.results

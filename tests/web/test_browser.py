@@ -1,5 +1,6 @@
 """Pages in a browser: maps are drawn, answer, and say nothing wrong on the console."""
 
+import re
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
@@ -8,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from browser_pages import read
+from commands import run_ok
 
 import projdist
 from projdist.matrices import MEASURES, get_measure
+from projdist.projections import proj_version
 from projdist.web import Cell, Page, PageTable, draw_maps, page_html
 from projdist.web.frames import four_numbers
 
@@ -195,6 +198,16 @@ def test_print_is_light(page: Any) -> None:
     assert page.pdf()[:5] == b"%PDF-"
     page.emulate_media(media="print")
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+
+
+def test_a_report_is_printed_on_two_pages(open_page: Any, tmp_path: Path) -> None:
+    """With four maps, ten rows, zones, and who computed it."""
+    run_ok("recommend", "country:KE", "-o", str(tmp_path / "x.html"))
+    opened = open_page((tmp_path / "x.html").as_uri())
+    opened.wait_for_selector("html[data-ready]")
+    assert len(re.findall(rb"/Type\s*/Page\b", opened.pdf(format="A4"))) == 2
+    assert opened.title() == "Maps for Kenya"
+    assert f"with {proj_version()} on " in opened.locator(".notes").inner_text()
 
 
 def test_nothing_hinders_readers(page: Any, axe: Callable[[Any], list[str]]) -> None:
