@@ -42,44 +42,33 @@ class Trial:
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate(Record):
-    """A CRS over a region, with all CRSs that draw the same map under other datums.
-
-    `value` is the figure of the criterion, `ranked` what the map is ordered by: the figure divided by the share, times
-    `WIDE_FACTOR` for a `wide` map, one of the world or a continent. `share` is that of the region within the areas of
-    use of all these CRSs, `keeps` what the map keeps true in the region, as measured. `national` is True for a map of
-    the country that the region is in; `datum_since` is the year of the datum, None if the registry has none.
-    `ratio_to_custom` and `difference_to_custom` compare the figure with that of the best custom projection; None
-    without one, the ratio also where that is no more than rounding. `over_limit` is the figure divided by
-    `Recommendation.limit`, None without that.
-
-    A search adds the figures in turn: those of the `trial`; what the CRS is used for (`holds` is True if its area of
-    use has nearly all of the region, `special` if it is not for general use); `weight`, by which figures are
-    multiplied; the `key` by which it is ordered; and in the end `value`, `ranked` and `distortion`.
-    """
+    """A CRS over a region, with all CRSs that draw the same map under other datums. A search adds figures in turn."""
 
     code: str
     name: str
     method: str
     datum: str
-    value: float = float("nan")
-    ranked: float = float("nan")
+    value: float = float("nan")  # the figure of the criterion
+    ranked: float = float("nan")  # what the map is ordered by: the figure times `weight`
     distortion: Distortion = field(default=_UNMEASURED, metadata=schema(spread=True))
-    keeps: tuple[str, ...]
+    keeps: tuple[str, ...]  # what the map keeps true in the region, as measured
+    # Of the region, within the areas of use of all these CRSs.
     share: float = field(default=0.0, metadata=schema("share_in_area_of_use"))
-    national: bool = False
-    wide: bool = False
-    datum_since: int | None = None
+    national: bool = False  # a map of the country that the region is in
+    wide: bool = False  # a map of the world or a continent
+    datum_since: int | None = None  # year of the datum, None if the registry has none
     area_of_use: Area
     area_name: str = field(metadata=HIDDEN)
     same: tuple[tuple[str, str], ...] = ()
+    # To the figure of the best custom projection; None without one, or for mere rounding
     ratio_to_custom: float | None = None
-    difference_to_custom: float | None = None
-    over_limit: float | None = None
+    difference_to_custom: float | None = None  # from the same; None without one
+    over_limit: float | None = None  # the figure over `Recommendation.limit`, None without that
     trial: Trial = field(repr=False, compare=False, metadata=HIDDEN)
-    holds: bool = field(default=False, repr=False, metadata=HIDDEN)
-    special: bool = field(default=False, repr=False, metadata=HIDDEN)
-    weight: float = field(default=1.0, repr=False, metadata=HIDDEN)
-    key: Key = field(default=(np.inf, np.inf), repr=False, metadata=HIDDEN)
+    holds: bool = field(default=False, repr=False, metadata=HIDDEN)  # its area of use has nearly all of the region
+    special: bool = field(default=False, repr=False, metadata=HIDDEN)  # not for general use
+    weight: float = field(default=1.0, repr=False, metadata=HIDDEN)  # by which figures are multiplied
+    key: Key = field(default=(np.inf, np.inf), repr=False, metadata=HIDDEN)  # by which it is ordered
 
     @property
     def trial_key(self) -> Key:
@@ -103,9 +92,8 @@ class Candidate(Record):
         return super().to_dict() | {"area_of_use": area, "same": same}
 
     def _row(self) -> dict[str, Any]:
-        same = " ".join(code for code, _ in self.same)
-        row = values_of(self) | {"keeps": " ".join(self.keeps), "area_of_use": self.area_name, "same": same}
-        return row | {"proj": ""}
+        texts = {"keeps": " ".join(self.keeps), "area_of_use": self.area_name, "same": " ".join(self.codes[1:])}
+        return values_of(self) | texts | {"proj": ""}
 
 
 def or_infinity(value: float) -> float:
@@ -123,8 +111,7 @@ def try_crs(record: projections.CrsRecord, probe: WeightedPoints, ranking: Figur
         return Rejected(record.code, record.name, str(error))
     covered = float(probe.weight[np.isfinite(J).all(axis=(-1, -2))].sum())
     if covered < _LEAST_COVERED:
-        text = f"It can be projected over {100 * covered:.3g} % of the region only."
-        return Rejected(record.code, record.name, text)
+        return Rejected(record.code, record.name, f"It can be projected over {100 * covered:.3g} % of the region only.")
     ellipsoid = crs.projection.ellipsoid
     return Candidate(
         code=record.code,
@@ -301,24 +288,19 @@ _TOUCHES = 0.25  # least share of the region in the areas of use of a map that w
 _SOME = 0.1  # least share in the area of use of a single CRS of the map
 # A wide map's area is larger than a zone of six degrees from the equator to 84 N (4.2 million), and three regions.
 _WIDE_KM2, _WIDE_TIMES = 5e6, 3.0
-# A region this large holds at least 75 of the 135 million km2 of land of all countries. The largest country has 17,
-# which is less than half: the region has no home.
+# A region this large holds at least 75 million km2 of land, the largest country 17, less than half: it has no home.
 _NOBODYS_KM2 = 450e6
 
 
 class CandidatePool:
-    """The records of the CRSs that may serve a region, by their areas of use.
-
-    `records` are by code, `rejected` those that hold too little of the region, `meeting` all that share a part of its
-    bounds. `home` is the country whose land the region is, "" for none.
-    """
+    """The CRSs that may serve a region, by their areas of use; `home` is the country whose land it is, "" for none."""
 
     def __init__(self, region: regions.Region, records: Sequence[projections.CrsRecord], area: str) -> None:
         self.region, self.lattice = region, lattice_of(region)
-        self.records: dict[str, projections.CrsRecord] = {}
+        self.records: dict[str, projections.CrsRecord] = {}  # by code
         self.held: dict[str, BoolArray] = {}  # the lattice's points in the area of use of a CRS
         self.united: dict[str, BoolArray] = {}  # and in those of all CRSs of its map
-        self.rejected: list[Rejected] = []
+        self.rejected: list[Rejected] = []  # those that hold too little of the region
         least = HOLDS if area == "contains" else _TOUCHES
         near = self.lattice.near([record.area_of_use for record in records])
         self.meeting = [record for record, is_near in zip(records, near, strict=True) if is_near]

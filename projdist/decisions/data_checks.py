@@ -57,9 +57,8 @@ def crs_for_data(
     crs: Any, region: regions.Place, lon: FloatArray, lat: FloatArray, *, purpose: str = "any", **options: Any
 ) -> CrsForData | None:
     """The CRS for data in a CRS, with vertices (n,) in degrees, over a region; None if none serves the purpose."""
-    # It is the best by `recommend` (which takes `options`) on the data's datum, else on one that is the same to 2 m,
-    # and not for other countries. If its convergence over the data is above `TURNED`, the next with less takes its
-    # place, provided that its figure is at most twice as large.
+    # It is the best by `recommend` (which takes `options`) on the data's datum, else on one the same to 2 m, and not
+    # for other countries; with a convergence above `TURNED`, the next with less and at most twice the figure.
     step = max(1, len(lon) // _POINTS)
     lon, lat = np.mod(lon[::step] + 180.0, 360.0) - 180.0, lat[::step]
     found = _candidates(crs, region, purpose, options)
@@ -130,14 +129,11 @@ def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
     names = named([area_name], at_sea=True)
     if not 0 < len(names) <= _FEW:
         return False
-    within = np.zeros(len(lon), dtype=bool)
-    for name in names:
-        outline = earth.natural_earth.country(outline_keys()[name])
-        if outline is not None:
-            within |= earth.natural_earth.near(outline, lon, lat, _NEAR)
-    if within.mean() >= _LEAST:
+    world = earth.natural_earth
+    known = filter(None, (world.country(outline_keys()[name]) for name in names))
+    if np.any([world.near(outline, lon, lat, _NEAR) for outline in known], axis=0).mean() >= _LEAST:
         return False
-    return bool(earth.natural_earth.near(earth.natural_earth.land("50m"), lon, lat, _NEAR).mean() > _LAND)
+    return bool(world.near(world.land("50m"), lon, lat, _NEAR).mean() > _LAND)
 
 
 _MOST = 50_000  # vertices of polygons, which take twice the time of a box; with more, a box finds the same CRS
@@ -148,8 +144,7 @@ def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> project
 
     The region is the polygons themselves; for points, lines, and polygons with more than 50,000 vertices it is the
     narrowest box in longitude and latitude about them, across the antimeridian if that is narrower. The CRS is on the
-    data's datum and for their country if there is one, as in `check`; a notice reports a datum shift of more than two
-    metres, and a convergence of more than three degrees.
+    data's datum and for their country if there is one, as in `check`; notices report shifts and convergences.
 
     Parameters
     ----------
@@ -167,8 +162,7 @@ def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> project
     Raises
     ------
     ValueError
-        For other data, data without a CRS or without a geometry that is not empty, for a purpose that no CRS serves
-        there, and where `recommend` does.
+        For other data, without a CRS or any geometry, a purpose that no CRS serves there, and where `recommend` does.
 
     References
     ----------
@@ -221,28 +215,23 @@ _NAMES = ("name", "name_en", "title", "label", "id", "code", "geoid", "iso_a3", 
 
 @dataclass(frozen=True, kw_only=True)
 class Totals(support.Record):
-    """Figures of all features that could be measured; errors are map / ground - 1, bearings in degrees.
-
-    `undrawn` is the number of features beyond the edge of the CRS or torn by a cut of it. `worst` errors are the
-    largest by absolute value, `rms` weights all features alike; `bearing_error` is the RMS along all edges,
-    `largest_bearing_error` the largest anywhere on them. Figures that no feature has, as the area of lines, are NaN.
-    """
+    """Figures of all features that could be measured; NaN if no feature has them, as the area of lines."""
 
     measured: int
-    undrawn: int
+    undrawn: int  # beyond the edge of the CRS, or torn by a cut of it
     area_km2: float
     map_area_km2: float
-    area_error: float
-    worst_area_error: float
-    rms_area_error: float
+    area_error: float  # map / ground - 1
+    worst_area_error: float  # of any feature, by absolute value
+    rms_area_error: float  # of all features alike
     length_km: float
     map_length_km: float
     length_error: float
     worst_length_error: float
     rms_length_error: float
-    bearing_error: float
+    bearing_error: float  # degrees, the RMS along all edges
     worst_bearing_error: float
-    largest_bearing_error: float
+    largest_bearing_error: float  # anywhere on the edges
 
 
 _NAMED = {"crs": "definition", "name": "name"}
@@ -256,8 +245,7 @@ class Check(support.Answer):
     `features` has `index` (the frame's), `name`, `area_km2` and `length_km` (perimeters and lines) on the ground, the
     same on the map, the errors map / ground - 1, `bearing_error` (RMS of grid less true bearing along the edges, in
     degrees), `largest_bearing_error` and a `note`; NaN where there is nothing to measure. `recommended` is the check of
-    the recommended CRS; `notes` give the reason if there is none. `region` is the narrowest box about the data, None if
-    they have no place.
+    the recommended CRS; `notes` give the reason if there is none. `region` is the narrowest box about them, or None.
     """
 
     projection: projections.Projection = field(metadata=support.schema(of=_NAMED, spread=True))
@@ -273,7 +261,7 @@ class Check(support.Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """`{"crs", "name", "data_crs", "overall", "recommended", "notes", "results": [...]}`, a result a feature."""
-        return super().to_dict() | {"results": self.rows(range(len(self.features["index"])))}
+        return super().to_dict() | {"results": self.plain_rows()}
 
     def _table(self) -> dict[str, AnyArray]:
         return self.features
@@ -296,8 +284,7 @@ class Check(support.Answer):
     def above(self, limit: float | None = None, *, bearing: float | None = None, on: str = "worst") -> bool:
         """True if an error of area or length is above the limit, or one of bearing above its limit in degrees.
 
-        `on` is worst for the errors of every feature, overall for those of the totals. A feature that cannot be drawn
-        is above every limit.
+        `on`: worst for errors of every feature, overall for totals. Features that cannot be drawn are above any limit.
         """
         if on not in FAIL_ON:
             raise ValueError(f"Invalid choice '{on}' of what to fail on. It must be {support.listed(FAIL_ON, 'or')}.")
@@ -412,11 +399,8 @@ def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
         if len(texts) == 1 and len(data) and data[texts[0]].is_unique:
             chosen = texts[0]
             note = (f"Names are those of '{chosen}', the only column of texts.",)
-    if chosen is None:
-        return np.array([""] * len(data), dtype=object), note
-    missing = data[chosen].isna().tolist()
-    names = ["" if none else text for text, none in zip(data[chosen].astype(str).tolist(), missing, strict=True)]
-    return np.array(names, dtype=object), note
+    none = np.full(len(data), "", dtype=object)
+    return (none if chosen is None else np.where(data[chosen].isna(), none, data[chosen].astype(str))), note
 
 
 def _recommended(
@@ -461,8 +445,7 @@ def _measured(
 ) -> Check:
     """The errors of outlines in a map."""
     found = measure_chains(projection, source.degrees_on_map, drawn.edges, drawn.chain)
-    count = len(drawn.notes)
-    notes = np.array(drawn.notes, dtype=object)
+    count, notes = len(drawn.notes), drawn.notes.copy()
 
     def total(values: FloatArray | BoolArray) -> FloatArray:
         return np.bincount(drawn.feature, weights=values, minlength=count).astype(float)

@@ -34,15 +34,13 @@ class Outlines:
     chain: IntArray
     feature: IntArray  # (n,), the number of a chain's feature
     sign: FloatArray  # (n,), 1 for shells, -1 for holes, 0 for lines
-    notes: list[str]  # a text for each feature, mostly ""
+    notes: AnyArray  # a text for each feature, mostly ""
 
 
 def outlines(geometries: Iterable[Any], *, has_degrees: bool) -> Outlines:
     """The edges of geometries; polygons that intersect themselves are repaired first."""
-    # With `has_degrees` coordinates are longitudes and latitudes: edges wider than 180 degrees run the shorter way,
-    # across the antimeridian, and longitudes may be up to 720 degrees.
+    # With `has_degrees` edges wider than 180 degrees run the shorter way, and longitudes may be up to 720 degrees.
     shapes = np.array([*geometries, None], dtype=object)[:-1]
-    notes = [""] * len(shapes)
     missing = shapely.is_missing(shapes) | shapely.is_empty(shapes)
     xy, owner = shapely.get_coordinates(shapes, return_index=True)
     infinite = np.bincount(owner[~np.isfinite(xy).all(axis=1)], minlength=len(shapes)) > 0
@@ -66,9 +64,9 @@ def outlines(geometries: Iterable[Any], *, has_degrees: bool) -> Outlines:
     within = owner[1:] == owner[:-1]
     pointless = ~missing & (np.bincount(feature, minlength=len(shapes)) == 0)
     texts = {REPAIRED: invalid, POINTS: pointless, NO_DEGREES: nowhere, NOT_FINITE: infinite, MISSING: missing}
+    notes = np.full(len(shapes), "", dtype=object)
     for text, chosen in texts.items():
-        for index in np.flatnonzero(chosen):
-            notes[index] = text
+        notes[chosen] = text
     return Outlines(np.hstack([xy[:-1], xy[1:]])[within], owner[:-1][within], feature, sign, notes)
 
 

@@ -367,11 +367,8 @@ class Members:
 
     def rounded(self, best: Mapping[str, float], step: float, least: float, nodes: Nodes) -> Rounded:
         """The best multiples of a step near the optimum."""
-
-        def value(place: FloatArray) -> float:
-            return self.value(self.named(place * step), nodes)
-
-        place, found = numerics.descend_lattice(value, np.round(np.array(list(best.values())) / step))
+        start = np.round(np.array(list(best.values())) / step)
+        place, found = numerics.descend_lattice(lambda place: self.value(self.named(place * step), nodes), start)
         usual = self.parameters(self.named(place * step))
         plain = {name: float(projections.number_text(usual[name])) for name in self.variables}
         return Rounded(step, plain, found, found / least - 1.0 if least else 0.0)

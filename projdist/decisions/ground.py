@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist import answers, earth, matrices, projections, regions, support
-from projdist._typing import FloatArray
+from projdist._typing import AnyPath, FloatArray
 from projdist.field import Nodes, nodes_at, nodes_of
 
 _NODES, _SEARCHED = 4000, 400  # points of a region of one height, and points in a search, about
@@ -24,8 +23,7 @@ def distortion_ppm(
 ) -> FloatArray:
     """Relative error of grid distances against those on the ground, in ppm: combined factor - 1.
 
-    The scale factor is the geometric mean of the principal scales, which a conformal map has in all directions; the
-    combined factor is that times `elevation_factor`.
+    The combined factor is `elevation_factor` times the geometric mean of the principal scales.
 
     Parameters
     ----------
@@ -157,7 +155,7 @@ _RASTER = (".tif", ".tiff")
 _MOST_CELLS = 200  # along a side of a raster: forty thousand points
 
 
-def read_heights(path: str | os.PathLike[str]) -> FloatArray:
+def read_heights(path: AnyPath) -> FloatArray:
     """Longitudes, latitudes and ellipsoidal heights of points, from a table or a raster.
 
     Parameters
@@ -174,8 +172,7 @@ def read_heights(path: str | os.PathLike[str]) -> FloatArray:
     Raises
     ------
     ValueError
-        For files that cannot be read, have no such columns or no points, with the number of the first line that is no
-        point, and for a raster without rasterio.
+        For files that cannot be read, have no such columns or no points, lines without a point, missing rasterio.
 
     References
     ----------

@@ -103,8 +103,7 @@ def _similar(factor: FloatArray) -> FloatArray:
 
 def _crowded(q: Factors, w: FloatArray, target: float, unit: float) -> float:
     """The multiple of `unit` with most points, by weight, within the target; of equal ones that of the least RMS."""
-    # A point is within the target for k_0 from (1 - t) / q to (1 + t) / q. One walk along the ends of these ranges
-    # finds the multiple that lies in most of them.
+    # A point is within the target for k_0 from (1 - t) / q to (1 + t) / q: a walk along the ends finds the best.
     usual = rms_scale(q, w) / unit
     first, beyond = np.ceil((1.0 - 1e-6 * target) / q / unit), np.floor((1.0 + 1e-6 * target) / q / unit) + 1.0
     held = first < beyond
@@ -134,11 +133,9 @@ class LdpAxis:
         self.extent, self.unit = extent, unit
         sides, self.fixed = self._sides(family)
         self.names = tuple(sides)
-        self.low = np.array([middle - side for middle, side in sides.values()])
-        self.high = np.array([middle + side for middle, side in sides.values()])
-        for index, key in enumerate(self.names):
-            if key.startswith("lat"):
-                self.low[index], self.high[index] = max(self.low[index], -89.0), min(self.high[index], 89.0)
+        limits = np.array([89.0 if key.startswith("lat") else np.inf for key in sides])
+        middle, side = np.array(list(sides.values())).T
+        self.low, self.high = np.maximum(middle - side, -limits), np.minimum(middle + side, limits)
         # An oblique line may not run due north or east there.
         some = self.parameters(self.low + 0.43 * (self.high - self.low))
         text = projections.defined_by(f"+proj={family} {ellipsoid_text(ellipsoid)}", some)
@@ -202,8 +199,7 @@ def best_place(axis: LdpAxis, goal: LdpGoal, few: Ground, ground: Ground) -> Flo
 
 def _scanned(axis: LdpAxis, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
     """The best multiples of the unit in the range of one parameter, best first."""
-    # A share has many maxima a few units wide: all multiples are tried if they are few, else ever finer ones near the
-    # best.
+    # A share has many maxima a few units wide: all multiples are tried if few, else ever finer ones near the best.
     low, high = np.ceil(axis.low[0] / axis.unit), np.floor(axis.high[0] / axis.unit)
     stride = 1.0
     while (high - low) / stride >= _SCANNED:
@@ -272,28 +268,23 @@ _ORIGIN = 1 / 6  # degrees of which the latitude of origin is a multiple
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class LDP(support.Answer):
-    """A low-distortion projection and its distortion.
-
-    `lon`, `lat`, `height`, `weight`, `ppm` are the points it was made for, with their distortion. `baselines` are other
-    maps on the same points, `others` the best of the other families. `wkt` is WKT2, `esri` Esri's WKT; None where there
-    is none.
-    """
+    """A low-distortion projection and its distortion."""
 
     region: regions.Place
     family: str
     goal: LdpGoal
     parameters: dict[str, float]
     projection: projections.Projection
-    wkt: str | None = None
-    esri: str | None = None
+    wkt: str | None = None  #: WKT2, None if there is none
+    esri: str | None = None  #: Esri's WKT, likewise
     statistics: HeightStatistics
-    baselines: tuple[tuple[str, HeightStatistics], ...] = ()
-    others: tuple[LDP, ...] = ()
-    lon: FloatArray
+    baselines: tuple[tuple[str, HeightStatistics], ...] = ()  #: other maps on the same points
+    others: tuple[LDP, ...] = ()  #: the best of the other families
+    lon: FloatArray  #: of the points it was made for, like the four that follow
     lat: FloatArray
     height: FloatArray
     weight: FloatArray
-    ppm: FloatArray
+    ppm: FloatArray  #: their distortion
 
     @property
     def criterion(self) -> str:

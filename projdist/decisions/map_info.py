@@ -100,42 +100,21 @@ class MeasureRange(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class MapInfo(Answer):
-    """A projection by itself.
-
-    Attributes
-    ----------
-    projection, given
-        What was asked for.
-    crs_metadata
-        What is stated: kind, code, area of use, datum, ellipsoid, unit, axes, method and parameters, deprecation.
-    keeps : tuple of str
-        Properties that the map keeps, as measured: "equal-area", "conformal", "equidistant".
-    departures : dict
-        Largest departure of scales from each property over 99 % of the area of use, as a ratio less 1; NaN if nothing
-        could be measured.
-    promises : str
-        The property that the method is known to keep, "conformal" or "equal-area", or "".
-    same_map : dict
-        Names of CRSs that draw the same map, by code: on other datums, or with other false origins, axes or units.
-    region, coverage
-        The region of the errors, and the share of it that can be projected.
-    airy_kavrayskiy : AiryKavrayskiy
-        The errors `raw`, `scaled` and `affine` over the region, with the largest of their errors.
-    measures : dict
-        The mean, `minimum` and `maximum` of `INFO_MEASURES` over the region.
-    """
+    """A projection by itself; `projection` and `given` are what was asked for."""
 
     projection: projections.Projection
     given: str
-    crs_metadata: projections.CrsMetadata
-    keeps: tuple[str, ...]
+    crs_metadata: projections.CrsMetadata  #: what is stated: kind, code, area, datum, ellipsoid, unit, axes, method
+    keeps: tuple[str, ...]  #: as measured: "equal-area", "conformal", "equidistant"
+    #: Largest ones of scales from each property over 99 % of the area of use, as ratios less 1; NaN if unknown.
     departures: dict[str, float]
-    promises: str
+    promises: str  #: the property that the method is known to keep, "conformal" or "equal-area", or ""
+    #: Names of CRSs that draw the same map, by code: on other datums, or with other false origins, axes or units.
     same_map: dict[str, str]
-    region: Place
-    coverage: float
-    airy_kavrayskiy: AiryKavrayskiy
-    measures: dict[str, MeasureRange]
+    region: Place  #: that of the errors
+    coverage: float  #: the share of it that can be projected
+    airy_kavrayskiy: AiryKavrayskiy  #: with the largest of their errors
+    measures: dict[str, MeasureRange]  #: those of `INFO_MEASURES`
 
     def _line(self) -> str:
         kept = " and ".join(self.keeps) or "keeps nothing"
@@ -215,8 +194,7 @@ def info(
     -------
     MapInfo
         What is stated (`crs_metadata`), what is kept (`keeps`, `departures`), CRSs that draw the same map (`same_map`),
-        and the errors (`airy_kavrayskiy`, and `measures`: scale errors in ppm, angular deformations in degrees, areal,
-        meridional and parallel scales).
+        and the errors (`airy_kavrayskiy`, and `measures`, those of `INFO_MEASURES`).
 
     Raises
     ------
@@ -236,16 +214,16 @@ def info(
     >>> europe.keeps, europe.crs_metadata.ellipsoid_name, [axis.direction for axis in europe.crs_metadata.axes]
     (('equal-area',), 'GRS 1980', ['north', 'east'])
     """
-    given = projection if isinstance(projection, str) else None
     measured = projections.Projection.from_user_input(projection)
     place = region_for(region, [measured])
     field = sample(measured, place, measures=INFO_MEASURES, tolerance=tolerance)
     extremes = field.extremes(INFO_MEASURES)
     stated, declared = projections.metadata_of(measured), projections.declared_property_of(measured)
-    properties = properties_where_it_is_for(measured)
+    nodes = nodes_of(region_for(None, [measured]), measured.ellipsoid, _NODES)
+    properties = properties_of(nodes.jacobian(measured)[0], WeightedPoints(nodes.lon, nodes.lat, nodes.weight))
     return MapInfo(
         projection=measured,
-        given=given or measured.label,
+        given=projection if isinstance(projection, str) else measured.label,
         crs_metadata=stated,
         keeps=properties.keeps,
         departures=properties.departures,
@@ -259,10 +237,3 @@ def info(
             for name, (least, largest) in zip(INFO_MEASURES, extremes, strict=True)
         },
     )
-
-
-def properties_where_it_is_for(projection: projections.Projection) -> Properties:
-    """Properties over the area of use of a CRS, or over the globe for other projections."""
-    nodes = nodes_of(region_for(None, [projection]), projection.ellipsoid, _NODES)
-    J, _ = nodes.jacobian(projection)
-    return properties_of(J, WeightedPoints(nodes.lon, nodes.lat, nodes.weight))

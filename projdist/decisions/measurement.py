@@ -41,14 +41,14 @@ def probe_of(region: Region) -> WeightedPoints:
 class Lattice(WeightedPoints):
     """Some thousand points of a region to find its share in areas of use; weights are areas that sum to 1."""
 
-    bounds: Area
+    region: Region
     meridians: tuple[FloatArray, IntArray]  # the distinct longitudes, and the index of each point's
     parallels: tuple[FloatArray, IntArray]  # the same for latitudes
 
     def near(self, areas: Sequence[Area]) -> BoolArray:
         """True for areas of west, south, east, north that meet the region's bounds."""
         west, south, _, north, width = _columns(areas)
-        low, bottom, high, top = self.bounds
+        low, bottom, high, top = self.region.bounds
         beside = ((low - west) % 360.0 <= width) | ((west - low) % 360.0 <= high - low)
         return np.asarray(beside & (south <= top) & (north >= bottom))
 
@@ -68,7 +68,7 @@ def lattice_of(region: Region) -> Lattice:
     """The lattice of a region."""
     nodes = nodes_of(region, WGS84, _LATTICE)
     meridians, parallels = (np.unique(values, return_inverse=True) for values in (nodes.lon, nodes.lat))
-    return Lattice(nodes.lon, nodes.lat, nodes.weight, region.bounds, meridians, parallels)
+    return Lattice(nodes.lon, nodes.lat, nodes.weight, region, meridians, parallels)
 
 
 def _columns(areas: Sequence[Area]) -> tuple[FloatArray, ...]:
@@ -198,13 +198,9 @@ def _inverse_area(J: FloatArray) -> FloatArray:
 
 _NAMES = {FIGURES[one.name].essence: one.name for one in fields(Distortion) if one.name in FIGURES}
 _WITH_ERRORS = [name for name in _NAMES.values() if not FIGURES[name].is_airy_kavrayskiy]
+_INVERSE = Measure("inverse_areal_scale", _inverse_area, kind="ratio")
 _AREAL_SCALES = (
-    Figure(
-        name="max_inverse_areal_scale",
-        measure=Measure("inverse_areal_scale", _inverse_area, kind="ratio"),
-        statistic="max",
-        aspect="areas",
-    ),
+    Figure(name="max_inverse_areal_scale", measure=_INVERSE, statistic="max", aspect="areas"),
     Figure(name="max_areal_scale", measure=get_measure("areal_scale"), statistic="max", aspect="areas"),
 )
 _MEASURED = (*(FIGURES[name] for name in _NAMES.values() if name != "max_areal_error_ppm"), *_AREAL_SCALES)

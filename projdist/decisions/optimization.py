@@ -34,8 +34,7 @@ def least_error(
     region: regions.Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84, degree: int = 8
 ) -> float | None:
     """Airy-Kavrayskiy error of the best map of a region for a purpose; None for regions that are too wide."""
-    # For conformal and equal-area maps it is that of the best conformal map whose ln k is a polynomial of the degree,
-    # divided by sqrt(2) for other purposes.
+    # It is that of the best conformal map whose ln k is a polynomial of the degree, over sqrt(2) for other purposes.
     extent = families.extent_of(region)
     if extent.radius > _WIDEST:
         return None
@@ -87,39 +86,33 @@ class Baseline(support.Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Optimum(support.Answer):
-    """The best member of a family for a region.
-
-    `parameters` are the free ones; `value` is the criterion, measured by adaptive cubature to `error_estimate`;
-    `coverage` the share of the region that the map shows. `at_limit` names parameters at an end of their range. `scale`
-    multiplies the map if its method has no parameter for that. `roundings` are the best rounded parameters, `baselines`
-    the usual projections, `others` the optima of the other families with `auto`, best first. `wkt` is WKT2, or None
-    with a reason. `flats` are parameters that hardly matter, with ranges in which the criterion is at most 1 % larger.
-    `note` says that the Airy-Kavrayskiy error has decided, where the criterion vanishes for the whole family. `limit`
-    is, for the Airy-Kavrayskiy errors, about the error of the best of all maps of the region; None if unknown.
-    """
+    """The best member of a family for a region."""
 
     family: str
     region: regions.Place = field(metadata=support.schema(of=("name", "area_km2")))
     criterion: str
     unit: str
-    parameters: dict[str, float]
-    scale: float
-    value: float
+    parameters: dict[str, float]  #: the free ones
+    scale: float  #: multiplies the map if its method has no parameter for that
+    value: float  #: the criterion, measured by adaptive cubature to `error_estimate`
     error_estimate: float
     airy_kavrayskiy: float
-    coverage: float
+    coverage: float  #: share of the region that the map shows
+    #: About the least Airy-Kavrayskiy error of any map of the region; None if unknown or for other criteria
     limit: float | None = None
     projection: projections.Projection = field(metadata=support.schema("proj", of="definition"))
-    wkt: str | None
+    wkt: str | None  #: WKT2, or None with a reason
     wkt_reason: str | None
-    at_limit: tuple[str, ...]
+    at_limit: tuple[str, ...]  #: parameters at an end of their range
     round_to: float | None
-    roundings: tuple[Rounded, ...]
-    baselines: tuple[Baseline, ...]
-    others: tuple[Optimum, ...]
+    roundings: tuple[Rounded, ...]  #: the best rounded parameters
+    baselines: tuple[Baseline, ...]  #: the usual projections
+    others: tuple[Optimum, ...]  #: the optima of the other families with `auto`, best first
     failures: tuple[answers.Failure, ...]
     evaluations: int
+    #: Says that the Airy-Kavrayskiy error has decided, as the criterion vanishes for the whole family
     note: str | None = None
+    #: Parameters that hardly matter, with ranges in which the criterion is at most 1 % larger
     flats: tuple[Flat, ...] = field(default=(), metadata=support.schema("flat"))
 
     @property
@@ -278,8 +271,7 @@ def _members(
 
 def _search_with_exchange(members: Members) -> tuple[dict[str, float], float, Nodes, int]:
     """`Members.search`; for maxima, nodes are added where the best map exceeds its maximum at the nodes."""
-    # The place of the true maximum becomes a node, and the search goes on from there (E. Remez, 1934): the corners of
-    # polygons that matter are few, and not known before.
+    # The place of the true maximum becomes a node, and the search goes on (E. Remez, 1934): few corners matter.
     best, least, fine, evaluations = members.search()
     for _ in range(_EXCHANGES if members.objective.figure.is_maximum else 0):
         chosen, scale = members.written(best, fine)

@@ -59,12 +59,8 @@ def grouped(candidates: Sequence[Candidate], size: Size = lambda one: one.trial.
 
 def by_usage(group: Sequence[Candidate], records: Mapping[str, CrsRecord]) -> list[Candidate]:
     """CRSs of one map in the order in which a surveyor of the region's country would name them."""
-    # The criteria, one after the other: national; an area of use that holds nearly all of the region; a modern datum;
-    # general use; the latest datum, whose realisations count as one; the first authority; axes east and north; no
-    # variant by its name; no realisation of another datum in the group; positive coordinates; the smallest area; the
-    # lowest code.
     datums = {one.datum for one in group}
-    since: dict[str, int] = {}
+    since: dict[str, int] = {}  # the year of a datum, whose realisations count as one
     for one in group:
         root = datum_root(one.datum)
         since[root] = max(since.get(root, 0), one.since)
@@ -207,10 +203,7 @@ OnProgress = Callable[[int], None] | None
 
 @dataclass(kw_only=True)
 class Shortlist:
-    """The search for the best maps of a pool by a figure; those within `close` of each other are as good.
-
-    Maps that cannot be measured in full are added to `rejected`.
-    """
+    """The search for the best maps of a pool by a figure; those within `close` of each other are as good."""
 
     pool: CandidatePool
     probe: WeightedPoints
@@ -218,7 +211,7 @@ class Shortlist:
     close: float
     uninterrupted: bool
     executor: Executor | None = None
-    rejected: list[Rejected] = field(default_factory=list)
+    rejected: list[Rejected] = field(default_factory=list)  # maps that cannot be measured in full
 
     def best(self, maps: Sequence[Candidate], limit: int | None, on_progress: OnProgress) -> list[Candidate]:
         """The best maps in order: evaluated until no other can be among them, then measured."""

@@ -49,30 +49,25 @@ class Custom(support.Record):
 class Recommendation(support.Answer):
     """The best CRSs for a region, best first, and the rejected ones, with the reasons.
 
-    `candidates` is the number of CRSs that were considered, `maps` that of different maps among them that serve the
-    purpose. `custom` are the best custom projections of families, best first, if asked for, and `not_custom` the
-    families that have none, with the reasons. `country` is whose land the region is, "" for none; `official` the best
-    of the country's CRSs for general use that hold nine tenths of the region, on its datum in force; in a state of the
-    USA or a part far away only one that is made for that. `zones` are systems of conformal zones, where no single CRS
-    serves for engineering; `notes` are remarks with figures. `limit` is, for the Airy-Kavrayskiy errors, about the
-    error of the best of all maps of the region, or of all conformal or equal-area ones for these purposes; None where
-    it is not known. A frame has a row for each result and each custom projection.
+    A frame has a row for each result and each custom projection.
     """
 
     region: regions.Region = field(metadata=support.schema(of=("name", "area_km2")))
     purpose: str
     criterion: str
     area: str
-    country: str = ""
-    candidates: int
-    maps: int
-    limit: float | None = None
+    country: str = ""  #: whose land the region is, "" for none
+    candidates: int  #: number of CRSs that were considered
+    maps: int  #: number of different maps among them that serve the purpose
+    limit: float | None = None  #: about the least Airy-Kavrayskiy error of any map for the purpose, or None
     results: tuple[Candidate, ...]
+    #: The best of the country's CRSs for general use that hold nine tenths of the region, on its datum in force; in a
+    #: state of the USA or a part far away only one that is made for that.
     official: Candidate | None = None
-    zones: tuple[ZoneSystem, ...] = ()
-    notes: tuple[str, ...] = ()
-    custom: tuple[Custom, ...] = ()
-    not_custom: tuple[Rejected, ...] = ()
+    zones: tuple[ZoneSystem, ...] = ()  #: systems of conformal zones, where no single CRS serves for engineering
+    notes: tuple[str, ...] = ()  #: remarks with figures
+    custom: tuple[Custom, ...] = ()  #: the best custom projections of families, best first, if asked for
+    not_custom: tuple[Rejected, ...] = ()  #: the families that have none, with the reasons
     rejected: tuple[Rejected, ...]
 
     def _line(self) -> str:
@@ -158,8 +153,7 @@ def recommend(
     Raises
     ------
     ValueError
-        For an unknown region, purpose, criterion, authority, datum or area, for a set of points, and a limit
-        below 1.
+        For an unknown region, purpose, criterion, authority, datum or area, a set of points, and a limit below 1.
 
     References
     ----------
@@ -282,12 +276,9 @@ class _CrsSearch(Shortlist):
         )
         found = support.run_all(self.executor, find, self.families, on_progress)
         custom = [replace(one, over_limit=self._over_limit(one.value)) for one in found if isinstance(one, Custom)]
-
-        def order(one: Custom) -> tuple[float, float]:
-            figure = self.ranking.without_rounding(or_infinity(one.value))
-            return figure, one.distortion.airy_kavrayskiy
-
-        return tuple(sorted(custom, key=order)), tuple(one for one in found if isinstance(one, Rejected))
+        figure = self.ranking.without_rounding
+        custom.sort(key=lambda one: (figure(or_infinity(one.value)), one.distortion.airy_kavrayskiy))
+        return tuple(custom), tuple(one for one in found if isinstance(one, Rejected))
 
     def _over_limit(self, value: float) -> float | None:
         """A figure divided by the lower bound."""

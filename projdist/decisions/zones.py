@@ -81,9 +81,8 @@ def find_zones(
     shortlist: Shortlist, records: Sequence[CrsRecord], above_ppm: float, *, national: bool
 ) -> tuple[ZoneSystem, ...]:
     """Systems of conformal zones that cover the region with scale errors below `above_ppm`."""
-    # A system has no CRS for the whole region. Systems on an older datum than others are left out; so are those on a
-    # datum from before satellites, unless there are no others; in a state of the USA even then. Those for general use
-    # come first, of these those with the fewest zones.
+    # Systems on an older datum than others are left out; so are those on a datum from before satellites, unless there
+    # are no others; in a state of the USA even then. Those for general use come first, then those of the fewest zones.
     pool, executor = shortlist.pool, shortlist.executor
     lattice, modern = pool.lattice, bool(pool.part.state)
     systems = _systems(records, pool.facts, lattice)
@@ -95,7 +94,7 @@ def find_zones(
     }
     found = dict(zip(trials, run_all(executor, operator.call, list(trials.values())), strict=True))
     kept = _in_force([system for system in systems if _serves(system, found, above_ppm)], found, modern)
-    made = (_measured(pool.region, lattice, system, shortlist.ranking, executor, national) for system in kept[:_SHOWN])
+    made = (_measured(lattice, system, shortlist.ranking, executor, national) for system in kept[:_SHOWN])
     return tuple(system for system in made if system is not None and system.max_scale_error_ppm < above_ppm)
 
 
@@ -139,7 +138,9 @@ def _families(records: Sequence[CrsRecord], facts: Mapping[str, Facts]) -> list[
             families.append(family)
         else:
             by_kind.setdefault(kind, []).append(max(family, key=_number))
-    return families + [_without_twins(family, facts) for family in by_kind.values() if len(family) > 1]
+    # Of each map only the CRS with the highest code: KGD2002 / West Belt 2010, not West Belt.
+    sets = [sorted(family, key=_number) for family in by_kind.values() if len(family) > 1]
+    return families + [list({facts[record.code].draws: record for record in family}.values()) for family in sets]
 
 
 def _kind(record: CrsRecord, facts: Facts) -> Any:
@@ -153,14 +154,6 @@ def _drawn(facts: Facts) -> Any:
     """The identity of a map regardless of its axes, which may point south for Transverse Mercator."""
     method, *rest = facts.draws
     return _CYLINDRICAL[0] if method in _CYLINDRICAL else method, *rest
-
-
-def _without_twins(family: list[CrsRecord], facts: Mapping[str, Facts]) -> list[CrsRecord]:
-    """One CRS of each map, with the highest code: KGD2002 / West Belt 2010, not West Belt."""
-    by_map: dict[Any, list[CrsRecord]] = {}
-    for record in family:
-        by_map.setdefault(facts[record.code].draws, []).append(record)
-    return [max(twins, key=_number) for twins in by_map.values()]
 
 
 def _number(record: CrsRecord) -> tuple[int, str]:
@@ -209,14 +202,10 @@ def _in_force(systems: list[_System], found: Mapping[str, Candidate | Rejected],
 
 
 def _measured(
-    region: regions.Region,
-    lattice: Lattice,
-    system: _System,
-    ranking: Figure,
-    executor: Executor | None,
-    national: bool,
+    lattice: Lattice, system: _System, ranking: Figure, executor: Executor | None, national: bool
 ) -> ZoneSystem | None:
     """A system with the figures of its zones that meet the region, each over its part of it."""
+    region = lattice.region
     meeting = [
         (record, part, _where(lattice, held), _probe(lattice, held) if held.any() else probe_of(part))
         for record, held in zip(system.records, system.held, strict=True)
@@ -227,8 +216,7 @@ def _measured(
         for figure in dict.fromkeys((ranking, _PPM))
         for record, part, _, probe in meeting
     ]
-    evaluated = run_all(executor, evaluate, tasks)
-    figures = [one for one in evaluated if not isinstance(one, Rejected)]
+    figures = [one for one in run_all(executor, evaluate, tasks) if not isinstance(one, Rejected)]
     if len(figures) < len(tasks):
         return None
     values, worst = figures[: len(meeting)], figures[-len(meeting) :]
@@ -250,7 +238,7 @@ def _where(lattice: Lattice, held: BoolArray) -> str:
     """Where in the region the points lie that a zone holds: their middle beside that of all, as a compass says it."""
     if not held.any():
         return "margin"
-    west, south, east, north = lattice.bounds
+    west, south, east, north = lattice.region.bounds
     weight = np.where(held, lattice.weight, 0.0) / lattice.weight[held].sum() - lattice.weight
     right, up = weight @ ((lattice.lon - west) % 360.0) / (east - west), weight @ lattice.lat / (north - south)
     vertical = "north" if up > _ASIDE else "south" if up < -_ASIDE else ""

@@ -72,23 +72,19 @@ class AtlasZones:
 class AtlasEntry(support.Answer):
     """The best maps of a region, by purpose.
 
-    `region` is its text for `get_region`, `kind` country, part, state, continent, ocean or zone. `official` is the best
-    of the country's CRSs for general use that hold nine tenths of the region, on its datum in force, in states and
-    parts far away only one that is made for them; None if there is none, as in countries with zones only. `versions`
-    are those with which the entry was measured. A frame has a row for each map of each purpose; `saves` is the share of
-    the error that a map saves against the official CRS, or else the best existing one of any purpose; it is negative
-    for a larger error.
+    A frame has a row for each map of each purpose; `saves` is the share of the error that a map saves against the
+    official CRS, or else the best existing one of any purpose.
     """
 
     title: str
-    kind: str
-    region: str
+    kind: str  #: country, part, state, continent, ocean or zone
+    region: str  #: its text for `get_region`
     area_km2: float
     country: str
-    official: AtlasMap | None
+    official: AtlasMap | None  #: as that of `recommend`; None if there is none, as in countries with zones only
     purposes: Mapping[str, AtlasPurpose]
     zones: tuple[AtlasZones, ...]
-    versions: Mapping[str, str]
+    versions: Mapping[str, str]  #: those with which the entry was measured
 
     @property
     def reference(self) -> AtlasMap | None:

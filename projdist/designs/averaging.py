@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,10 +15,12 @@ from projdist import decisions, regions
 from projdist import projections as proj
 from projdist._typing import FloatArray
 from projdist.designs import plane_maps
-from projdist.designs.base_maps import TORN, WIDEST, check_degree, check_extent, overlaps
+from projdist.designs.base_maps import TORN, WIDEST, OnProgress, check_degree, check_extent, overlaps
 from projdist.field import FIGURES, Nodes, cut_length, nodes_of, sample
 from projdist.projections import AreaOfUse, DerivedCrs, Projection, ProjectionError, ProjectionLike
 from projdist.support import HIDDEN, Answer, check_text, schema
+
+_Mean = plane_maps.BoxPolynomials | plane_maps.Corrected
 
 
 @dataclass(frozen=True)
@@ -35,23 +37,18 @@ class Nearness:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class MeanMap(Answer):
-    """The mean of several maps.
-
-    `projection` is the map, `crs` its texts for other programs, None if it has none: a map of the world is a sum of
-    products of Chebyshev polynomials of longitude and latitude. `base` is the map that is corrected, None for the
-    world. `average` is the plain average of coordinates. `standings` are those of the bound, the mean, the average and
-    the given maps; `error` is the change of their totals with fewer nodes.
-    """
+    """The mean of several maps."""
 
     region: regions.Place = field(metadata=schema(of=("name", "area_km2")))
     maps: tuple[Projection, ...]
     weights: tuple[float, ...]
     degree: int
-    base: Projection | None = field(metadata=schema(of="definition"))
-    average: Projection = field(metadata=HIDDEN)
-    standings: tuple[Nearness, ...]
-    error: float = field(metadata=schema("error_estimate"))
+    base: Projection | None = field(metadata=schema(of="definition"))  #: the map that is corrected, None for the world
+    average: Projection = field(metadata=HIDDEN)  #: the plain average of coordinates
+    standings: tuple[Nearness, ...]  #: of the bound, the mean, the average and the given maps
+    error: float = field(metadata=schema("error_estimate"))  #: the change of their totals with fewer nodes
     notes: tuple[str, ...] = ()
+    #: The map; of the world a sum of products of Chebyshev polynomials of longitude and latitude.
     projection: Projection = field(metadata=schema("chebyshev", of="name"))
     crs: DerivedCrs | None = field(
         metadata=schema(of={"proj": "pipeline", "wkt": "wkt", "wkt_derived": "wkt_derived"}, spread=True)
@@ -118,14 +115,13 @@ def mean_map(
     degree: int | None = None,
     datum: str | None = None,
     name: str | None = None,
-    progress: Callable[[int, int], object] | None = None,
+    progress: OnProgress = None,
 ) -> MeanMap:
     """The mean of several maps: the map nearest to them, in the geometry of their distortion.
 
     Of all maps f of a degree it has the least sum, over the maps f_i, of weight_i times the mean of
     Dist_F(J_f J_i^-1)^2 over the region: the distortion of f relative to the plane of f_i, as the Airy-Kavrayskiy error
-    is that relative to the ground. The Frechet means of the metrics J_i^T J_i at each point have a smaller sum or the
-    same, which is the bound.
+    is that relative to the ground. The bound is the sum for the Frechet means of the metrics J_i^T J_i at each point.
 
     Parameters
     ----------
@@ -212,7 +208,7 @@ def mean_map(
     average = Projection.from_function(function, name="average of coordinates", ellipsoid=coarse.nodes.ellipsoid)
     base = None if box else _nearest_base(coarse, maps)
     try:
-        mean: plane_maps.BoxPolynomials | plane_maps.Corrected
+        mean: _Mean
         if base is None:
             mean = _of_world(coarse, area.bounds, order)
         else:  # the nearest polynomials in the plane of the base
@@ -317,21 +313,13 @@ def _of_world(ground: _Ground, box: plane_maps.Sides, degree: int) -> plane_maps
 def _nearest_base(ground: _Ground, maps: tuple[Projection, ...]) -> Projection:
     """The map that is nearest to all, by its PROJ string if it has one."""
 
-    def order(one: Projection) -> tuple[float, str]:
-        return float(f"{ground.total(ground.jacobian(one)):.{_SAME}g}"), one.definition
-
-    chosen = min(maps, key=order)
+    chosen = min(maps, key=lambda one: (float(f"{ground.total(ground.jacobian(one)):.{_SAME}g}"), one.definition))
     text = proj.parameters_of(chosen, np.eye(2))
     return chosen if text is None else Projection.from_user_input(text)
 
 
 def _placed(
-    mean: plane_maps.BoxPolynomials | plane_maps.Corrected,
-    ground: _Ground,
-    average: Projection,
-    title: str,
-    area: AreaOfUse,
-    datum: str | None,
+    mean: _Mean, ground: _Ground, average: Projection, title: str, area: AreaOfUse, datum: str | None
 ) -> tuple[Projection, DerivedCrs | None]:
     """The mean with the orientation and the middle of the average, and its CRS if it has one."""
     base = mean.base if isinstance(mean, plane_maps.Corrected) else None
@@ -347,11 +335,7 @@ def _placed(
 
 
 def _standings(
-    maps: list[tuple[str, str, Projection]],
-    region: regions.Place,
-    coarse: _Ground,
-    fine: _Ground,
-    progress: Callable[[int, int], object] | None,
+    maps: list[tuple[str, str, Projection]], region: regions.Place, coarse: _Ground, fine: _Ground, progress: OnProgress
 ) -> tuple[tuple[Nearness, ...], float]:
     """Those of the bound and of maps with their kinds and names, and the largest change of totals with fewer nodes."""
     J = fine.mean_metric()

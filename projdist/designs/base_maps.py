@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,6 +16,9 @@ from projdist.field import FIGURES, Figure, Nodes, cut_length, nodes_at
 from projdist.matrices import Energy, Measure, log_anisotropy, log_areal_scale
 from projdist.regions import Place, polygons_of
 from projdist.support import Registry, check_choice, check_number, quoted
+
+OnProgress = Callable[[int, int], object] | None
+"""Called with the numbers of steps done and of all."""
 
 
 @dataclass(frozen=True)
@@ -328,9 +332,5 @@ def overlaps(projection: projections.Projection, region: Place) -> bool | None:
     rings, which = shapely.get_rings(shapely.get_parts(image), return_index=True)
     shell = np.append(True, which[1:] != which[:-1])
     once = float(shapely.union_all(shapely.make_valid(shapely.get_parts(image))).area)
-    areas = []  # what is covered twice counts twice in them
-    for ring in rings:
-        x, y = shapely.get_coordinates(ring).T
-        x, y = x - x[0], y - y[0]
-        areas.append(abs(0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))))
+    areas = shapely.area(shapely.polygons(rings))  # what is covered twice counts twice in them
     return bool(float(np.sum(np.where(shell, 1.0, -1.0) * areas)) > once * (1.0 + _AREA))

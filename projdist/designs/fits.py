@@ -52,8 +52,7 @@ def _series(powers: Any) -> Any:
 
 def _fitted(powers: Any, z: Any, weights: FloatArray) -> Any:
     """The polynomial nearest to exp(p) at points, of the lowest degree that is close enough, else the closest."""
-    # Between the region and the disc about it exp(p) may be so large that its series converges late. Raises ValueError
-    # if it overflows.
+    # Beside the region exp(p) may be so large that its series converges late. Raises ValueError if it overflows.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         wanted = np.exp(np.polynomial.polynomial.polyval(z, powers))
         root = np.sqrt(weights) / np.abs(wanted)
@@ -155,8 +154,7 @@ class _Step(NamedTuple):
 class _FollowingSteps(NamedTuple):
     """First and second derivatives at points of all steps that follow one, on complex numbers and their conjugates.
 
-    The first is P a + Q a*, the second, along a and b, A a b + B (a b* + a* b) + C a* b*. By them the derivatives by
-    all coefficients of a step cost as much as those by two.
+    The first is P a + Q a*, the second, along a and b, A a b + B (a b* + a* b) + C a* b*, for all coefficients at once.
     """
 
     P: Any

@@ -51,15 +51,7 @@ class Surroundings:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Design(support.Answer):
-    """A map made to measure.
-
-    `value` is the figure of `criterion` over the region, measured on the finished map by adaptive cubature, with its
-    `error`. `projection` is that map as PROJ runs it, `crs` its texts. `base` is the map that is corrected, `degrees`
-    the figures of the degrees tried. `limit` is about the least Airy-Kavrayskiy error of any map of the kind, None if
-    unknown; `smallest` and `largest` are the extreme scales in any direction. `overlaps` is True if the image of the
-    region covers itself (None for points); `inverse_error` is the largest round-trip error in metres over the region,
-    infinite where PROJ's inverse fails.
-    """
+    """A map made to measure."""
 
     region: regions.Place = field(metadata=support.schema(of=("name", "area_km2")))
     kind: str
@@ -68,18 +60,18 @@ class Design(support.Answer):
     degree: int
     balance: float
     exponent: float
-    base: projections.Projection = field(metadata=support.schema(of="definition"))
-    projection: projections.Projection = field(metadata=support.HIDDEN)
-    value: float
-    error: float = field(metadata=support.schema("error_estimate"))
+    base: projections.Projection = field(metadata=support.schema(of="definition"))  #: the map that is corrected
+    projection: projections.Projection = field(metadata=support.HIDDEN)  #: the map as PROJ runs it
+    value: float  #: the figure of `criterion` over the region, of the finished map by adaptive cubature
+    error: float = field(metadata=support.schema("error_estimate"))  #: of the value
     airy_kavrayskiy: float
-    limit: float | None
-    smallest: Extreme = field(metadata=support.schema("smallest_scale"))
-    largest: Extreme = field(metadata=support.schema("largest_scale"))
-    overlaps: bool | None
+    limit: float | None  #: about the least Airy-Kavrayskiy error of any map of the kind, None if unknown
+    smallest: Extreme = field(metadata=support.schema("smallest_scale"))  #: in any direction
+    largest: Extreme = field(metadata=support.schema("largest_scale"))  #: in any direction
+    overlaps: bool | None  #: the image of the region covers itself; None for points
     surroundings: Surroundings | None
-    inverse_error: float
-    degrees: tuple[Degree, ...]
+    inverse_error: float  #: largest round-trip error in metres over the region, infinite where PROJ's inverse fails
+    degrees: tuple[Degree, ...]  #: those tried, with their figures
     rivals: tuple[Rival, ...]
     notes: tuple[str, ...] = ()
     crs: projections.DerivedCrs = field(

@@ -112,8 +112,7 @@ class ComplexPolynomial:
 class Shears:
     """An equal-area map: shears one after the other, about an origin, then a similarity.
 
-    Each turns the plane by minus its angle, moves x by size times a polynomial of y / size, with coefficients
-    (k, d + 1), and turns back.
+    Each turns the plane by minus its angle, moves x by size times a polynomial (d + 1,) of y / size, and turns back.
     """
 
     origin: complex
@@ -164,15 +163,12 @@ def _affine(similarity: complex, shift: complex) -> str:
 def _shear(coefficients: FloatArray) -> str:
     """PROJ's horner for x + f(y), y, with its inverse."""
     degree = len(coefficients) - 1
-    moved, kept = (np.zeros((degree + 1, degree + 1)) for _ in range(2))
+    moved, kept = np.zeros((2, degree + 1, degree + 1))
     moved[0] = coefficients
-    kept[0, 1] = 1.0
-    texts = []
-    for way, sign in (("fwd", 1.0), ("inv", -1.0)):
-        c = sign * moved
-        c[1, 0] = 1.0
-        texts.append(_horner(way, "0,0", c, kept))
-    return f"+proj=horner +deg={degree} +range=1e8 {' '.join(texts)}"
+    back = -moved
+    moved[1, 0] = back[1, 0] = kept[0, 1] = 1.0
+    texts = f"{_horner('fwd', '0,0', moved, kept)} {_horner('inv', '0,0', back, kept)}"
+    return f"+proj=horner +deg={degree} +range=1e8 {texts}"
 
 
 PlaneMap = PolynomialMap | ComplexPolynomial | Shears
@@ -216,8 +212,7 @@ class Corrected:
 class BoxPolynomials:
     """x, y in metres as sums of T_i(s) T_j(t), Chebyshev's polynomials, with coefficients (2, d + 1, d + 1).
 
-    s and t run from -1 to 1 from west to east and from south to north of a box in degrees, beyond which the map is
-    undefined.
+    s and t run from -1 to 1 from west to east and from south to north of a box in degrees; beyond x and y are NaN.
     """
 
     box: Sides
@@ -283,8 +278,7 @@ class Targets:
 
     def mean_metric(self) -> FloatArray:
         """Upper triangular J (n, 2, 2) whose J^T J are the Frechet means of the maps' at each point."""
-        transposed = np.swapaxes(self.J, 2, 3)
-        return np.swapaxes(mdt(np.swapaxes(transposed, 0, 1), self.counts).T, 1, 2)
+        return np.swapaxes(mdt(self.J.transpose(1, 0, 3, 2), self.counts).T, 1, 2)
 
     def best_linear(self) -> FloatArray:
         """The upper triangular J (2, 2) of the least total, one for all points."""
@@ -314,18 +308,16 @@ def common_turn(J: FloatArray, weight: FloatArray) -> complex:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class PlaneMean(Answer):
-    """The mean of maps of a plane, as polynomials of it.
+    """The mean of maps of a plane, as polynomials of it; call it with coordinates x, y for the map's.
 
-    `total` is the sum over the maps of weight times the mean squared Fisher distance at the points, `bound` the same
-    for the mean metric of each point. Call it with coordinates x, y for the map's; `jacobian` has its derivatives.
-    `coefficients` (2, d + 1, d + 1) are those of u^i v^j, u = (x - x0) / size, v = (y - y0) / size with the origin
-    x0, y0. Its mean over the points is 0, 0, and its rotation the mean of the maps'.
+    Its mean over the points is 0, 0, and its rotation the mean of the maps'.
     """
 
     degree: int
     weights: tuple[float, ...]
-    total: float
-    bound: float
+    total: float  #: sum over the maps of weight times the mean squared Fisher distance at the points
+    bound: float  #: the same for the mean metric of each point
+    #: With coefficients (2, d + 1, d + 1) of u^i v^j, u = (x - x0) / size, v = (y - y0) / size.
     plane_map: PolynomialMap = field(metadata=schema(of=("origin", "size", "coefficients"), spread=True))
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -366,8 +358,7 @@ def mean_plane_map(
 
     Of all polynomials f of a degree it has the least sum, over the maps i, of weight_i times the mean of
     Dist_F(J_f J_i^-1)^2 over the points. It is for maps what `mdt` is for matrices: for linear maps it is the
-    transposed mean distorting transformation of their transposed matrices. But no map need have the mean metric, and
-    that the minimum is unique is not proven.
+    transposed mean distorting transformation of their transposed matrices. That the minimum is unique is not proven.
 
     Parameters
     ----------
@@ -390,8 +381,7 @@ def mean_plane_map(
     Raises
     ------
     ValueError
-        For other shapes, Jacobians that are not finite or mirrored, and points that do not determine polynomials of
-        the degree.
+        For other shapes, Jacobians that are not finite or mirrored, and points that do not determine the polynomials.
 
     References
     ----------

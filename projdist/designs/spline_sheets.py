@@ -1,7 +1,6 @@
 """Cuts of the globe from a point to its antipode, and splines on the sheet that is unrolled along them.
 
-The frame of a cut has its first point as south pole, its last as north pole; the cut is at a longitude of the frame
-that may change with the frame's latitude.
+The frame of a cut has its first point as south pole, its last as north pole; its longitude may change with latitude.
 """
 
 from __future__ import annotations
@@ -161,28 +160,21 @@ class Splines:
 
     def at(self, t: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
         """The first spline that is not zero at t (n,), and values and slopes (n, degree + 1) from it on."""
+        from scipy.interpolate import BSpline  # slow to load
+
         knots, d = self.knots, self.degree
         span = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.breaks) - 2)
-        values, lower = np.ones((len(t), 1)), np.ones((len(t), 1))
-        for k in range(1, d + 1):
-            lower = values
-            left = knots[span[:, None] + d + np.arange(1 - k, 1)]
-            right = knots[span[:, None] + d + np.arange(1, k + 1)]
-            share = lower / (right - left)
-            values = np.zeros((len(t), k + 1))
-            values[:, :-1] += (right - t[:, None]) * share
-            values[:, 1:] += (t[:, None] - left) * share
-        slopes = np.zeros((len(t), d + 1))
-        slopes[:, :-1] -= d * share
-        slopes[:, 1:] += d * share
-        return span, values, slopes
+        values, lower = (BSpline.design_matrix(t, knots[d - k : len(knots) - d + k], k).data for k in (d, d - 1))
+        ends = span[:, None] + np.arange(1, d + 1)
+        rates = d * (lower.reshape(-1, d) / (knots[ends + d] - knots[ends]))
+        slopes = np.pad(rates, ((0, 0), (1, 0))) - np.pad(rates, ((0, 0), (0, 1)))
+        return span, values.reshape(-1, d + 1), slopes
 
     def interpolation(self) -> FloatArray:
         """The matrix (count, count) of the splines' values at the middles."""
-        first, values, _ = self.at(self.middles)
-        matrix = np.zeros((self.count, self.count))
-        np.put_along_axis(matrix, first[:, None] + np.arange(self.degree + 1), values, axis=1)
-        return matrix
+        from scipy.interpolate import BSpline
+
+        return BSpline.design_matrix(self.middles, self.knots, self.degree).toarray()
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,7 +192,8 @@ class SplineMap:
         end = self.v.breaks[-1]
         shown = np.isfinite(u) & (np.abs(v) <= end + _ROUNDING)
         x, y = (np.full(np.shape(u), np.nan) for _ in range(2))
-        x[shown], y[shown] = self.on_sheet(u[shown], np.clip(v[shown], -end, end))
+        if shown.any():
+            x[shown], y[shown] = self.on_sheet(u[shown], np.clip(v[shown], -end, end))
         return x, y
 
     def on_sheet(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -6,16 +6,15 @@ https://proj.org/en/stable/operations/transformations/tinshift.html
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 
 from projdist import answers, earth, regions, support
-from projdist._typing import FloatArray, IntArray
-from projdist.designs.base_maps import SYMMETRIES, check_within
+from projdist._typing import AnyPath, FloatArray, IntArray
+from projdist.designs.base_maps import SYMMETRIES, OnProgress, check_within
 from projdist.designs.newton import Elements, minimise_elements
 from projdist.designs.spline_sheets import Cut, CutLike, SplineMap, Splines, SplineSheet, get_cut
 from projdist.matrices import EXPONENT, Energy
@@ -123,8 +122,7 @@ _BEYOND = 1e-13  # of a latitude, beyond the poles: PROJ may miss triangles with
 
 def triangulation(given: SplineMap, name: str, step: float) -> dict[str, Any]:
     """The file's contents: triangles between lines of a graticule that are at most `step` degrees apart."""
-    # They lead from longitudes and latitudes in the frame of the map's cut, in degrees, to x and y, and cover
-    # longitudes from -180 to 180. They are exact at the corners, and linear between them.
+    # They lead from degrees in the frame of the map's cut to x and y, exactly at corners, linearly between them.
     u, v = (_divided(splines.breaks, step) for splines in (given.u, given.v))
     if given.cut.is_straight:  # no triangle passes the longitude 180
         u = np.union1d(u, np.radians(np.mod(180.0 - given.cut.points[0][0], 360.0) - 180.0))
@@ -209,28 +207,23 @@ class Standing:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class WorldMap(support.Answer):
-    """A map of the world made to measure.
+    """A map of the world made to measure, at the best scale for the region."""
 
-    `projection` is the map, a cubic spline in metres, twice continuously differentiable except at the ends of the cut,
-    at the best scale for the region. `airy_kavrayskiy` is measured by adaptive cubature over the region, to
-    `error_estimate`, and `over_globe` over the whole Earth (NaN for a map that ends before the poles). `refinements`
-    are the meshes, `standings` other maps by the same measure. `elsewhere` is the weight outside the region.
-    """
-
+    #: A cubic spline in metres, twice continuously differentiable except at the ends of the cut.
     projection: Projection = field(metadata=support.schema("name", of="name"))
     region: regions.Place = field(metadata=support.schema(of=("name", "area_km2")))
     cut: Cut = field(metadata=support.schema(of="name"))
-    elsewhere: float
+    elsewhere: float  #: the weight outside the region
     until: float
     symmetric: str
     exponent: float
-    airy_kavrayskiy: float
+    airy_kavrayskiy: float  #: over the region, by adaptive cubature
     error_estimate: float
-    over_globe: float
+    over_globe: float  #: the same over the whole Earth; NaN for a map that ends before the poles
     coverage: float
     mirrored: float
-    refinements: tuple[Refinement, ...]
-    standings: tuple[Standing, ...]
+    refinements: tuple[Refinement, ...]  #: the meshes
+    standings: tuple[Standing, ...]  #: other maps by the same measure
 
     @property
     def sheet(self) -> SplineMap:
@@ -239,7 +232,7 @@ class WorldMap(support.Answer):
         assert isinstance(function, SplineMap)
         return function
 
-    def write_tinshift(self, path: str | os.PathLike[str], *, step: float = _STEP, overwrite: bool = True) -> str:
+    def write_tinshift(self, path: AnyPath, *, step: float = _STEP, overwrite: bool = True) -> str:
         """Write the map as triangles for PROJ, and return the operation that reads them, from degrees to metres.
 
         Parameters
@@ -274,15 +267,13 @@ class WorldMap(support.Answer):
             new.write_text(json.dumps(triangulation(self.sheet, self.projection.name, size)), encoding="utf-8")
         return self.pipeline(file)
 
-    def pipeline(self, path: str | os.PathLike[str]) -> str:
+    def pipeline(self, path: AnyPath) -> str:
         """PROJ's operation from degrees to metres that reads a file of `write_tinshift`."""
         shift = f'+proj=tinshift +file="{path}"' if " " in str(path) else f"+proj=tinshift +file={path}"
         if self.cut.frame is None:
             return shift
-        to_radians, to_degrees = (
-            f"+proj=unitconvert +xy_in={a} +xy_out={b}" for a, b in (("deg", "rad"), ("rad", "deg"))
-        )
-        return f"+proj=pipeline +step {to_radians} +step {self.cut.frame.step} +step {to_degrees} +step {shift}"
+        frame = f"+proj=unitconvert +xy_in=deg +xy_out=rad +step {self.cut.frame.step} +step +proj=unitconvert"
+        return f"+proj=pipeline +step {frame} +xy_in=rad +xy_out=deg +step {shift}"
 
     def _line(self) -> str:
         return f"{self.projection.name}: AK {self.airy_kavrayskiy:.4g} ± {self.error_estimate:.1g}"
@@ -302,7 +293,7 @@ def world_map(
     exponent: float = EXPONENT,
     cells: int | None = None,
     against: ProjectionLike | Iterable[ProjectionLike] = AGAINST,
-    progress: Callable[[int, int], object] | None = None,
+    progress: OnProgress = None,
 ) -> WorldMap:
     """The map of the world, cut along a line, that distorts a region least.
 
@@ -401,9 +392,7 @@ def _over_globe(found: answers.Summary, spec: WorldSpec) -> float:
 # ---- the search -----------------------------------------------------------------------------
 
 
-def _refined(
-    spec: WorldSpec, finest: int, progress: Callable[[int, int], object] | None
-) -> tuple[SplineMap, tuple[Refinement, ...]]:
+def _refined(spec: WorldSpec, finest: int, progress: OnProgress) -> tuple[SplineMap, tuple[Refinement, ...]]:
     """The best map on the finest mesh, in metres at the region's best scale, and all meshes."""
     if not spec.weights(spec.sheet(finest), 0.0).any():
         raise ValueError(

@@ -1,10 +1,9 @@
 """Distortion for GIS programs: rasters of measures, layers of indicatrices, tables of points, mosaics of map sheets.
 
 The home of rasterio, geopandas, pyogrio and xarray, which come with `pip install 'projdist[gis]'` and are
-imported where they are used. `region` is None (the area of use of a CRS, else the globe) or
-whatever `projdist.get_region` takes. Coordinates of rasters and layers are in the CRS's own unit,
-in the order in which GIS programs have them: easting first. Where pandas is imported already, frames have
-`frame.projdist`.
+imported where they are used. `region` is None (the area of use of a CRS, else the globe) or whatever
+`projdist.get_region` takes. Coordinates of rasters and layers are in the CRS's own unit, in the order in which GIS
+programs have them: easting first. Where pandas is imported already, frames have `frame.projdist`.
 """
 
 import sys

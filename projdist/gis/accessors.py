@@ -5,13 +5,11 @@ It is registered when this module is imported, which `import projdist.gis` does 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from importlib.util import find_spec
 from typing import Any
 
 from projdist.answers import factors
 from projdist.decisions import Check, check, estimate_crs
-from projdist.matrices import Measure
 from projdist.projections import CRS, ProjectionLike
 
 
@@ -29,24 +27,17 @@ class FrameAccessor:
     def __init__(self, frame: Any) -> None:
         self._frame = frame
 
-    def check(
-        self,
-        crs: ProjectionLike | None = None,
-        *,
-        column: str | None = None,
-        purpose: str | None = "any",
-        **options: Any,
-    ) -> Check:
-        """Errors of area, length and bearing of the features in a CRS, as `projdist.check`."""
-        return check(self._frame, crs, column=column, purpose=purpose, **options)
+    def check(self, crs: ProjectionLike | None = None, **options: Any) -> Check:
+        """Errors of area, length and bearing of the features in a CRS, with the options of `projdist.check`."""
+        return check(self._frame, crs, **options)
 
-    def estimate_crs(self, *, purpose: str = "any", **options: Any) -> CRS:
-        """The best existing CRS for the data, as `projdist.estimate_crs`."""
-        return estimate_crs(self._frame, purpose=purpose, **options)
+    def estimate_crs(self, **options: Any) -> CRS:
+        """The best existing CRS for the data, with the options of `projdist.estimate_crs`."""
+        return estimate_crs(self._frame, **options)
 
-    def factors(self, projection: ProjectionLike, *, measures: Iterable[str | Measure] = (), prefix: str = "") -> Any:
-        """The frame with the factors of a projection at its points as columns, as `projdist.factors`."""
-        return factors(projection, self._frame, measures=measures, prefix=prefix)
+    def factors(self, projection: ProjectionLike, **options: Any) -> Any:
+        """The frame with factors at its points as columns, with the options of `projdist.factors`."""
+        return factors(projection, self._frame, **options)
 
 
 if find_spec("pandas") is not None:  # without it there are no frames

@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from projdist import projections, regions, support
-from projdist._typing import FloatArray, IntArray
+from projdist._typing import AnyPath, FloatArray, IntArray
 from projdist.gis import layers
 from projdist.gis.layers import needed_for
 from projdist.gis.rasters import BESIDE, FLAVOURS, RASTER_SUFFIXES, flavour_of, geotiff_options
@@ -46,9 +46,9 @@ class Conversion:
 
 
 def convert(
-    data: str | os.PathLike[str],
+    data: AnyPath,
     to: Any,
-    output: str | os.PathLike[str],
+    output: AnyPath,
     *,
     source: Any = None,
     densify: float | None = None,
@@ -172,9 +172,8 @@ def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | N
 
 def _tell_of_elsewhere(source: CRS, target: CRS, points: FloatArray, owner: IntArray, things: str) -> None:
     """Warn of things with most of their points, (n, 2) in the CRS of the data, outside the target's area of use."""
-    if target.area_of_use is None or not _is_map(target) or not len(points):
-        return
-    area = Projection.from_user_input(target).area_of_use
+    is_for_place = target.area_of_use is not None and _is_map(target) and len(points) > 0
+    area = Projection.from_user_input(target).area_of_use if is_for_place else None
     if area is None:
         return
     box, in_degrees = regions.Box(*area), projections.to_lonlat(source)
@@ -236,10 +235,8 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
     import geopandas
 
     found = geopandas.read_file(path, rows=0).crs
-    is_held = found is not None
-    if is_held and _is_map(target):
-        is_held = projections.same_map(Projection.from_user_input(target), found.to_wkt()) is not None
-    if not is_held:
+    given = Projection.from_user_input(target) if found is not None and _is_map(target) else None
+    if found is None or (given is not None and projections.same_map(given, found.to_wkt()) is None):
         return f"'{path.name}' cannot hold this CRS."
     is_plain = _METHOD not in target.to_wkt() or _METHOD in found.to_wkt()
     return "" if is_plain else f"Other programs than projdist do not understand this CRS in '{path.name}'."

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import csv
 import json
-import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -16,7 +15,7 @@ import shapely
 from shapely.errors import ShapelyError
 
 from projdist import answers, matrices, support, surfaces
-from projdist._typing import FloatArray
+from projdist._typing import AnyPath, FloatArray
 from projdist.applications.oldmaps import LOCAL_MEASURES, RECTIFICATIONS, OldMap, isolines
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 from projdist.regions import RegionLike, geojson_of, get_region
@@ -100,8 +99,7 @@ def indicatrices(
 
     Attributes: lon, lat in degrees; x, y in metres; a, b, h, k, s, omega as in `factors`; `azimuth` of the major axis
     on the ground, degrees clockwise from north within [0, 180), NaN for a circle; `radius` of the circles on the ground
-    in metres. For a map without a CRS the polygons are in metres and `crs` is None. Raises ImportError without
-    geopandas.
+    in metres. Without a CRS of the map the polygons are in metres and `crs` is None. Raises ImportError.
     """
     with needed_for("layer"):
         import geopandas
@@ -118,13 +116,12 @@ def indicatrices(
 
 
 def save_layer(
-    frame: geopandas.GeoDataFrame, path: str | os.PathLike[str], *, layer: str | None = None, overwrite: bool = True
+    frame: geopandas.GeoDataFrame, path: AnyPath, *, layer: str | None = None, overwrite: bool = True
 ) -> Path:
     """Write a GeoDataFrame as GeoPackage or GeoJSON, whole or not at all.
 
     For a frame without a CRS that of a GeoPackage is undefined, and that of GeoJSON a local plane in metres. Raises
-    FileExistsError for an existing file that is not to be overwritten, OSError for one that cannot be written,
-    ImportError without pyogrio.
+    FileExistsError, OSError for a file that cannot be written, and ImportError without pyogrio.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -141,9 +138,7 @@ def save_layer(
     return path
 
 
-def save_layers(
-    frames: Mapping[str, geopandas.GeoDataFrame], path: str | os.PathLike[str], *, overwrite: bool = True
-) -> Path:
+def save_layers(frames: Mapping[str, geopandas.GeoDataFrame], path: AnyPath, *, overwrite: bool = True) -> Path:
     """Write GeoDataFrames as layers of one GeoPackage, whole or not at all; raises as `save_layer`."""
     path = Path(path)
     if path.suffix.lower() != ".gpkg":
@@ -202,8 +197,7 @@ def old_map_layers(
     by : str
         The rectification, "mdt", "affine" or "helmert", after which displacements and measures are taken.
     crs : ProjectionLike, optional
-        The CRS of the true places, by default that of the control points; without one the layers are in metres of an
-        unnamed plane.
+        The CRS of the true places, by default that of the control points; without one layers are in metres of a plane.
 
     Returns
     -------
@@ -267,13 +261,12 @@ def _native(places: FloatArray, plane: ProjectedCrs | None) -> FloatArray:
 ATLAS_SUFFIXES = (".csv", ".parquet", ".gpkg")
 
 
-def save_atlas(entries: Sequence[AtlasEntry], path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
+def save_atlas(entries: Sequence[AtlasEntry], path: AnyPath, *, overwrite: bool = True) -> Path:
     """Write entries of the atlas in the format of the file's suffix, whole or not at all.
 
     A `.csv` or `.parquet` file has a row for each map of each purpose, as `AtlasEntry.rows`; a `.gpkg` file has a
     feature for each place, as `atlas_frame`. Only CSV needs no extra libraries. Raises ValueError for another suffix,
-    FileExistsError for an existing file that is not to be overwritten, OSError for one that cannot be written,
-    ImportError without the libraries.
+    FileExistsError, OSError for a file that cannot be written, and ImportError without the libraries.
     """
     path = Path(path)
     suffix = path.suffix.lower()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from projdist import answers, earth, projections, support, surfaces
-from projdist._typing import AnyArray, FloatArray
+from projdist._typing import AnyArray, AnyPath, FloatArray
 from projdist.applications.mosaics import Georeference
 from projdist.applications.oldmaps import RectifiedScan
 from projdist.field import jacobian, measure_at
@@ -117,19 +116,15 @@ _AT_ONCE = 1_000_000  # pixels; 200 MB
 
 @dataclass(frozen=True, kw_only=True)
 class Raster:
-    """Measures at the centres of pixels: `values` (bands, rows, columns), NaN outside the map and the region.
-
-    `wkt` is the CRS, `flavour` that of the GeoTIFF keys. `note`: why the CRS is not the map's own although that was
-    requested, or another remark; else "".
-    """
+    """Measures at the centres of pixels."""
 
     projection: Projection
     measures: tuple[Measure, ...]
-    values: FloatArray
+    values: FloatArray  #: (bands, rows, columns), NaN outside the map and the region
     pixels: RasterPixels
-    wkt: str
-    flavour: str
-    note: str
+    wkt: str  #: the CRS
+    flavour: str  #: of the GeoTIFF keys
+    note: str  #: why the CRS is not the map's own although that was requested, or another remark; else ""
 
 
 def raster(
@@ -145,8 +140,7 @@ def raster(
 
     A map without an inverse, or without a CRS that a GeoTIFF can hold, is sampled on longitude and latitude. `size` is
     the number of pixels of the longer side or (columns, rows), `resolution` the side of a pixel in the CRS's unit.
-    Raises ValueError for invalid options and a region without any value, ProjectionError, and ImportError without
-    rasterio.
+    Raises ValueError for invalid options and a region without values, ProjectionError, ImportError without rasterio.
     """
     projection = Projection.from_user_input(projection)
     if grid not in GRIDS:
@@ -189,16 +183,14 @@ def raster(
 
 def _named(measure: str | Measure) -> Measure:
     """A measure under the name that was requested, which becomes the name of its band."""
-    found = get_measure(measure)
-    return replace(found, name=measure) if isinstance(measure, str) else found
+    return replace(get_measure(measure), name=measure) if isinstance(measure, str) else get_measure(measure)
+
+
+_ToDegrees = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def _values(
-    projection: Projection,
-    measures: tuple[Measure, ...],
-    region: Place,
-    places: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]],
-    grid: RasterPixels,
+    projection: Projection, measures: tuple[Measure, ...], region: Place, places: _ToDegrees, grid: RasterPixels
 ) -> FloatArray:
     """Measures at the centres of pixels, (bands, rows, columns), at `places` in degrees; NaN outside the region."""
     values = np.full((len(measures), grid.rows, grid.columns), np.nan)
@@ -270,7 +262,7 @@ def _is_held(projection: Projection, plane: ProjectedCrs, flavour: str, beside: 
     return bool(found) and projections.same_map(projection, found) is not None
 
 
-def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
+def save_raster(raster: Raster, path: AnyPath, *, overwrite: bool = True) -> Path:
     """Write a raster as GeoTIFF, whole or not at all: 64-bit floats, a named band per measure, NaN as nodata.
 
     A CRS that a GeoTIFF cannot hold goes into a second file, `.aux.xml`, as GDAL does it. Raises FileExistsError for an
@@ -298,11 +290,8 @@ def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool
 # ---- map sheets -----------------------------------------------------------------------------------
 
 
-def georeference_of(path: str | os.PathLike[str]) -> Georeference | None:
-    """The georeference that GDAL reads from an image (a GeoTIFF, or a world file beside it), None without one.
-
-    Raises ImportError without rasterio.
-    """
+def georeference_of(path: AnyPath) -> Georeference | None:
+    """The georeference that GDAL reads from an image or the world file beside it, None without one; ImportError."""
     with needed_for(f"image '{path}'"):
         import rasterio
         from rasterio.errors import NotGeoreferencedWarning, RasterioIOError
@@ -317,12 +306,7 @@ def georeference_of(path: str | os.PathLike[str]) -> Georeference | None:
 
 
 def save_geotiff(
-    pixels: AnyArray,
-    path: str | os.PathLike[str],
-    place: Georeference,
-    *,
-    flavour: str = FLAVOURS[0],
-    overwrite: bool = True,
+    pixels: AnyArray, path: AnyPath, place: Georeference, *, flavour: str = FLAVOURS[0], overwrite: bool = True
 ) -> None:
     """Write pixels (height, width, 2 or 4), alpha last, as a GeoTIFF; raises OSError, FileExistsError, ImportError."""
     with needed_for(f"output '{path}'"):
@@ -343,7 +327,7 @@ def save_geotiff(
 
 
 def save_sheet(
-    sheet: RectifiedScan, path: str | os.PathLike[str], *, crs: ProjectionLike | None = None, overwrite: bool = True
+    sheet: RectifiedScan, path: AnyPath, *, crs: ProjectionLike | None = None, overwrite: bool = True
 ) -> Path:
     """Write the rectified scan of an old map as a GeoTIFF in the CRS of its control points.
 

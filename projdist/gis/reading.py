@@ -15,6 +15,7 @@ import numpy as np
 import shapely
 
 from projdist import projections, regions
+from projdist._typing import AnyPath
 from projdist.gis.layers import needed_for, save_layer
 from projdist.projections import Projection, ProjectionLike, is_geographic
 from projdist.support import one_line, replacing, tell
@@ -28,16 +29,15 @@ _HEAD = 65_536  # characters at the beginning of a file that are searched for it
 TABLE_SUFFIXES = (".csv", ".parquet", ".gpkg", ".geojson")
 
 
-def read_points(path: str | os.PathLike[str]) -> pd.DataFrame:
+def read_points(path: AnyPath) -> pd.DataFrame:
     """A file of points as a GeoDataFrame, or as a DataFrame if it has no geometries.
 
-    `#LAYER` behind the path names one of several layers. Raises ValueError for a file that cannot be read, ImportError
-    without geopandas.
+    `#LAYER` behind the path names one of several layers. Raises ValueError for a file that cannot be read, ImportError.
     """
     return _read(os.fspath(path), "points")
 
 
-def read_data(path: str | os.PathLike[str]) -> Any:
+def read_data(path: AnyPath) -> Any:
     """A file of lines or polygons as a GeoDataFrame; raises as `read_points`, and for data without geometries."""
     text = os.fspath(path)
     frame = _read(text, "data")
@@ -162,9 +162,7 @@ def _read_table(name: str) -> Any:
     return pd.DataFrame([row for _, row in table.rows], columns=table.header, dtype=str).apply(parsed)
 
 
-def save_points(
-    projection: ProjectionLike, frame: Any, path: str | os.PathLike[str], *, overwrite: bool = True
-) -> Path:
+def save_points(projection: ProjectionLike, frame: Any, path: AnyPath, *, overwrite: bool = True) -> Path:
     """Write a frame of points in the format of the file's suffix, whole or not at all.
 
     Points keep their CRS, except in GeoJSON, which is in WGS 84, and in CSV, with `lon` and `lat` on the datum of the
@@ -218,8 +216,7 @@ def plain_table(projection: ProjectionLike, frame: Any) -> pd.DataFrame:
         return frame
     lon, lat = projections.places(Projection.from_user_input(projection), frame)
     others = frame.drop(columns=frame.geometry.name)
-    if {"lon", "lat"} & set(others.columns):
-        return others
-    others.insert(0, "lon", lon)
-    others.insert(1, "lat", lat)
+    if not {"lon", "lat"} & set(others.columns):
+        others.insert(0, "lon", lon)
+        others.insert(1, "lat", lat)
     return others

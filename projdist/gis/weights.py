@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-import os
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import AnyPath, BoolArray, FloatArray
 from projdist.gis.layers import needed_for
 from projdist.projections import ground_of, tell_of_degrees, unprojected
 from projdist.regions import PointSet, Region, RegionEdges, RegionLike, get_region
@@ -24,7 +23,7 @@ _LOOK = 16  # cells on a side of a square that is tested as a whole
 _BENT = 0.25  # of its size, by which such a square, however curved, may leave the box of its corners
 
 
-def weighted(region: RegionLike, path: str | os.PathLike[str], *, band: int = 1) -> PointSet:
+def weighted(region: RegionLike, path: AnyPath, *, band: int = 1) -> PointSet:
     """The cells of a raster whose middles are in a region, as points weighted by the cells' values.
 
     The values are counts, as of people, with the band's scale and offset applied; a cell without data has weight 0.

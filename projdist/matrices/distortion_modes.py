@@ -30,15 +30,13 @@ _AXES = "xyz"
 class Modes(Answer):
     """The d = n (n + 1) / 2 modes of matrices, largest share first.
 
-    `T` (n, n): the reference. `matrices` (d, n, n): symmetric, of norm 1; where s is the score of a mode
-    E, T^-1 A is exp(s E) up to rotations: in the direction of an eigenvector the scale is exp of s times its
-    eigenvalue. The largest eigenvalue is positive. `rms` (d,): the RMS of the scores, whose squares have the mean
-    square of Dist_F(T^-1 A) for their sum; `shares` (d,): of that sum, 0 where nothing is distorted.
+    Where s is the score of a mode E, T^-1 A is exp(s E) up to rotations: in the direction of an eigenvector the scale
+    is exp of s times its eigenvalue, of which the largest is positive.
     """
 
-    T: FloatArray
-    matrices: FloatArray
-    rms: FloatArray
+    T: FloatArray  #: (n, n), the reference
+    matrices: FloatArray  #: (d, n, n), symmetric, of norm 1
+    rms: FloatArray  #: (d,), of the scores, whose squares have the mean square of Dist_F(T^-1 A) for their sum
 
     @property
     def shares(self) -> FloatArray:
@@ -103,8 +101,7 @@ def modes(A: ArrayLike, weights: ArrayLike | None = None, *, T: ArrayLike | None
     weights : array_like (N,), optional
         Not negative, of any sum; equal ones if there are none.
     T : array_like (n, n), optional
-        The reference; by default the mean distorting transformation. The modes are described in the axes
-        of T^-1 A.
+        The reference; by default the mean distorting transformation. Modes are described in the axes of T^-1 A.
 
     Returns
     -------

@@ -99,8 +99,7 @@ def _fractions(x: FloatArray, complement: FloatArray) -> tuple[FloatArray, Float
 
 def _roots(form: _Form) -> FloatArray:
     """Three ascending angles in an interval of length pi where the form is zero; a single zero is repeated."""
-    # Of four directions the one with the largest form is put at infinity, so that the leading coefficient does not
-    # vanish; the zeros of a zero form are arbitrary.
+    # Of four directions that of the largest form is put at infinity, so that the leading coefficient does not vanish.
     p, q, r, s = form[:4]
     angles = np.arange(4) * (np.pi / 4)
     cos, sin = np.cos(angles), np.sin(angles)

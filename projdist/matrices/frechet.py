@@ -232,14 +232,7 @@ def _power_mean(A: FloatArray, w: FloatArray, T: FloatArray, order: float) -> tu
     return T, count
 
 
-METHODS: dict[str, Callable[[FloatArray, FloatArray, FloatArray], Mean]] = {
-    "newton": newton,
-    "gradient": gradient,
-    "mpm": mpm,
-    "log_euclidean": log_euclidean,
-    "log_cholesky": log_cholesky,
-    "arithmetic": arithmetic,
-}
+METHODS = {method.__name__: method for method in (newton, gradient, mpm, log_euclidean, log_cholesky, arithmetic)}
 
 
 # ---- 2 x 2 matrices ------------------------------------------------------------------------------

@@ -86,8 +86,8 @@ def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto")
     ------
     ValueError
         With the index, for singular or non-finite matrices (n > 2: singular to rounding) and for negative or undefined
-        weights; for weights that are all zero; and for matrices so far apart, in condition beyond 1e150, that their
-        squares leave the range of doubles.
+        weights; for weights that are all zero; and for matrices so far apart that their squares leave the range of
+        doubles.
 
     References
     ----------
@@ -228,8 +228,7 @@ class _View(NamedTuple):
 
 def medians(A: FloatArray, w: FloatArray, start: FloatArray, noise: float = 0.0) -> frechet.Mean:
     """Medians of sets A (B, N, n, n) with weights w (B, N) of sum 1, from a start T (B, n, n)."""
-    # Matrices within `noise` of a geodesic count as on it; with noise, directions are balanced only to the largest
-    # weight, as a single matrix does not matter.
+    # Matrices within `noise` of a geodesic count as on it; with noise, directions balance only to the largest weight.
     found = []
     for every, weights, T in zip(A, w, start, strict=True):
         some, counting, count = every[weights > 0], weights[weights > 0], 0

@@ -24,8 +24,7 @@ FACTORS = ("h", "k", "a", "b", "s", "omega", "theta", "convergence", "fisher")
 def principal_scales(J: ArrayLike) -> FloatArray:
     """The singular values of Jacobians, the largest first: a and b, the semi-axes of Tissot's indicatrix.
 
-    For n = 2 they come from a + b and a - b, each one a hypotenuse: exact to rounding near
-    conformality, where a and b from the trace and the determinant lose half of the digits.
+    For n = 2 they come from a + b and a - b, each one a hypotenuse: exact to rounding near conformality.
 
     Parameters
     ----------
@@ -171,8 +170,7 @@ def meridian_parallel_angle(J: FloatArray) -> FloatArray:
 def meridian_convergence(J: FloatArray) -> FloatArray:
     """Angle from true north clockwise to grid north in degrees.
 
-    The surveyors' sign, PROJ's too: positive east of the central meridian of a transverse
-    Mercator in the northern hemisphere.
+    The surveyors' sign, and PROJ's: positive east of the central meridian of UTM in the northern hemisphere.
     """
     return _convergence(J, meridional_scale(J))
 

@@ -53,16 +53,11 @@ _SHOWN = 10  # indices in one message
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Rotation(Answer):
-    """The rotation that removes the mean orientation of T^-1 A_i.
+    """The rotation that removes the mean orientation of T^-1 A_i."""
 
-    `q`: shape (..., n, n), determinant 1, applied on the left: q T^-1 A_i. `reflection`: True if all
-    A_i mirror; then the mean orientation of q T^-1 A_i is diag(1, .., 1, -1) instead of 1.
-    `mean_resultant_length`: 1 if all orientations agree, 0 if they cancel.
-    """
-
-    q: FloatArray
-    reflection: Any
-    mean_resultant_length: Any
+    q: FloatArray  #: (..., n, n), of determinant 1, applied on the left: q T^-1 A_i
+    reflection: Any  #: all A_i mirror: the mean orientation of q T^-1 A_i is then diag(1, .., 1, -1) instead of 1
+    mean_resultant_length: Any  #: 1 if all orientations agree, 0 if they cancel
 
     def _line(self) -> str:
         return np.array2string(np.asarray(self.q), precision=4, threshold=16).replace("\n", "")

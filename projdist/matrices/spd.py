@@ -51,10 +51,7 @@ def lower_factor(A: FloatArray) -> FloatArray:
 
 
 def to_lower(P: ArrayLike) -> FloatArray:
-    """The Cholesky map: L with P = L L^T, lower triangular with a positive diagonal.
-
-    Raises ValueError, with the index, where P is not symmetric and positive definite.
-    """
+    """The Cholesky map: L with P = L L^T, lower triangular with a positive diagonal; ValueError where P is not SPD."""
     P = _check_square(P)
     must = "symmetric and positive definite"
     with np.errstate(invalid="ignore"):
@@ -80,10 +77,7 @@ def metric(P: ArrayLike, V: ArrayLike, W: ArrayLike) -> FloatArray:
 
 
 def lower_metric(L: ArrayLike, X: ArrayLike, Y: ArrayLike) -> FloatArray:
-    """The metric pulled back by L -> L L^T: of lower triangular tangents X, Y at L, shape (...).
-
-    With Z = L^-1 X and the same for Y it is the trace of the product of Z + Z^T and its like.
-    """
+    """The metric pulled back by L -> L L^T: of lower triangular tangents X, Y at L, shape (...)."""
     L = _check_square(L)
     Z, W = _solve(L, _check_square(X)), _solve(L, _check_square(Y))
     return np.asarray(np.einsum("...ij,...ij->...", Z + transposed(Z), W + transposed(W)))
@@ -194,8 +188,7 @@ class View(NamedTuple):
 class LapackSets:
     """Sets of any shape, by LAPACK.
 
-    The eigenvectors are kept. After a small move they still nearly diagonalise, and first-order perturbation gives the
-    logarithm at a third of the cost of a decomposition.
+    Eigenvectors are kept: after a small move first-order perturbation gives the logarithm at a third of the cost.
     """
 
     def __init__(self, A: FloatArray, w: FloatArray, T: FloatArray) -> None:
@@ -378,8 +371,7 @@ def pieces(A: FloatArray) -> list[slice]:
 
 def _whitened_values(T: FloatArray, A: FloatArray) -> FloatArray:
     """T^-1 A_i for A of shape (B, M, n, n)."""
-    # With rows and columns reversed a lower triangular T is upper, its own LU factor: then no error is common to all
-    # A_i.
+    # With rows and columns reversed a lower triangular T is its own upper LU factor: no error is common to all A_i.
     b, count, n, _ = A.shape
     columns = A.swapaxes(1, 2)[:, ::-1].reshape(b, n, -1)
     found = np.asarray(np.linalg.solve(T[:, ::-1, ::-1], columns), dtype=float)

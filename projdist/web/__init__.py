@@ -1,7 +1,6 @@
 """Reports as web pages, each one self-contained file with interactive maps; and the live page.
 
-The text of a page is complete without scripts. Its maps are frames: the Jacobian at the nodes of a grid, from
-which the page computes every measure.
+The text of a page is complete without scripts. Its maps are frames: Jacobians at the nodes of a grid.
 """
 
 import lazy_loader

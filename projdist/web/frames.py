@@ -12,7 +12,7 @@ import shapely
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from projdist import answers, earth, field, projections, surfaces
+from projdist import answers, earth, field, matrices, projections, surfaces
 from projdist._typing import BoolArray, FloatArray
 from projdist.surfaces import Surface
 
@@ -321,9 +321,7 @@ def _fields(surface: Surface, J: FloatArray) -> tuple[FloatArray, bool]:
     nodes = [surfaces.filled(J[: surface.nodes, i, j].reshape(surface.shape)).ravel() for i in (0, 1) for j in (0, 1)]
     near = np.stack(nodes, axis=-1).reshape(-1, 2, 2)[surface.source]
     J = np.where(np.isfinite(J), J, near)
-    own = J[: surface.nodes]
-    determinant = own[:, 0, 0] * own[:, 1, 1] - own[:, 0, 1] * own[:, 1, 0]
-    mirrored = bool(np.nansum(np.sign(determinant) * surface.weights) < 0.0)
+    mirrored = bool(np.nansum(matrices.orientation(J[: surface.nodes]) * surface.weights) < 0.0)
     return four_numbers(J, mirrored), mirrored
 
 

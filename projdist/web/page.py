@@ -28,8 +28,7 @@ _EXPORT = re.compile(r"^export ((?:async )?function|class|const) (\w+)", re.MULT
 
 def bundled(files: Mapping[str, str], entry: str) -> str:
     """An ES module bundled with its imports from `files`, texts by name (`frames.js`), each in its own scope."""
-    # Imports must be of names in braces, each ended by a semicolon, exports of functions, classes and constants where
-    # they are made; its own exports stay.
+    # Imports must be of names in braces, with a semicolon, exports of functions, classes and constants where made.
     order: list[str] = []
     _visit(files, entry.removesuffix(".js"), order)
     scopes = [_scope(name, files[f"{name}.js"]) for name in order[:-1]]
@@ -109,8 +108,7 @@ def draw_maps(
     """Maps of the first `MOST_MAPS` projections over a region, None for the area of use or the globe.
 
     `measure` is shown first, or fisher if the page does not have it. A projection that shows no part of the region is
-    reported in the notes. Scales refer to an ellipsoidal height in metres; `marks` are geometries to draw, in longitude
-    and latitude, by name.
+    noted. Scales are at an ellipsoidal height in metres; `marks` are geometries in longitude and latitude, by name.
     """
     name = matrices.get_measure(measure).name
     maps = [Projection.from_user_input(projection) for projection in projections[:MOST_MAPS]]

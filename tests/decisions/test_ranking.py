@@ -312,7 +312,7 @@ def measured(region, *codes):
     records, place = tuple(RECORDS[code] for code in codes), get_region(region)
     lattice = lattice_of(place)
     held = lattice.within([record.area_of_use for record in records])
-    return _measured(place, lattice, _System(records, held, 0, "WGS 84", False), FIGURES["max_omega"], None, True)
+    return _measured(lattice, _System(records, held, 0, "WGS 84", False), FIGURES["max_omega"], None, True)
 
 
 def test_zones_over_their_parts():

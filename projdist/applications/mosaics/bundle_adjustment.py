@@ -51,10 +51,7 @@ def _distances(S: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Chart:
-    """Free changes of all maps of a model but the first, which stays fixed; charts of fewer parameters derive from it.
-
-    A change takes M_i to M_i (I + E_i); the entries of E_i that are not 0 are those of the model.
-    """
+    """Free changes of a model's maps but the first, to M_i (I + E_i); others, of fewer parameters, derive from it."""
 
     model: str
 
@@ -73,15 +70,14 @@ class Chart:
 
 def adjust(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[FloatArray, float, FloatArray]:
     """Maps (N, 3, 3) of least symmetric transfer error near the start M, its RMS over the points, and J^T J."""
-    # By the Levenberg-Marquardt method. M_i is changed from the right: the errors depend on M_j^-1 M_i only, so neither
-    # they nor the steps depend on the plane. The normal equations have 6 or 8 unknowns per image, whatever the number
-    # of points. Convergence is to rounding; sparse trust-region steps by conjugate gradients take ten times as long to
-    # 1e-9. If the points do not determine the maps, ValueError is raised.
+    # By the Levenberg-Marquardt method; ValueError if the points do not determine the maps. M_i is changed from the
+    # right: errors depend on M_j^-1 M_i only, so that neither they nor the steps depend on the plane. Convergence is to
+    # rounding; sparse trust-region steps by conjugate gradients take ten times as long to 1e-9.
     errors, cost = _errors(M, links)
     damping = 0.0
     normal = np.zeros((0, 0))
     for _ in range(_MOST_STEPS):
-        normal, gradient = chart.reduced(M, *_normal_equations(M, links, errors, chart.model))
+        normal, gradient = chart.reduced(M, *_normal_equations(len(M), errors, ENTRIES[chart.model]))
         diagonal = np.diag(normal)
         if not np.isfinite(cost) or not (diagonal > 0).all():
             break
@@ -128,11 +124,10 @@ def _errors(M: FloatArray, links: Sequence[Link]) -> tuple[list[_Way], float]:
 
 
 def _normal_equations(
-    M: FloatArray, links: Sequence[Link], ways: list[_Way], model: str
+    count: int, ways: list[_Way], entries: Sequence[tuple[int, int]]
 ) -> tuple[FloatArray, FloatArray]:
-    """J^T J (N, k, N, k) and J^T r (N, k) for the entries of E_i of all images."""
-    entries = ENTRIES[model]
-    count, wide = len(M), len(entries)
+    """J^T J (N, k, N, k) and J^T r (N, k) for the k entries of E_i of all N images."""
+    wide = len(entries)
     normal, gradient = np.zeros((count, wide, count, wide)), np.zeros((count, wide))
     rows, columns = (list(numbers) for numbers in zip(*entries, strict=True))
     for a, b, S, x, z, error in ways:
@@ -181,10 +176,9 @@ class Pair(NamedTuple):
 
 def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float, *, area: float, tests: int) -> Pair:
     """The map that takes most points xi (n, 2) to xj and back within the tolerance, in coordinates of about 1."""
-    # If the fit to all points agrees with all, it is taken. Otherwise maps through random minimal samples are tried
-    # (RANSAC, Fischler & Bolles 1981; always the same samples), and the best is refitted to its points until these stay
-    # the same. A map that chance could give as well, in images of this `area` and so many pairs (`tests`), is refused,
-    # except if all of at most one point more than the minimum agree.
+    # If the fit to all points does not agree with all, maps through random minimal samples are tried (RANSAC, Fischler
+    # & Bolles 1981), and the best is refitted to its points until these stay the same. A map as good as by chance, in
+    # images of this `area` and so many pairs (`tests`), is refused, unless all of at most one point too many agree.
     least = LEAST[model]
     none = np.zeros(len(xi), dtype=bool)
     if len(xi) < least:
@@ -216,9 +210,8 @@ def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float, *, ar
 
 def _false_alarms(S: FloatArray, xi: FloatArray, xj: FloatArray, tolerance: float, area: float, least: int) -> float:
     """Decimal logarithm of the number of false alarms of a map S, the least over all precisions up to the tolerance."""
-    # With k of n points within e it is (n - p) C(n, k) C(k, p) (pi e^2 / area)^(k - p), where p is the size of a sample
-    # and pi e^2 / area the probability that a random point is within e.
-    # The least error in each cell of pairs of places, so that features at one place count once.
+    # With k of n points within e it is (n - p) C(n, k) C(k, p) (pi e^2 / area)^(k - p) for samples of p points.
+    # Features at one place count once: of each cell of pairs of places only the least error.
     cells = np.floor(np.hstack([xi, xj]) / (_DISTINCT * math.sqrt(area)))
     numbers = np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1)
     errors = np.full(numbers.max() + 1, np.inf)
@@ -258,8 +251,7 @@ def _refined(S: FloatArray, xi: FloatArray, xj: FloatArray, agree: BoolArray, mo
 
 def _sampled(xi: FloatArray, xj: FloatArray, model: str, tolerance: float) -> tuple[FloatArray | None, BoolArray]:
     """The map through a random sample with which most points agree, and flags of these points."""
-    # Every other batch is of affine maps: with one point in ten right, a sample of three is right ten times as often as
-    # one of four.
+    # Every other batch is of affine maps: with one point in ten right, samples of three are right ten times as often.
     rng, least = np.random.default_rng(0), LEAST[model]
     best, agreeing = None, np.zeros(len(xi), dtype=bool)
     for batch in range(1, _BATCHES + 1):
@@ -289,21 +281,17 @@ _WRONG = 4.0  # limit of a squared error over that of the noise: 2 per dimension
 
 
 class ModelFit(NamedTuple):
-    """The fit of a model to all pairs of images: the RMS of the symmetric transfer error in pixels, and the GRIC.
-
-    The geometric robust information criterion, smaller for better models, adds to squared errors, relative to the
-    noise, a penalty for parameters (P. H. S. Torr 1998, "Geometric motion segmentation and model selection", section
-    4).
-    """
+    """The fit of a model to all pairs of images: the RMS of the symmetric transfer error in pixels, and the GRIC."""
 
     rms_pixels: float
+    #: The geometric robust information criterion, smaller for better models: squared errors over the noise, and a
+    #: penalty for parameters (P. H. S. Torr 1998, "Geometric motion segmentation and model selection", section 4).
     gric: float
 
 
 def compare_models(pairs: Iterable[tuple[Link, BoolArray]], unit: float) -> dict[str, ModelFit]:
     """The fit of each model to the points of pairs, each pair with its own map. `unit`: in pixels."""
-    # `pairs`: the points of two images, and flags of those that agree on a map of either model. The noise is estimated
-    # by the homographies, which include the affine maps.
+    # Flags are of points that agree on a map of either model; homographies, which include affine maps, tell the noise.
     squares, points, gric = dict.fromkeys(MODELS, 0.0), 0, dict.fromkeys(MODELS, 0.0)
     for link, agree in pairs:
         xi, xj = link.xi[agree], link.xj[agree]

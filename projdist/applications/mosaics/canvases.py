@@ -36,15 +36,12 @@ def canvas_size(extent: FloatArray, most_pixels: float) -> tuple[int, int, float
 
 
 class Canvas(NamedTuple):
-    """A picture that holds all images: its size in pixels, and the matrices (n, 3, 3) from the images' pixels into it.
+    """A picture that holds all images."""
 
-    `scale`: ratio of pixels to those of the frame, below 1 if the frame has too many; then `note` says so.
-    """
-
-    width: int
+    width: int  #: pixels
     height: int
-    matrices: FloatArray
-    scale: float
+    matrices: FloatArray  #: (n, 3, 3), from the images' pixels into it
+    scale: float  #: ratio of pixels to those of the frame, below 1 if the frame has too many; then `note` says so
     note: str
 
     def bounds(self, number: int, size: Sequence[float]) -> Box:
@@ -116,20 +113,16 @@ def directions_of(lon: FloatArray, lat: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class SphereCanvas:
-    """A picture of a map of the sphere that holds all images of cameras.
-
-    `origin`: coordinates of its upper left corner, `pixel`: size of a pixel, `radius`: that of the sphere, all in the
-    map's unit. `scale`: ratio of pixels to those of the images, below 1 if these are too many.
-    """
+    """A picture of a map of the sphere that holds all images of cameras; lengths are in the map's unit."""
 
     width: int
     height: int
     cameras: tuple[Camera, ...]
     plane: ProjectedCrs
-    radius: float
-    origin: tuple[float, float]
-    pixel: float
-    scale: float
+    radius: float  #: of the sphere
+    origin: tuple[float, float]  #: coordinates of the upper left corner
+    pixel: float  #: side of a pixel
+    scale: float  #: ratio of pixels to those of the images, below 1 if these are too many; then `note` says so
     note: str
 
     def bounds(self, number: int, size: Sequence[float]) -> Box:
@@ -252,23 +245,18 @@ _MIDDLE = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])  # of th
 
 
 class Georeference(NamedTuple):
-    """The affine map from pixels to coordinates, (3, 3), and the CRS as WKT, "" if unknown.
+    """The affine map from pixels to coordinates; for a mosaic, the one that fits its sheets' corners best."""
 
-    Of a mosaic it is the map that best fits the coordinates of its sheets' corners: `rms` is the RMS residual in the
-    unit of the coordinates, and `sheets` the number of sheets with coordinates.
-    """
-
-    matrix: FloatArray
-    crs: str
-    rms: float = 0.0
-    sheets: int = 1
+    matrix: FloatArray  #: (3, 3)
+    crs: str  #: as WKT, "" if unknown
+    rms: float = 0.0  #: RMS residual of the corners, in the unit of the coordinates
+    sheets: int = 1  #: number of sheets with coordinates
 
 
 def mean_georeference(canvas: Canvas, sizes: FloatArray, sheets: Sequence[Georeference | None]) -> Georeference | None:
     """The georeference of a mosaic, by least squares over the corners of sheets that have one; None if none has.
 
-    It does not rectify the mosaic: `rms` is the deviation of the sheets' own coordinates. Raises ValueError for sheets
-    of different CRSs.
+    It does not rectify the mosaic: `rms` is the sheets' own deviation. Raises ValueError for sheets of different CRSs.
     """
     known, given = [number for number, sheet in enumerate(sheets) if sheet], [sheet for sheet in sheets if sheet]
     if not given:
@@ -299,18 +287,18 @@ def world_file(path: AnyPath) -> Path:
 def read_world_file(path: AnyPath) -> Georeference | None:
     """The georeference in a picture's world file (.pgw, .pngw or .wld); None without one; raises ValueError."""
     path = Path(path)
-    for candidate in (world_file(path), path.with_name(path.name + "w"), path.with_suffix(".wld")):
-        if not candidate.is_file():
-            continue
-        try:
-            a, d, b, e, c, f = (float(word) for word in candidate.read_text(encoding="ascii").split())
-        except (OSError, ValueError) as error:
-            raise ValueError(f"Invalid world file '{candidate}'. It must have six numbers.") from error
-        matrix = np.array([[a, b, c], [d, e, f], [0.0, 0.0, 1.0]])
-        if not np.isfinite(matrix).all() or np.linalg.det(matrix) == 0:
-            raise ValueError(f"Invalid world file '{candidate}'. Its numbers must be of a map of the plane.")
-        return Georeference(matrix @ np.linalg.inv(_MIDDLE), "")
-    return None
+    names = (world_file(path), path.with_name(path.name + "w"), path.with_suffix(".wld"))
+    file = next((name for name in names if name.is_file()), None)
+    if file is None:
+        return None
+    try:
+        a, d, b, e, c, f = (float(word) for word in file.read_text(encoding="ascii").split())
+    except (OSError, ValueError) as error:
+        raise ValueError(f"Invalid world file '{file}'. It must have six numbers.") from error
+    matrix = np.array([[a, b, c], [d, e, f], [0.0, 0.0, 1.0]])
+    if not np.isfinite(matrix).all() or np.linalg.det(matrix) == 0:
+        raise ValueError(f"Invalid world file '{file}'. Its numbers must be of a map of the plane.")
+    return Georeference(matrix @ np.linalg.inv(_MIDDLE), "")
 
 
 def write_world_file(path: Path, matrix: FloatArray, *, overwrite: bool = True) -> None:

@@ -191,9 +191,8 @@ def parse_sizes(text: str) -> list[tuple[float, float]]:
 
 # ---- features ------------------------------------------------------------------------------------
 
-# Pixels of an image in which features are searched, and the number of the clearest that are kept. The clearest features
-# of a large photo are leaves and grass, which no other photo shows; common features are found on small images first,
-# then on larger ones only near the expected places.
+# Pixels of an image in which features are searched, and the number of the clearest that are kept. As the clearest of a
+# large photo are leaves and grass, common ones are found on small images, then on larger ones near the expected places.
 _COARSE, _FINE = 6e5, 2.4e6
 _COARSE_FEATURES, _FINE_FEATURES = 3000, 8000
 _TOLERANCE = 4.0  # pixels of the small images
@@ -223,8 +222,7 @@ def match(pictures: Sequence[Picture], *, progress: Callable[[int, int], object]
 
     SIFT features of images reduced to 0.6 million pixels correspond if each is clearly the nearest of the other. Larger
     images that match are matched again at 2.4 million pixels, each feature with those near its expected place.
-    `progress` is called with the numbers of images and pairs done and of all. Raises ValueError if no two images match
-    or an image is broken, and ImportError without OpenCV.
+    `progress` is called with the numbers of steps done and of all. Raises ValueError, and ImportError without OpenCV.
     """
     if len(pictures) < 2:
         raise ValueError(f"Invalid images. There must be two or more, not {len(pictures)}.")
@@ -361,8 +359,7 @@ def _map_of(one: Link, pictures: Sequence[Picture]) -> FloatArray | None:
 
 def _guided(one: Link, S: FloatArray, a: _Features, b: _Features) -> Link | None:
     """Corresponding features of larger images, within a few pixels of the places that the map S predicts."""
-    # Among those near its place, a feature's nearest must be clearly nearer than the second, and each must be the
-    # other's nearest; None if there are fewer than on the small images.
+    # They are clearly the nearest of each other, among those near; None if there are fewer than on the small images.
     from scipy.spatial import KDTree  # scipy is slow to load, and few need it
 
     predicted = places(S[None], a.places[None])[0]

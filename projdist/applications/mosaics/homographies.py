@@ -22,8 +22,7 @@ def homogeneous(x: FloatArray) -> FloatArray:
 
 def normalised(H: FloatArray, x: FloatArray) -> FloatArray:
     """H (..., 3, 3) scaled so that the last entry of an affine map is 1, and the determinant of others 1 or -1."""
-    # The third coordinates of the images of points x (..., n, 2) are then positive on average, and the sign of the
-    # determinant is that of the Jacobian: -1 if H mirrors.
+    # Third coordinates of the images of points x (..., n, 2) are then positive on average, and det H < 0 if H mirrors.
     third = np.einsum("...j,...nj->...n", H[..., 2, :], homogeneous(x)).mean(axis=-1)
     affine = (H[..., 2, :2] == 0).all(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -33,8 +32,7 @@ def normalised(H: FloatArray, x: FloatArray) -> FloatArray:
 
 def fit(x: FloatArray, y: FloatArray, model: str) -> FloatArray:
     """Maps (..., 3, 3) from points x (..., n, 2) to points y with the least algebraic error."""
-    # Coordinates should be of the order of 1 (R. Hartley 1997, "In defense of the eight-point algorithm"). Entries that
-    # the points do not determine are not finite, or noise.
+    # Coordinates should be of the order of 1 (R. Hartley 1997, "In defense of the eight-point algorithm").
     x1, zero = homogeneous(x), np.zeros((*x.shape[:-1], 3))
     rows = [x1, zero, -y[..., :1] * x1], [zero, x1, -y[..., 1:] * x1]
     A = np.concatenate([np.concatenate(parts, axis=-1) for parts in rows], axis=-2)
@@ -88,9 +86,8 @@ def behind(H: FloatArray, sizes: FloatArray) -> BoolArray:
 
 def least_distorting(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> FloatArray | None:
     """Maps (N, 3, 3) of images into the plane that distorts them least, up to a rotation and a shift."""
-    # Among the planes that differ from that of H by a homography G, it has the least weighted mean over the images
-    # (`weights` of sum 1) of the mean of Dist_F(J of G^-1 H_i)^2 over the image. None if some image reaches infinity in
-    # every plane.
+    # Of the planes of G^-1 H_i, G a homography, it has the least mean over the images, with `weights` of sum 1, of the
+    # mean of Dist_F^2 over the image. None if some image reaches infinity in every plane.
     line = _feasible_line(H, sizes)
     if line is None:
         return None

@@ -34,10 +34,8 @@ class Panorama(registration.ImageAnswer):
     """Images of a camera that only turns, on the sphere that it sees.
 
     Longitudes increase to the right from 0 in the middle, latitudes upwards. `cameras`: as found, in the directions of
-    the first one; `rotations` (n, 3, 3): from each camera's right, down and forward to those at longitude and latitude
-    0 of the level panorama.
-
-    It can be used as a region, the part of the sphere that it shows: `projdist.optimize("auto", found)`.
+    the first one; `rotations` (n, 3, 3): from each camera's right, down and forward to those at 0, 0 of the level
+    panorama. It is also a region, the part of the sphere that it shows: `projdist.optimize("auto", found)`.
     """
 
     cameras: registration.Cameras
@@ -76,10 +74,7 @@ class Panorama(registration.ImageAnswer):
         return {"type": "MultiPolygon", "coordinates": [[outline.tolist()] for outline in outlines]}
 
     def mapped(self, projection: ProjectionLike, *, most_pixels: float = 1e8) -> MappedPanorama:
-        """The panorama on a map of the sphere, for `render`, of at most `most_pixels`.
-
-        Raises ValueError for maps of an ellipsoid, and for maps without an inverse in PROJ.
-        """
+        """The panorama on a map of the sphere with an inverse, for `render`; raises ValueError for other maps."""
         return MappedPanorama(self, *map_of_sphere(projection), most_pixels)
 
     def _line(self) -> str:
@@ -89,16 +84,11 @@ class Panorama(registration.ImageAnswer):
         """The report. Lists are for all images in their order, with None for those left out."""
         found = self.cameras
         images, groups, end = self._shared_parts()
-        lon, lat = angles_of(self.rotations[:, :, 2])
-        rolls = np.degrees(np.arctan2(self.rotations[:, 1, 0], self.rotations[:, 1, 1]))
         return {
             "model": "rotation",
             **images,
             "rotations": self._of_all(self.rotations),
-            "longitudes": self._of_all(lon),
-            "latitudes": self._of_all(lat),
-            "rolls": self._of_all(rolls),
-            "focals": self._of_all(found.focals),
+            **{f"{name}s": self._of_all(values) for name, values in self._columns().items()},
             "focal_errors": self._of_all(found.focal_errors),
             "rms_pixels": found.rms_pixels,
             "rms_pixels_of_homographies": found.rms_homographies,
@@ -106,14 +96,14 @@ class Panorama(registration.ImageAnswer):
             **end,
         }
 
-    def _table(self) -> list[dict[str, Any]]:
-        """A row per image: its longitude, latitude, roll and focal length."""
-        answer = self.to_dict()
-        columns = {"longitude": "longitudes", "latitude": "latitudes", "roll": "rolls", "focal": "focals"}
-        return [
-            {"image": self.points.name(image)} | {key: answer[column][image] for key, column in columns.items()}
-            for image in self.images
-        ]
+    def _columns(self) -> dict[str, FloatArray]:
+        """Longitude, latitude, roll and focal length of each image."""
+        lon, lat = angles_of(self.rotations[:, :, 2])
+        roll = np.degrees(np.arctan2(self.rotations[:, 1, 0], self.rotations[:, 1, 1]))
+        return {"longitude": lon, "latitude": lat, "roll": roll, "focal": self.cameras.focals}
+
+    def _table(self) -> dict[str, Any]:
+        return {"image": self.points.names_of(self.images)} | self._columns()
 
 
 @dataclass(frozen=True, eq=False)
@@ -313,8 +303,7 @@ def _adjusted(
     chart: _Turns, M: FloatArray, group: registration.MatchedImages, tolerance: float
 ) -> tuple[FloatArray, float, FloatArray, int]:
     """The adjusted maps, the RMS error, the normal equations and the number of points."""
-    # First without links that the chains miss by far, as may happen all around the horizon, then with all, until the
-    # points that agree stay the same.
+    # Links that the chains miss by far, as around the horizon, are left out at first; it ends when the points stay.
     links = group.links
     gaps = _gaps(M, links)
     chosen = [

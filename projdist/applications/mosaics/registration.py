@@ -22,18 +22,14 @@ _SHOWN = 10  # names in one message
 
 
 class Match(NamedTuple):
-    """Two images, the number of points they share and of those that agree on a map; if none do, the reason.
-
-    `false_alarms`: decimal logarithm of the expected number of chance maps as good, over all pairs; NaN if no map was
-    tried.
-    """
+    """Two images, the number of points they share and of those that agree on a map; if none do, the reason."""
 
     i: int
     j: int
     points: int
     agree: int
     reason: str
-    false_alarms: float
+    false_alarms: float  #: decimal logarithm of the expected number of chance maps as good, over all pairs, or NaN
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,33 +49,24 @@ class ConnectedImages:
 
 @dataclass(frozen=True, eq=False)
 class ImageRegistration(ConnectedImages):
-    """The maps of connected images into the plane of the first one, in pixels.
-
-    `matrices`: their maps (n, 3, 3). `rms_pixels`: RMS of the symmetric transfer error. `models`: how well each model
-    fits the pairs.
-    """
+    """The maps of connected images into the plane of the first one, in pixels."""
 
     model: str
-    matrices: FloatArray
+    matrices: FloatArray  #: (n, 3, 3)
     sizes: FloatArray
-    rms_pixels: float
-    models: dict[str, ModelFit]
+    rms_pixels: float  #: RMS of the symmetric transfer error
+    models: dict[str, ModelFit]  #: how well each model fits the pairs
 
 
 @dataclass(frozen=True, eq=False)
 class Cameras(ConnectedImages):
-    """The cameras of connected images that were taken by turning a camera.
+    """The cameras of connected images that were taken by turning a camera."""
 
-    `rotations`: from each camera's right, down and forward to the first one's (n, 3, 3); `focals`: pixels (n,), with
-    standard deviations `focal_errors`. `rms_pixels`: RMS of the symmetric transfer error; `rms_homographies`: the same
-    with a homography for each pair of images, which also allows a moving camera.
-    """
-
-    rotations: FloatArray
-    focals: FloatArray
-    focal_errors: FloatArray
-    rms_pixels: float
-    rms_homographies: float
+    rotations: FloatArray  #: (n, 3, 3), from each camera's right, down and forward to the first one's
+    focals: FloatArray  #: (n,), pixels
+    focal_errors: FloatArray  #: their standard deviations
+    rms_pixels: float  #: RMS of the symmetric transfer error
+    rms_homographies: float  #: the same with a homography for each pair of images, which also allows a moving camera
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -150,8 +137,7 @@ def register(points: Correspondences, *, model: str = "affine", tolerance: float
     `model`: affine maps, homographies, or "auto" for the model that suits the points. `tolerance`: pixels, of the
     reduced images if points were found in such; points of a pair of images farther off the pair's map are wrong. Pairs
     with more points in agreement than chance would give in all pairs together are chained, strongest first, and the
-    chains are the start of a bundle adjustment. Raises ValueError if no two images are connected, and if some images
-    mirror others.
+    chains are the start of a bundle adjustment. Raises ValueError if no two images are connected, and for mirrors.
     """
     return register_groups(points, model=model, tolerance=tolerance, most=1)[0]
 
@@ -288,17 +274,12 @@ def refuse_mirrors(points: Correspondences, group: MatchedImages) -> None:
 
 
 class Frame(NamedTuple):
-    """A plane that all images are mapped into, in pixels.
+    """A plane that all images are mapped into, in pixels."""
 
-    `reference`: number of the image whose plane it is, None for that of the MDT. `matrices`: from the pixels of the
-    images into it (n, 3, 3). `distortions`: Dist_F of each image, (n,), for a homography its RMS over the image.
-    `figure`: the (weighted) sum of their squares, for homographies the mean.
-    """
-
-    reference: int | None
-    matrices: FloatArray
-    distortions: FloatArray
-    figure: float
+    reference: int | None  #: number of the image whose plane it is, None for that of the MDT
+    matrices: FloatArray  #: (n, 3, 3), from the pixels of the images into it
+    distortions: FloatArray  #: (n,), Dist_F of each image, for a homography its RMS over the image
+    figure: float  #: the (weighted) sum of their squares, for homographies the mean
 
 
 def frame_of_image(found: ImageRegistration, image: int, weights: FloatArray) -> Frame | None:
@@ -319,8 +300,7 @@ class CommonFrames(NamedTuple):
 
 def common_frames(found: ImageRegistration, weights: FloatArray, rotation: str) -> CommonFrames:
     """All frames. Raises ValueError if some image reaches infinity in every plane."""
-    # The MDT's is rotated by the mean rotation and shifted to the axes. The central image has its middle nearest to the
-    # mean of all middles there; the best has the least figure.
+    # The MDT's is rotated by the mean rotation and shifted to the axes; the central image is nearest to its middle.
     H: FloatArray | None = found.matrices
     if found.model == "homography":
         H = homographies.least_distorting(found.matrices, found.sizes, weights)
@@ -375,17 +355,13 @@ _MOST_PIXELS = 1e8  # of a canvas: 300 MB of colours
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Mosaic(ImageAnswer):
-    """Images in a common frame, with the figures of other frames.
-
-    `frame`: that of the mosaic, `frame_name` as requested. `common`: the frames to choose from. `most_pixels`: limit of
-    the canvas.
-    """
+    """Images in a common frame, with the figures of other frames."""
 
     registration: ImageRegistration
-    common: CommonFrames
-    frame_name: str
+    common: CommonFrames  #: the frames to choose from
+    frame_name: str  #: as requested
     frame: Frame
-    most_pixels: float = _MOST_PIXELS
+    most_pixels: float = _MOST_PIXELS  #: limit of the canvas
 
     @property
     def frames(self) -> dict[str, Frame | None]:
@@ -448,16 +424,11 @@ class Mosaic(ImageAnswer):
             **end,
         }
 
-    def _table(self) -> list[dict[str, Any]]:
+    def _table(self) -> dict[str, Any]:
         """A row per image with its Dist_F in each frame."""
-        columns = {
-            key: [np.nan] * len(self.images) if frame is None else frame.distortions.tolist()
-            for key, frame in self.frames.items()
-        }
-        return [
-            {"image": self.points.name(image)} | {key: values[row] for key, values in columns.items()}
-            for row, image in enumerate(self.images)
-        ]
+        none = np.full(len(self.images), np.nan)
+        distortions = {key: none if frame is None else frame.distortions for key, frame in self.frames.items()}
+        return {"image": self.points.names_of(self.images)} | distortions
 
 
 def check_frame(frame: str | int, count: int) -> str | int:
@@ -487,8 +458,7 @@ def mosaic(
     images are distorted least, or the plane of an image: "first", "last", "central", "best" of all, or a number.
     `weights`: of the images, by default equal. `rotation`: as `method` of `mean_rotation`. `tolerance`: pixels, as in
     `register`. `most_pixels`: limit of the canvas. `registration`: that of a group of images, by default of the
-    largest, by `model` and `tolerance`. Raises ValueError for frames in which an image reaches infinity, and as
-    `register`.
+    largest, by `model` and `tolerance`. Raises ValueError as `register`, and for frames that reach infinity.
     """
     frame = check_frame(frame, len(points.sizes))
     check_choice("rotation", rotation, ROTATIONS)
@@ -520,10 +490,7 @@ def mosaics_of_groups(
     most_pixels: float = _MOST_PIXELS,
     most: int | None = None,
 ) -> list[Mosaic]:
-    """A mosaic of each group of connected images, the largest first, at most `most`; see `mosaic`.
-
-    `frame`: of several groups a name, not a number, as an image is in one group only.
-    """
+    """A `mosaic` of each group of connected images, the largest first, at most `most`; `frame` is no number."""
     if not isinstance(check_frame(frame, len(points.sizes)), str) and most != 1:
         raise ValueError(f"Invalid frame '{frame}'. An image is in one group only; it must be {', '.join(FRAMES)}.")
     check_choice("rotation", rotation, ROTATIONS)

@@ -65,11 +65,7 @@ class _Feather(Blender):
 
 
 class _MultiBand(Blender):
-    """Means in bands of frequencies, each with masks as smooth as the band.
-
-    P. J. Burt & E. H. Adelson 1983, "A multiresolution spline with application to image mosaics", ACM Transactions on
-    Graphics 2, 217-236.
-    """
+    """Means in bands of frequencies, each with masks as smooth as the band (Burt & Adelson 1983, ACM TOG 2)."""
 
     def __init__(self, box: Box) -> None:
         self._left, self._top = box[:2]
@@ -170,14 +166,11 @@ DEPTHS = (8, 16)
 
 
 class Rendered(NamedTuple):
-    """A drawn mosaic: red, green, blue and alpha (height, width, 4) of uint8 or uint16, alpha 0 or the maximum.
-
-    `canvas`: that of these pixels, also after cropping. `is_grey`: True if no image has colours.
-    """
+    """A drawn mosaic: red, green, blue and alpha (height, width, 4) of uint8 or uint16, alpha 0 or the maximum."""
 
     pixels: AnyArray
-    canvas: canvases.AnyCanvas
-    is_grey: bool
+    canvas: canvases.AnyCanvas  #: of these pixels, also after cropping
+    is_grey: bool  #: no image has colours
 
     @property
     def bands(self) -> AnyArray:
@@ -212,15 +205,14 @@ def render(
         raise ValueError("Invalid images. They must be those of the correspondences, in order, of the same sizes.")
     used = [pictures[image] for image in found.images]
     canvas = found.canvas(most_pixels=most_pixels)
-    store = Store(used, depth > 8)
     most = DEEPEST if depth > 8 else 255
-    seams = Seams(found.canvas(most_pixels=SMALL), store, blend, exposure)
+    seams = Seams(found.canvas(most_pixels=SMALL), Store(used, depth > 8), blend, exposure)
     pixels = np.zeros((canvas.height, canvas.width, 4), np.uint8 if depth == 8 else np.uint16)
     boxes = [canvas.bounds(number, picture.size) for number, picture in enumerate(used)]
     for top in range(0, canvas.height, _TILE):
         for left in range(0, canvas.width, _TILE):
             tile = _common((left, top, left + _TILE, top + _TILE), (0, 0, canvas.width, canvas.height))
-            pixels[tile[1] : tile[3], tile[0] : tile[2]] = _tile(tile, canvas, boxes, store, seams, blend, most)
+            pixels[tile[1] : tile[3], tile[0] : tile[2]] = _tile(tile, canvas, boxes, seams, blend, most)
     deep = [picture for picture in used if picture.is_deep] if depth > 8 else []
     if deep and deep[0].levels[0] == 0.0 and deep[0].is_whole:
         # Whole numbers get back the values in the files, so that 12 bits stay 12 bits.
@@ -236,9 +228,7 @@ def _common(one: Box, other: Box) -> Box:
     return max(one[0], other[0]), max(one[1], other[1]), min(one[2], other[2]), min(one[3], other[3])
 
 
-def _tile(
-    tile: Box, canvas: canvases.AnyCanvas, boxes: Sequence[Box], store: Store, seams: Seams, blend: str, most: int
-) -> AnyArray:
+def _tile(tile: Box, canvas: canvases.AnyCanvas, boxes: Sequence[Box], seams: Seams, blend: str, most: int) -> AnyArray:
     """The pixels of a tile, from all images that overlap it or its margin."""
     left, top, right, bottom = tile
     whole = 0, 0, canvas.width, canvas.height
@@ -247,7 +237,7 @@ def _tile(
     for number, box in enumerate(boxes):
         part = _common(box, around)
         if part[0] < part[2] and part[1] < part[3]:
-            piece = canvas.warped(store.read(number), number, part)
+            piece = canvas.warped(seams.store.read(number), number, part)
             even = seams.even(number, piece, canvas.scale)
             pieces[number] = piece._replace(pixels=Pixels(even, piece.pixels.mask))
     masks = seams.cut(pieces, canvas)
@@ -274,8 +264,7 @@ _COMPRESSION = 3  # of PNG: a third of the time of the usual 6, for files at mos
 def save_mosaic(drawn: Rendered, path: AnyPath, *, overwrite: bool = True) -> Path:
     """Write a mosaic as .png or .tif, transparent outside the images, or as .jpg, white there.
 
-    Grey images give a grey mosaic. 16 bits per colour are written to .png and .tif, by OpenCV, in four bands. Raises
-    ValueError for another suffix, FileExistsError and OSError.
+    Grey images give a grey mosaic. 16 bits a colour are for .png and .tif. Raises ValueError, FileExistsError, OSError.
     """
     from PIL import Image  # slow to load, and few need it
 
@@ -317,7 +306,7 @@ class Seams:
     def __init__(self, small: canvases.AnyCanvas, store: Store, blend: str, exposure: str) -> None:
         """`small`: the canvas in at most `SMALL` pixels."""
         cv2 = opencv()
-        self.scale, self.pieces = small.scale, list[Piece]()
+        self.store, self.scale, self.pieces = store, small.scale, list[Piece]()
         for number, picture in enumerate(store.pictures):
             piece = small.warped(store.read(number), number, small.bounds(number, picture.size))
             if piece.pixels.colours.dtype != np.uint8:  # 8 bits suffice

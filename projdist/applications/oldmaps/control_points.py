@@ -88,9 +88,8 @@ def read_control_points(path: AnyPath, *, crs: projections.ProjectionLike | None
 
     Without a header the columns are x and y on the old map and true x and y, optionally with an id before them, and
     residuals after them as in a link table of ArcGIS. With a header they have any usual names (x_old, y_old, x_new,
-    y_new; QGIS's sourceX, sourceY, mapX, mapY), or, for true places, lon and lat. Points that are not enabled are left
-    out, with a notice. Any number of `-gcp pixel line easting northing [elevation]` may stand on a line, also in a
-    command of GDAL's.
+    y_new; QGIS's sourceX, sourceY, mapX, mapY), or, for true places, lon and lat. Points not enabled are left out,
+    with a notice. Any number of `-gcp pixel line easting northing [elevation]` may stand on a line, or in a command.
 
     Parameters
     ----------

@@ -46,19 +46,14 @@ LOCAL_MEASURES = {
 
 @dataclass(frozen=True, eq=False)
 class Rectification:
-    """An affine map from the old map's plane to a plane in metres.
-
-    `distortion`: mean of Dist_F^2 of the rectified map over the nodes. `residual`: RMS distance in metres of the
-    rectified control points from the true places. `scale_error` (metres per unit) and `rotation_error` (degrees) are
-    standard errors from the residuals of the fit; NaN if it leaves none.
-    """
+    """An affine map from the old map's plane to a plane in metres."""
 
     name: str
     affine: matrices.Affine
-    distortion: float
-    residual: float
-    scale_error: float
-    rotation_error: float
+    distortion: float  #: mean of Dist_F^2 of the rectified map over the nodes
+    residual: float  #: RMS distance in metres of the rectified control points from the true places
+    scale_error: float  #: metres per unit, a standard error from the residuals of the fit; NaN if it leaves none
+    rotation_error: float  #: degrees, likewise
 
     @property
     def parts(self) -> matrices.Decomposition:
@@ -81,27 +76,20 @@ class Rectification:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class OldMap(Answer):
-    """An old map as its control points show it.
-
-    `is_outlier` (n,): flags of wrong points; `is_fitted` (n,): flags of the points used by the fit and the
-    rectifications. `nodes` (m, 2) fill the hull of the points on the old map, with `weights` of sum 1; `jacobian`
-    (m, 2, 2) is the old map's at the nodes, in its units per metre, NaN where the fit folds. `rectifications` are by
-    "mdt", "affine" and "helmert" (least squares). `area` is that of the hull in square units. `dots_per_inch` is the
-    resolution of the scan whose pixels are the units, if known.
-    """
+    """An old map as its control points show it."""
 
     points: ControlPoints
-    is_outlier: BoolArray
-    is_fitted: BoolArray
+    is_outlier: BoolArray  #: (n,), wrong points
+    is_fitted: BoolArray  #: (n,), points used by the fit and the rectifications
     fit: Fit
     is_mirrored: bool
-    nodes: FloatArray
-    weights: FloatArray
-    jacobian: FloatArray
-    rectifications: dict[str, Rectification]
-    area: float
+    nodes: FloatArray  #: (m, 2), which fill the hull of the points on the old map
+    weights: FloatArray  #: (m,), of sum 1
+    jacobian: FloatArray  #: (m, 2, 2), the old map's at the nodes, in its units per metre, NaN where the fit folds
+    rectifications: dict[str, Rectification]  #: by "mdt", "affine" and "helmert" (least squares)
+    area: float  #: of the hull, in square units
     rotation_note: str
-    dots_per_inch: float | None = None
+    dots_per_inch: float | None = None  #: of the scan whose pixels are the units, if known
 
     @property
     def fold_share(self) -> float:
@@ -210,20 +198,17 @@ class OldMap(Answer):
             "statistics": self.statistics(),
             "modes": self.modes.rows,
             "notes": list(self.notes),
-            "points": [{name: plain(value) for name, value in row.items()} for row in self._table()],
+            "points": self.plain_rows(),
         }
 
-    def _table(self) -> list[dict[str, Any]]:
+    def _table(self) -> dict[str, Any]:
         """A row per control point: its places, its residuals in metres, and the measures there after the MDT."""
         J = self.corrected(self.local_jacobian(self.points.old))
-        columns: dict[str, Any] = {"id": self.points.names}
-        pairs = np.hstack([self.points.old, self.points.new, self.residuals]).T.tolist()
-        columns |= dict(zip(("x_old", "y_old", "x_new", "y_new", "residual_x", "residual_y"), pairs, strict=True))
-        columns["left_out"] = np.hypot(*self.residuals_left_out.T).tolist()
-        columns["outlier"] = self.is_outlier.tolist()
-        columns["fold"] = np.isnan(J[:, 0, 0]).tolist()
-        columns |= {name: measure(J).tolist() for name, measure in LOCAL_MEASURES.items()}
-        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+        pairs = np.hstack([self.points.old, self.points.new, self.residuals]).T
+        places = zip(("x_old", "y_old", "x_new", "y_new", "residual_x", "residual_y"), pairs, strict=True)
+        flags = {"outlier": self.is_outlier, "fold": np.isnan(J[:, 0, 0])}
+        columns = {"id": list(self.points.names), **dict(places), "left_out": np.hypot(*self.residuals_left_out.T)}
+        return columns | flags | {name: measure(J) for name, measure in LOCAL_MEASURES.items()}
 
 
 def old_map(
@@ -263,8 +248,7 @@ def old_map(
     Raises
     ------
     ValueError
-        For points that do not determine the model, an unknown model, a smoothing or dots per inch out of range, and for
-        a fit that folds everywhere.
+        For points that do not determine the model, an unknown model, numbers out of range, a fit that folds everywhere.
 
     References
     ----------

@@ -88,24 +88,18 @@ def _log(square: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fit:
-    """A map from the plane of an old map to true places.
-
-    `freedom`: parameters per coordinate, for a smooth spline the effective number, the trace of H; `rest`: residual
-    degrees of freedom, the trace of (1 - H)^2. `smoothing` is that of a spline. `residuals` (n, 2): true minus fitted
-    places of the points; `left_out`: the same for the map fitted to the other points (NaN if these do not suffice).
-    `influence` takes the derivatives (k, 2) of a number by the coefficients to those by the points' true coordinates
-    (n, 2).
-    """
+    """A map from the plane of an old map to true places."""
 
     model: str
-    smoothing: float | None
-    freedom: float
-    rest: float
+    smoothing: float | None  #: of a spline
+    freedom: float  #: parameters per coordinate, for a smooth spline the effective number, the trace of H
+    rest: float  #: residual degrees of freedom, the trace of (1 - H)^2
     plane: Affine
     terms: Monomials | Spline
     coefficients: FloatArray
-    residuals: FloatArray
-    left_out: FloatArray
+    residuals: FloatArray  #: (n, 2), true minus fitted places of the points
+    left_out: FloatArray  #: the same for the map fitted to the other points; NaN if these do not suffice
+    #: From derivatives (k, 2) of a number by the coefficients to those by the points' true coordinates (n, 2).
     influence: Callable[[FloatArray], FloatArray]
 
     @property
@@ -127,17 +121,12 @@ class Fit:
         return np.asarray(np.concatenate(found).swapaxes(1, 2) @ self.plane.matrix)
 
     def standard_error(self, old: FloatArray, by_jacobian: FloatArray) -> float:
-        """Standard error of a number with the derivatives (m, 2, 2) by the Jacobians at places (m, 2).
-
-        The errors of the points' true coordinates are assumed independent and equally large, as the residuals show.
-        """
-        u = self.plane(old)
-        slopes = by_jacobian @ self.plane.matrix.T
-        parts, first = np.zeros_like(self.coefficients), 0
-        for part in self._parts(u):
-            last = first + len(part)
-            parts += np.einsum("mkj,mcj->kc", self.terms.gradients(part), slopes[first:last])
-            first = last
+        """Standard error of a number with the derivatives (m, 2, 2) by the Jacobians at places (m, 2)."""
+        # The errors of the points' true coordinates are assumed independent and equally large, as the residuals show.
+        u, slopes = self.plane(old), by_jacobian @ self.plane.matrix.T
+        parts = np.zeros_like(self.coefficients)
+        for part, slope in zip(self._parts(u), self._parts(slopes), strict=True):
+            parts += np.einsum("mkj,mcj->kc", self.terms.gradients(part), slope)
         return self.noise * float(np.sqrt((self.influence(parts) ** 2).sum()))
 
     def _parts(self, u: FloatArray) -> list[FloatArray]:
@@ -150,8 +139,7 @@ def fit(points: ControlPoints, model: str = "tps", smoothing: float | None = Non
 
     "helmert", "affine", "polynomial2" and "polynomial3" minimise the sum of squares; "tps", the thin-plate spline,
     that plus `smoothing` times its bending, with lengths in units of the points' standard deviation along an axis after
-    the affine fit. The default smoothing minimises the generalized cross-validation (Craven & Wahba 1979). Raises
-    ValueError.
+    the affine fit, by default the least by generalized cross-validation (Craven & Wahba 1979). Raises ValueError.
     """
     check_choice("model", model, MODELS)
     if smoothing is not None and (not 0.0 <= check_number("smoothing", smoothing) < np.inf or model != "tps"):
@@ -324,8 +312,7 @@ def wrong_points(points: ControlPoints) -> BoolArray:
     """True for wrong points."""
     # The worst points are left out one after the other, until a tenth of the points after the last wrong one, so that
     # none masks another. A quarter of those up to the last wrong one are removed and the splines' smoothing is found
-    # anew, until no point is wrong; points that then fit the others are taken back. Fewer than eight points have no
-    # wrong ones.
+    # anew, until no point is wrong; points that then fit the others are taken back.
     kept = np.ones(len(points.old), dtype=bool)
     while len(found := _worst(points.chosen(kept))):
         kept[np.flatnonzero(kept)[found]] = False
@@ -368,8 +355,7 @@ def _worst(points: ControlPoints) -> list[int]:
 class _Others:
     """The spline of cross-validated smoothing through points, of which up to `most` are left out one by one.
 
-    Without the points D the matrix G = 1 - H becomes G - G_D (G_DD)^-1 G_D^T: each point is a step of a Cholesky
-    factorisation that needs only the columns of D.
+    Without points D the matrix G = 1 - H becomes G - G_D (G_DD)^-1 G_D^T: each is a step of a Cholesky factorisation.
     """
 
     def __init__(self, spline: SplineModes, z: AnyArray, most: int) -> None:

@@ -77,12 +77,9 @@ _GREY = ("1", "L", "LA", "La")
 
 
 class RectifiedScan(NamedTuple):
-    """Rows from north to south of square pixels, `side` metres large, from the corner at `left`, `top` in metres.
+    """Rows from north to south of square pixels, `side` metres large, from the corner at `left`, `top` in metres."""
 
-    `pixels` (height, width, 2 or 4) of uint8: grey or red, green and blue, and alpha, 0 where the scan is not.
-    """
-
-    pixels: AnyArray
+    pixels: AnyArray  #: (height, width, 2 or 4) of uint8: grey or colours, and alpha, 0 where the scan is not
     left: float
     top: float
     side: float
@@ -249,8 +246,7 @@ def common_ground(maps: Sequence[OldMap], *, by: str = "mdt") -> CommonGround:
     Raises
     ------
     ValueError
-        For fewer than two maps, an unknown rectification, true places in different planes, and maps without common
-        ground.
+        For fewer than two maps, an unknown rectification, true places in different planes, no common ground.
 
     References
     ----------

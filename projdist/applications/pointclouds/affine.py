@@ -54,8 +54,7 @@ def affine_fit(
 
     `method`: "symmetric", for which exchanging the sets gives the inverse map, or "least_squares", with all errors in
     the target, which shrinks. `weights` (M,): a row of weight 2 counts as two rows, one of weight 0 as none.
-    Raises ValueError for points that are not finite, for too few points or points in a subspace of fewer dimensions,
-    and for weights that are negative, not finite, or all 0.
+    Raises ValueError for points that are not finite or too few to span all dimensions, and for weights likewise.
 
     >>> affine_fit([[0, 0], [1, 0], [0, 1]], [[5, 5], [7, 5], [5, 6]]).matrix.round(12) + 0.0
     array([[2., 0.],
@@ -138,8 +137,7 @@ _SAME = 1e-10  # of weights, from step to step
 
 def wrong_partners(placed: FloatArray, weights: FloatArray) -> tuple[BoolArray, FloatArray]:
     """Flags of wrong partners among clouds in one frame, (N, M, n), with weights (N, M), and distances (N, M)."""
-    # The distance is that of a point from the place that other clouds give it, from the fit of its cloud without the
-    # point; NaN if unknown.
+    # Distances are from the places that the other clouds give, by the fit of the cloud without the point, or NaN.
     count, n, seen = len(placed), placed.shape[-1], weights > 0.0
     wrong, left_out = np.zeros(seen.shape, dtype=bool), np.full(seen.shape, np.nan)
     shared = seen & (seen.sum(axis=0) > 1)
@@ -272,8 +270,7 @@ def kept_clouds(
     points: FloatArray, weights: FloatArray, *, first_only: bool = False
 ) -> tuple[list[int], dict[int, str]]:
     """Numbers of the clouds of the largest connected set, and why others are not in it; points (N, M, n)."""
-    # A cloud joins the set if the points that it shares with it span all n dimensions; with `first_only`, if those that
-    # it shares with the first cloud do.
+    # A cloud joins the set if the points that it shares with it, or with the first cloud only, span all n dimensions.
     n = points.shape[-1]
     reasons = {}
     for i in range(len(points)):
@@ -335,8 +332,7 @@ def onto_first(points: FloatArray, weights: FloatArray) -> Group:
 
 def consensus(points: FloatArray, weights: FloatArray) -> Group:
     """The self-consistent symmetric fit of connected clouds (see `kept_clouds`)."""
-    # Alternating fits and means converges slowly along chains of clouds; each step is therefore extrapolated to the
-    # limit that it would have if the fits were linear.
+    # Along chains of clouds this converges slowly, so each step is extrapolated to the limit of linear fits.
     shared = (weights > 0.0).sum(axis=0) > 1
     clouds = _Clouds(points[:, shared], weights[:, shared])
     mean = clouds.start
@@ -360,9 +356,9 @@ def _grouped(fits: list[AffineFit], converged: bool) -> Group:
 class _Clouds:
     """Clouds to be fitted onto a mean of M points, each in at least two of the clouds.
 
-    `start` is the mean that simultaneous least-squares fits change least. These are projections onto the affine
-    functions of each cloud. The n + 1 largest eigenvalues of their mean belong to the mean of the clouds and to the
-    constant; the others, `values`, say how much of a move along `vectors` each step keeps.
+    `start` is the mean that simultaneous least-squares fits, projections onto each cloud's affine functions, change
+    least. Of their mean's eigenvalues the n + 1 largest belong to the mean of the clouds and to the constant; the
+    others, `values`, say how much of a move along `vectors` each step keeps.
     """
 
     def __init__(self, points: FloatArray, weights: FloatArray) -> None:

@@ -22,10 +22,9 @@ _SHARES = -700.0, 5.0  # logarithms of volumes around points: beyond these, prob
 
 def log_false_alarms(distances: FloatArray, apart: float, n: int) -> float:
     """Logarithm of the number of false alarms of an affine map in n dimensions, the least over all precisions."""
-    # `distances` (M,) are those of points from the nearest of a cloud mapped onto them, `apart` is the points' spacing.
-    # By chance the nearest is within r with probability p = 1 - 2^(-(r / apart)^n), as among evenly spread points. For
-    # k of the points that makes (M - n - 1) C(M, k) p^(k - n - 1) false alarms: n + 1 points may have determined the
-    # map, and M - n - 1 values of k are tried.
+    # Of points (M,) at distances from the nearest of a cloud mapped onto them, at a spacing of `apart`, one is within r
+    # by chance with probability p = 1 - 2^(-(r / apart)^n). For k of them that makes (M - n - 1) C(M, k) p^(k - n - 1)
+    # false alarms: n + 1 points may have determined the map, and M - n - 1 values of k are tried.
     near, least = np.sort(distances), n + 1
     k = np.arange(least + 1, len(near) + 1)
     if not k.size:
@@ -92,8 +91,7 @@ def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]
 
 def _pairwise(cloud: WeightedCloud, template: WeightedCloud) -> IntArray:
     """For each point of the template the number of the cloud's partner, or -1, after a fit by closest points."""
-    # The fit starts from the cloud as given and, if few points find partners, also from rotations of it with equal
-    # moments. The start with the fewest false alarms wins.
+    # It starts from the cloud as given and, if few points find partners, from rotations of it with equal moments, too.
     if cloud.is_flat:
         return np.full(len(template.points), -1)
     apart = _spacing(template.points)

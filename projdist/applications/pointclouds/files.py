@@ -1,8 +1,7 @@
 """Files of points, which are read, and written with the points moved and everything else unchanged.
 
 PLY: G. Turk, "The PLY polygon file format", 1994; the library plyfile is under the GPL. Data before and after the
-vertices, mostly faces, are kept byte for byte. PCD: the Point Cloud Library's documentation, "The PCD (Point Cloud
-Data) file format", version .7. The other formats are text.
+vertices are kept byte for byte. PCD: the Point Cloud Library, "The PCD file format", version .7. Others are text.
 """
 
 from __future__ import annotations
@@ -180,7 +179,6 @@ def read_pcd(data: bytes) -> Records:
     if form not in ("ascii", "binary"):
         raise CloudError("It is no PCD file: its header must end with DATA ascii or DATA binary.")
     names = words.get("FIELDS", [])
-    dtype = np.dtype([])
     try:
         counts = [int(count) for count in words.get("COUNT", ["1"] * len(names))]
         kinds = zip(words.get("TYPE", []), words.get("SIZE", []), strict=True)
@@ -276,17 +274,14 @@ _CLOUDCOMPARE = "//"  # before the names of the columns
 
 @dataclass(frozen=True, eq=False)
 class CloudFile:
-    """The points of a file, shape (M, n), NaN where missing; their ids if it has any, else None.
-
-    `weights` (M,): the requested column, NaN where it is empty; None if none was requested or it is missing.
-    """
+    """The points of a file; ids and normals are None if it has none."""
 
     path: Path
-    points: FloatArray
+    points: FloatArray  #: (M, n), NaN where missing
     ids: tuple[str, ...] | None
     normals: FloatArray | None
     content: _CellTable | Records
-    weights: FloatArray | None = None
+    weights: FloatArray | None = None  #: (M,), the requested column, NaN where it is empty; None without one
 
     @property
     def columns(self) -> tuple[str, ...]:

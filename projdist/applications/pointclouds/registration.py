@@ -40,61 +40,42 @@ class WrongPoint(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Registration(Answer):
-    """Clouds in one frame: `matrices` (N, n, n) and `shifts` (N, n) take the points y of cloud i to M_i y + t_i.
+    """Clouds in one frame: M_i y + t_i of the points y of cloud i."""
 
-    `names`: the N registered clouds; `left_out` has the others. `method`, `correspond`, `frame`: as requested.
-    `reference`: the number of the cloud whose coordinates are the frame, None for the MDT. `distortions` (N,): Dist_F
-    of each cloud's matrix. `sums` (N,): the sum of squared distortions with cloud k as the reference, `mdt_sum` with
-    the MDT; they do not depend on the frame. `rms` (N,): RMS distance of a cloud's points from their mean places in the
-    frame, `rms_total` of all. `used` (N,): number of points, of weight above 0, that other clouds have too.
-    `correlations` (N, n): canonical correlations with the mean of all, or with the first cloud for least squares.
-    `shrinkage` (N,): ln of the ratio of the volume to that of the target, 0 for the symmetric fit. `mirrored` (N,):
-    True for mirror images of most clouds. `conditions` (N,): condition of the matrices into the frame of the MDT.
-    `points`: the registered clouds as given. `converged`: True if the fit has converged. `note`: a remark on the mean
-    rotation, or "". `wrong`: points that do not correspond to their partners, with a probability of 5 % that any is
-    named if all do; `robust`: True if they were left out. `left_out_distances` (N, M): distance in the frame of each
-    point from the place that the others give it by the fit without it, NaN if unknown; `point_names` (M,). `weights`:
-    those of the registered clouds, (M_i,), the largest of all 1, None if none were given; they count in all fits and in
-    `rms`.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  #: of the N registered clouds
     method: str
     correspond: str
     frame: str
-    reference: int | None
-    matrices: FloatArray
-    shifts: FloatArray
-    distortions: FloatArray
-    sums: FloatArray
-    mdt_sum: float
-    rms: FloatArray
-    rms_total: float
-    used: IntArray
-    correlations: FloatArray
-    shrinkage: FloatArray
-    mirrored: BoolArray
-    conditions: FloatArray
+    reference: int | None  #: number of the cloud whose coordinates are the frame, None for the MDT
+    matrices: FloatArray  #: M (N, n, n)
+    shifts: FloatArray  #: t (N, n)
+    distortions: FloatArray  #: (N,), Dist_F of each matrix
+    sums: FloatArray  #: (N,), of squared distortions with cloud k as the reference, whatever the frame
+    mdt_sum: float  #: the same with the MDT
+    rms: FloatArray  #: (N,), RMS distance of a cloud's points from their mean places in the frame
+    rms_total: float  #: that of all
+    used: IntArray  #: (N,), number of points, of weight above 0, that other clouds have too
+    correlations: FloatArray  #: (N, n), canonical, with the mean of all, or with the first cloud for least squares
+    shrinkage: FloatArray  #: (N,), ln of the ratio of the volume to that of the target, 0 for the symmetric fit
+    mirrored: BoolArray  #: (N,), mirror images of most clouds
+    conditions: FloatArray  #: (N,), of the matrices into the frame of the MDT
     left_out: tuple[LeftOut, ...]
-    points: tuple[FloatArray, ...]
+    points: tuple[FloatArray, ...]  #: as given
     converged: bool
-    note: str
-    robust: bool
-    wrong: tuple[WrongPoint, ...]
-    left_out_distances: FloatArray
-    point_names: tuple[str, ...]
-    weights: tuple[FloatArray, ...] | None
+    note: str  #: on the mean rotation, or ""
+    robust: bool  #: the wrong points were left out
+    wrong: tuple[WrongPoint, ...]  #: not at their partners; if all are right, any is named with a probability of 5 %
+    left_out_distances: FloatArray  #: (N, M), from the place that the others give, by the fit without it, or NaN
+    point_names: tuple[str, ...]  #: (M,)
+    weights: tuple[FloatArray, ...] | None  #: (M_i,) each, the largest of all 1; None if none were given
 
     @property
     def worst(self) -> list[list[WrongPoint]]:
         """For each cloud the points farthest from the places that the others give them, at most five."""
+        orders = np.argsort(-np.nan_to_num(self.left_out_distances, nan=-1.0), axis=1, kind="stable")[:, :5]
         return [
-            [
-                WrongPoint(name, self.point_names[k], float(distances[k]))
-                for k in np.argsort(-np.nan_to_num(distances, nan=-1.0), kind="stable")[:5]
-                if np.isfinite(distances[k])
-            ]
-            for name, distances in zip(self.names, self.left_out_distances, strict=True)
+            [WrongPoint(name, self.point_names[k], float(far[k])) for k in order if np.isfinite(far[k])]
+            for name, far, order in zip(self.names, self.left_out_distances, orders, strict=True)
         ]
 
     @property
@@ -149,9 +130,7 @@ class Registration(Answer):
             row |= {"matrix": M.tolist(), "shift": t.tolist(), "worst": far}
         return {
             "dimension": self.shifts.shape[1],
-            "method": self.method,
-            "correspond": self.correspond,
-            "frame": self.frame,
+            **{name: getattr(self, name) for name in ("method", "correspond", "frame")},
             "reference": None if self.reference is None else self.names[self.reference],
             "frames": {name: {"cloud": cloud, "sum": total} for name, (cloud, total) in self.frames.items()},
             "rms": self.rms_total,

@@ -182,9 +182,8 @@ def checked(projection: Projection, file: bytes) -> frames.Frame:
     """The worst features of GeoJSON in a map, with their outlines; raises ValueError."""
     frame = gis.frame_of_geojson(file)
     found = decisions.check(frame, projection, purpose=None)
-    errors = np.abs(found.features["area_error"])
-    lengths = np.abs(found.features["length_error"])
-    worst = np.argsort(-np.nan_to_num(np.fmax(errors, lengths), nan=-1.0))[:_WORST]
+    errors = np.fmax(*(np.abs(found.features[name]) for name in ("area_error", "length_error")))
+    worst = np.argsort(-np.nan_to_num(errors, nan=-1.0))[:_WORST]
     lines = _packed_lines([_longest_line(geometry) for geometry in frame.geometry.iloc[worst]])
     return {"rows": found.rows(worst.tolist()), "count": len(frame), "notes": list(found.notes)}, lines
 

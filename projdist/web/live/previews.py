@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from projdist import earth, projections, regions, surfaces
+from projdist import earth, matrices, projections, regions, surfaces
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.web import frames
 
@@ -133,7 +133,7 @@ def _packed(found: Mapping[str, Sequence[FloatArray]]) -> Lines:
     return Lines(lon, lat, np.concatenate(numbers), where)
 
 
-# ---- previews ------------------------------------------------------------------------------------
+# ---- cells at the map's edge ---------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -231,9 +231,8 @@ def _axes(turn: str, lon: float, lat: float) -> FloatArray | None:
     """Rotation of the grid: none, centre at longitude and latitude 0, or centre as pole."""
     if turn == "north":
         return None
-    lam, phi = np.radians(lon), np.radians(lat)
-    ahead = np.array([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)])
-    east = np.array([-np.sin(lam), np.cos(lam), 0.0])
+    ahead = earth.unit_vectors(lon, lat)
+    east = np.array([-np.sin(np.radians(lon)), np.cos(np.radians(lon)), 0.0])
     north = np.cross(ahead, east)
     return np.column_stack([ahead, east, north] if turn == "centre" else [-north, east, ahead])
 
@@ -367,8 +366,7 @@ class _Picture:
         valid = np.isfinite(J[..., 0, 0] + J[..., 1, 1])
         if not self.sketch.regional:
             valid &= self.sketch.weights > 0.0
-        determinant = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
-        mirrored = bool(np.nansum(np.sign(determinant) * self.sketch.weights) < 0.0)
+        mirrored = bool(np.nansum(matrices.orientation(J) * self.sketch.weights) < 0.0)
         with np.errstate(invalid="ignore", divide="ignore"):
             four = frames.four_numbers(J.reshape(-1, 2, 2), mirrored)
         return four, mirrored, self._near(four, valid)
@@ -482,8 +480,8 @@ def _geographic(
     """Longitude and latitude of grid coordinates, and cosine and sine of the angle of the grid's east there."""
     if axes is None:
         return u, v, None
-    lam, phi = np.radians(u), np.radians(v)
-    point = np.stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)], axis=-1) @ axes.T
+    lam = np.radians(u)
+    point = np.moveaxis(earth.unit_vectors(u, v), 0, -1) @ axes.T
     east = np.stack([-np.sin(lam), np.cos(lam), np.zeros(lam.shape)], axis=-1) @ axes.T
     level = np.maximum(np.hypot(point[..., 0], point[..., 1]), 1e-12)
     cos = (east[..., 1] * point[..., 0] - east[..., 0] * point[..., 1]) / level

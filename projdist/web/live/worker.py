@@ -92,6 +92,7 @@ _POLL, _WATCH = 0.2, 1.0  # seconds
 _STARTING = threading.Lock()
 _TRIES = 2  # a process may be killed from outside
 _PATIENCE = 30.0  # seconds for a process to start, which are not counted
+_FAILED = "This failed, and should not have: the terminal where the page was started says why."
 _READY, _REPLY, _PROGRESS, _CRASH = "ready", "reply", "progress", "crash"  # what comes from it
 
 Told = Callable[[bytes], None]
@@ -195,8 +196,10 @@ class Worker:
                     kind, *content = connection.recv()
                     if kind == _REPLY:
                         return bytes(content[0])
-                    if kind == _CRASH:
-                        return self._crashed(task.request, content[0])
+                    if kind == _CRASH:  # an unexpected exception, whose traceback goes to the terminal
+                        self._end()
+                        logging.getLogger(__name__).error(content[0])  # to standard error, if nobody says otherwise
+                        return failed(task.request, _FAILED)
                     if kind == _READY:
                         self._ready, until = True, time.monotonic() + self._limit
                     elif not task.dropped.is_set():
@@ -212,12 +215,6 @@ class Worker:
             pass  # it was killed
         self._end()
         return None
-
-    def _crashed(self, request: Request, trace: str) -> bytes:
-        """Reply to an unexpected exception; its traceback goes to the terminal."""
-        self._end()
-        logging.getLogger(__name__).error(trace)  # to standard error, if nobody says otherwise
-        return failed(request, "This failed, and should not have: the terminal where the page was started says why.")
 
     def _start(self) -> tuple[BaseProcess, Connection]:
         """The process and its connection, started if needed."""
