@@ -2,10 +2,7 @@
 
 import numpy as np
 import scipy.linalg
-from hypothesis import given
-from hypothesis import strategies as st
 
-CASES = given(seed=st.integers(0, 2**32 - 1), n=st.sampled_from([2, 3, 5]))
 EXACT = 1e-10  # rounding, with maps of condition 10 or so
 
 

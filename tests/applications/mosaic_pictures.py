@@ -27,11 +27,11 @@ def middles(H, width, height):
     return moved(H, np.column_stack([x.ravel(), y.ravel()])) - 0.5
 
 
-def sampled(whole, H, width, height):
-    """The pixels of a picture that the map H takes into the pixels of another, by cubic splines."""
-    places = middles(H, width, height)
-    bands = [map_coordinates(whole[..., b].astype(float), places.T[::-1], order=3, mode="reflect") for b in range(3)]
-    return np.clip(np.round(np.stack(bands, axis=-1)), 0, 255).astype(np.uint8).reshape(height, width, 3)
+def sampled(whole, H, width=420, height=320):
+    """The pixels of a picture, coloured or grey, that the map H takes into the pixels of another, by cubic splines."""
+    there, bands = middles(H, width, height).T[::-1], np.moveaxis(np.atleast_3d(whole).astype(float), -1, 0)
+    found = np.stack([map_coordinates(band, there, order=3, mode="reflect") for band in bands], axis=-1)
+    return np.clip(np.round(found), 0, 255).astype(np.uint8).reshape(height, width, -1).squeeze()
 
 
 def maps(rng, spread=0.03, tilt=0.0):
@@ -130,16 +130,3 @@ def blobs(seed, count=120, width=900, height=700):
         spot = ((across - radius / 3) ** 2 + down**2) / (radius / 3) ** 2
         image[near] -= rng.uniform(20, 60) * np.exp(-spot)
     return np.clip(image + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
-
-
-def turned(x, y, angle):
-    """The map that turns by an angle and shifts."""
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.array([[cos, -sin, x], [sin, cos, y], [0.0, 0.0, 1.0]])
-
-
-def grey_cut(whole, H, width=420, height=320):
-    """The picture of a grey one that a map takes into its pixels."""
-    there = middles(H, width, height)
-    pixels = map_coordinates(whole.astype(float), there.T[::-1], order=3, mode="nearest")
-    return np.clip(np.round(pixels), 0, 255).astype(np.uint8).reshape(height, width)

@@ -15,6 +15,12 @@ def moved(H, x):
     return y[:, :2] / y[:, 2:]
 
 
+def turned(x, y, angle):
+    """The map that turns by an angle and shifts."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[cos, -sin, x], [sin, cos, y], [0.0, 0.0, 1.0]])
+
+
 def affine_maps(rng, spread=0.06, count=6):
     """Overlapping images in a row of two lines, each a little sheared, scaled and turned."""
     H = np.tile(np.eye(3), (count, 1, 1))

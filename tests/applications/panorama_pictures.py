@@ -1,10 +1,12 @@
 """Pictures of a sphere by a camera that turns, with known rotations; for the tests of panoramas."""
 
 import functools
+import itertools
 
 import numpy as np
 from matplotlib import colormaps
 from scipy.ndimage import map_coordinates
+from scipy.spatial.transform import Rotation
 
 from projdist.applications.mosaics import Correspondences
 
@@ -34,14 +36,8 @@ def colours(directions):
 
 
 def turned_by(w):
-    """The rotation about a vector by its length, by the series of the exponential."""
-    x, y, z = w
-    W = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    term = total = np.eye(3)
-    for k in range(1, 40):
-        term = term @ W / k
-        total = total + term
-    return total
+    """The rotation about a vector by its length."""
+    return Rotation.from_rotvec(w).as_matrix()
 
 
 def directions(R, f, width, height):
@@ -59,8 +55,8 @@ def cameras(rng, longitudes, latitudes=0.0, wobble=2.0):
     """Rotations that look at longitudes and latitudes in degrees, off by a wobble of a few degrees about all axes."""
     lon, lat = np.radians(np.broadcast_arrays(np.asarray(longitudes, float), latitudes))
     off = np.radians(wobble) * rng.normal(size=(len(lon), 3))
-    angles = zip(lon, lat, off, strict=True)
-    return np.stack([turned_by([0, a, 0]) @ turned_by([b, 0, 0]) @ turned_by(w) for a, b, w in angles])
+    turns, tilts = np.multiply.outer(lon, [0.0, 1.0, 0.0]), np.multiply.outer(lat, [1.0, 0.0, 0.0])
+    return turned_by(turns) @ turned_by(tilts) @ turned_by(off)
 
 
 def common_directions(R, f, width, height, rng, noise=0.0, count=4000):
@@ -73,11 +69,10 @@ def common_directions(R, f, width, height, rng, noise=0.0, count=4000):
             x = focal * there[:, :2] / there[:, 2:] + [width / 2, height / 2]
         seen.append((x, (there[:, 2] > 0) & ((x > 0) & (x < [width, height])).all(axis=1)))
     rows = []
-    for i in range(len(R)):
-        for j in range(i + 1, len(R)):
-            both = seen[i][1] & seen[j][1]
-            if both.sum() >= 8:
-                rows.append((np.full(both.sum(), i), np.full(both.sum(), j), seen[i][0][both], seen[j][0][both]))
+    for i, j in itertools.combinations(range(len(R)), 2):
+        both = seen[i][1] & seen[j][1]
+        if both.sum() >= 8:
+            rows.append((np.full(both.sum(), i), np.full(both.sum(), j), seen[i][0][both], seen[j][0][both]))
     i, j, xi, xj = (np.concatenate(column) for column in zip(*rows, strict=True))
     xi, xj = xi + noise * rng.normal(size=xi.shape), xj + noise * rng.normal(size=xj.shape)
     return Correspondences(i=i, j=j, xi=xi, xj=xj, sizes=np.tile([[float(width), float(height)]], (len(R), 1)))
@@ -86,6 +81,4 @@ def common_directions(R, f, width, height, rng, noise=0.0, count=4000):
 def off_by(R, known):
     """The greatest angle in degrees between relative rotations, from the first camera's."""
     gaps = (R[0].T @ R).swapaxes(1, 2) @ (known[0].T @ known)
-    skew = gaps - gaps.swapaxes(1, 2)
-    sines = 0.5 * np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]])
-    return float(np.degrees(np.arcsin(np.linalg.norm(sines, axis=0))).max())
+    return float(np.degrees(Rotation.from_matrix(gaps).magnitude().max()))

@@ -34,11 +34,9 @@ def test_the_mean_of_sheets(H, found):
     truth = PLANE @ H[0] @ np.linalg.inv(canvas.matrices[0])
     corners = np.array([[0.0, 0.0], [canvas.width, canvas.height]])
     assert np.abs(moved(place.matrix, corners) - moved(truth, corners)).max() < MICROMETRE
-    assert place.rms < MICROMETRE
-    assert place.sheets == 6
-    # Two sheets that are apart by a shift meet in the middle, and the RMS says how far they are.
+    assert (place.rms < MICROMETRE, place.sheets) == (True, 6)
+    # The same sheet twice, once shifted by 10 m, meets itself in the middle: either is 5 m off.
     shift = np.array([[1.0, 0.0, 8.0], [0.0, 1.0, 6.0], [0.0, 0.0, 1.0]])
-    # The same sheet twice, once shifted by 10 m: either is 5 m off.
     twice = canvas._replace(matrices=canvas.matrices[[0, 0]])
     sheets = [mosaics.Georeference(PLANE @ H[0], ""), mosaics.Georeference(shift @ PLANE @ H[0], "")]
     place = mosaics.mean_georeference(twice, SIZES[:2], sheets)
@@ -51,8 +49,8 @@ def test_the_mean_of_sheets(H, found):
     assert one.rms < MICROMETRE
     assert mosaics.mean_georeference(canvas, SIZES, [None] * 6) is None
     two = [mosaics.Georeference(PLANE, "X"), mosaics.Georeference(PLANE, "Y"), *[None] * 4]
-    match = r"^Invalid georeferences. The sheets are in different CRSs.$"
-    refuses(match, mosaics.mean_georeference, canvas, SIZES, two)
+    told = r"^Invalid georeferences. The sheets are in different CRSs.$"
+    refuses(told, mosaics.mean_georeference, canvas, SIZES, two)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".tif", ".jpg"])

@@ -4,19 +4,12 @@ import sys
 
 import numpy as np
 import pytest
-from mosaic_pictures import HEIGHT, WIDTH, aerial, blobs, cut, grey_cut, maps, page, places, save, spectrum, turned
-from mosaic_sets import moved, write_csv
+from mosaic_pictures import HEIGHT, WIDTH, aerial, blobs, cut, maps, page, places, sampled, save, spectrum
+from mosaic_sets import moved, turned, write_csv
 from PIL import Image
 from refusals import refuses
 
-from projdist.applications.mosaics import (
-    Correspondences,
-    correspondences,
-    correspondences_of,
-    match,
-    mosaic,
-    open_pictures,
-)
+from projdist.applications.mosaics import correspondences, correspondences_of, match, mosaic, open_pictures
 from projdist.applications.mosaics.images import Picture
 
 # Pixels. Features of SIFT lie within a tenth to a few tenths of a pixel (median 0.1); maps by two hundred of them
@@ -104,12 +97,12 @@ def test_text():
     """Of printed letters, which look alike, those at their places are told from others; of two pages none are."""
     pytest.importorskip("cv2")
     H = [turned(20.0, 20.0, 0.02), turned(330.0, 60.0, -0.03), turned(60.0, 270.0, 0.05)]
-    found = mosaic(match(open_pictures([grey_cut(page(3), one) for one in H])))
+    found = mosaic(match(open_pictures([sampled(page(3), one) for one in H])))
     assert found.images == [0, 1, 2]
     assert min(match.agree / match.points for match in found.registration.matches) < 0.12
     assert overlap_apart(found, H).max() < SUB_PIXEL
     with pytest.raises(ValueError, match=r"0 and 1, [0-9]+ of 2[0-9]+ points agree, no more than by chance"):
-        mosaic(match(open_pictures([grey_cut(page(seed), H[0]) for seed in (11, 21)])))
+        mosaic(match(open_pictures([sampled(page(seed), H[0]) for seed in (11, 21)])))
 
 
 @pytest.mark.slow
@@ -118,7 +111,7 @@ def test_few_blobs(seed, kept):
     """Of seven or thirteen points, as cells under a microscope have, those that are right are enough."""
     pytest.importorskip("cv2")
     H = [turned(20.0, 20.0, 0.02), turned(230.0, 60.0, -0.03)]
-    points = match(open_pictures([grey_cut(blobs(seed), one) for one in H]))
+    points = match(open_pictures([sampled(blobs(seed), one) for one in H]))
     (pair,) = mosaic(points).registration.matches
     right = np.hypot(*(moved(np.linalg.solve(H[1], H[0]), points.xi) - points.xj).T) < 4.0
     assert pair.agree == right.sum() == kept
@@ -135,27 +128,13 @@ def test_mirrored_pictures():
 
 
 @pytest.mark.slow
-def test_many_images_are_not_all_matched(monkeypatch):
-    """Beyond a number of images the pairs are neighbours and those that look alike, and these are enough."""
-    H = maps(np.random.default_rng(3))
-    order = [0, 4, 2, 3, 1, 5]
-    pictures = open_pictures([cut(H)[k] for k in order])
-    everything = match(pictures)
-    monkeypatch.setattr(correspondences, "_ALL_PAIRS", 5)
-    monkeypatch.setattr(correspondences, "_RESEMBLING", 2)
-    some = match(pictures)
-    assert len(set(zip(some.i, some.j, strict=True))) < len(set(zip(everything.i, everything.j, strict=True)))
-    assert pairs_apart(mosaic(some), H[order]) < SUB_PIXEL
-
-
-@pytest.mark.slow
 def test_tiles():
     """Fifteen tiles, more than are all matched with one another, are found in their places by fewer pairs."""
     pytest.importorskip("cv2")
     rng = np.random.default_rng(1)
     scene = 110.0 + 30.0 * spectrum(rng, 1500, 950, 3.0, 100.0)
     H = [turned(40.0 + 260.0 * (k % 5), 40.0 + 260.0 * (k // 5), 0.03 * rng.normal()) for k in range(15)]
-    points = match(open_pictures([grey_cut(scene, one, WIDTH, HEIGHT + 60) for one in H]))
+    points = match(open_pictures([sampled(scene, one, WIDTH, HEIGHT + 60) for one in H]))
     pairs = set(zip(points.i.tolist(), points.j.tolist(), strict=True))
     assert len(pairs) < 15 * 14 / 2
     found = mosaic(points)
@@ -206,11 +185,10 @@ def test_upright(tmp_path, orientation):
     # What a camera stores, from EXIF 2.3, 4.6.4 A: where the 0th row and the 0th column are.
     T = upright.T
     ways = [upright, upright[:, ::-1], upright[::-1, ::-1], upright[::-1], T, T[::-1], T[::-1, ::-1], T[:, ::-1]]
-    stored = ways[orientation - 1]
-    exif = Image.Exif()
+    stored, exif = np.ascontiguousarray(ways[orientation - 1]), Image.Exif()
     exif[0x0112] = orientation
-    Image.fromarray(np.ascontiguousarray(stored)).save(tmp_path / "turned.png", exif=exif)
-    Image.fromarray(np.ascontiguousarray(stored).astype(np.uint16) * 80).save(tmp_path / "deep.png", exif=exif)
+    Image.fromarray(stored).save(tmp_path / "turned.png", exif=exif)
+    Image.fromarray(stored.astype(np.uint16) * 80).save(tmp_path / "deep.png", exif=exif)
     picture, deep = Picture(tmp_path / "turned.png"), Picture(tmp_path / "deep.png")
     assert picture.size == deep.size == (8, 6)
     assert (picture.read().colours[..., 0] == upright).all()
@@ -232,8 +210,7 @@ def test_one_range_for_all(tmp_path):
     colours = np.stack([values, 2 * values, 85 * values], axis=-1).astype(np.uint16)
     cv2.imwrite(str(tmp_path / "colours.png"), colours[..., ::-1])
     picture = Picture(tmp_path / "colours.png")
-    assert picture.is_deep
-    assert not picture.is_grey
+    assert (picture.is_deep, picture.is_grey) == (True, False)
     assert (picture.read().colours == np.round(colours * 255.0 / 4095)).all()
     assert (Picture(colours).read().colours == picture.read().colours).all()
 
@@ -252,10 +229,9 @@ def test_floats(tmp_path):
     assert (three.read().colours[..., 0] == np.round((values + 13.0) * (255.0 / 20.0))).all()
     hole = values.copy()
     hole[2:4, 3] = np.nan
-    pixels = Picture(hole).read()
-    assert (pixels.mask == np.where(np.isnan(hole), 0, 255)).all()
-    match = r"^Invalid image '0'. It cannot be read: its shape is \(6, 8, 5\), of float32\.$"
-    refuses(match, open_pictures, [np.zeros((6, 8, 5), np.float32)])
+    assert (Picture(hole).read().mask == np.where(np.isnan(hole), 0, 255)).all()
+    told = r"^Invalid image '0'. It cannot be read: its shape is \(6, 8, 5\), of float32\.$"
+    refuses(told, open_pictures, [np.zeros((6, 8, 5), np.float32)])
 
 
 def test_no_data(tmp_path):
@@ -300,7 +276,7 @@ def test_names_and_points_of_files(tmp_path):
     assert [one.name for one in open_pictures([first[0], second[0]])] == [str(first[0]), str(second[0])]
     # Points that were measured in reduced images are those of the images at hand.
     pictures = open_pictures([np.zeros((60, 90), np.uint8)] * 2)
-    half = Correspondences(i=[0], j=[1], xi=[[10.0, 20.0]], xj=[[30.0, 15.0]], sizes=[[45.0, 30.0]] * 2)
+    half = correspondences.Correspondences(i=[0], j=[1], xi=[[10.0, 20.0]], xj=[[30.0, 15.0]], sizes=[[45.0, 30.0]] * 2)
     found = correspondences_of(pictures, write_csv(tmp_path / "half.csv", half))
     assert (found.xi.tolist(), found.xj.tolist()) == ([[20.0, 40.0]], [[60.0, 30.0]])
     assert (found.sizes == [90, 60]).all()

@@ -1,23 +1,19 @@
 """Images registered by the points that they have in common: exact recovery, wrong points, components, mirrors."""
 
 import dataclasses
+import functools
 import math
 import tracemalloc
 
 import numpy as np
 import pytest
-from mosaic_sets import MAKERS, SIZES, affine_maps, common_points, homographies, moved, write_csv
+from mosaic_sets import MAKERS, SIZES, affine_maps, common_points, homographies, moved, turned, write_csv
 from refusals import refuses
 from scipy.optimize import least_squares
 from tables import each
 
-from projdist.applications.mosaics import (
-    Correspondences,
-    bundle_adjustment,
-    parse_sizes,
-    read_correspondences,
-    register,
-)
+from projdist.applications.mosaics import Correspondences, parse_sizes, read_correspondences, register
+from projdist.applications.mosaics.bundle_adjustment import _false_alarms
 
 MODELS = pytest.mark.parametrize("model", MAKERS)
 
@@ -35,13 +31,6 @@ def errors(H, points):
         S = np.linalg.inv(H[j]) @ H[i]
         found += [moved(S, xi[None])[0] - xj, moved(np.linalg.inv(S), xj[None])[0] - xi]
     return np.array(found)
-
-
-def with_wrong(points, rng, share):
-    """Some of the points at random places."""
-    wrong = rng.random(len(points.i)) < share
-    xj = np.where(wrong[:, None], rng.uniform(size=points.xj.shape) * [300.0, 200.0], points.xj)
-    return dataclasses.replace(points, xj=xj), wrong
 
 
 @MODELS
@@ -78,51 +67,14 @@ def test_the_least_symmetric_transfer_error(model):
 
 @pytest.mark.slow
 @MODELS
-def test_the_order_of_images_does_not_matter(model):
-    """Another first image is another plane, and the same maps from image to image, to 1e-10."""
-    rng = np.random.default_rng(3)
-    points = common_points(MAKERS[model](rng), SIZES, rng, noise=0.7)
-    order = rng.permutation(6)
-    place = np.argsort(order)
-    again = register(dataclasses.replace(points, i=place[points.i], j=place[points.j]), model=model)
-    maps = relative(again.matrices[place])
-    np.testing.assert_allclose(maps, relative(register(points, model=model).matrices), rtol=1e-10, atol=1e-10)
-
-
-def test_no_image_shrinks():
-    """Brought together in the plane of one image by linear least squares, others shrink; by transfer errors not."""
-    rng = np.random.default_rng(4)
-    H = np.tile(np.eye(3), (9, 1, 1))
-    H[:, 0, 2] = 200.0 * np.arange(9)
-    sizes = np.array([[300.0, 200.0]] * 9)
-    points = common_points(H, sizes, rng, noise=15.0, pairs=[(k, k + 1) for k in range(8)])
-    found = register(points, tolerance=500.0)
-    shrunk = np.log(np.linalg.det(linear_fit(points, 9)))
-    kept = np.log(np.linalg.det(relative(found.matrices)))
-    assert shrunk.mean() < -0.3
-    assert abs(kept.mean()) < 0.1
-
-
-def linear_fit(points, count):
-    """Maps for which M_i x_i = M_j x_j holds best in the plane of image 0."""
-    rows = np.zeros((len(points.i), count, 3))
-    for row, (i, j, xi, xj) in enumerate(zip(points.i, points.j, points.xi, points.xj, strict=True)):
-        rows[row, i], rows[row, j] = [*xi, 1.0], [-xj[0], -xj[1], -1.0]
-    M = np.tile(np.eye(3), (count, 1, 1))
-    right = -rows[:, 0] @ np.eye(3)[:, :2]
-    free = np.linalg.lstsq(rows[:, 1:].reshape(len(rows), -1), right, rcond=None)[0]
-    M[1:, :2] = free.reshape(count - 1, 3, 2).swapaxes(1, 2)
-    return M
-
-
-@pytest.mark.slow
-@MODELS
 @pytest.mark.parametrize("share", [0.1, 0.5])
 def test_wrong_points_do_not_count(model, share):
     """With half of the points at random places the maps are the exact ones, and the same each time."""
     rng = np.random.default_rng(5)
     H = MAKERS[model](rng)
-    points, wrong = with_wrong(common_points(H, grid=15), rng, share)
+    points = common_points(H, grid=15)
+    wrong = rng.random(len(points.i)) < share
+    points.xj[wrong] = rng.uniform(size=(wrong.sum(), 2)) * [300.0, 200.0]
     found = register(points, model=model, tolerance=0.5)
     np.testing.assert_allclose(relative(found.matrices), relative(H), rtol=2e-3, atol=2e-3)
     for match in found.matches:
@@ -154,9 +106,8 @@ def test_what_does_not_count():
     H = np.tile(np.eye(3), (7, 1, 1))
     H[:, 0, 2] = [0.0, 0.0, 150.0, 1000.0, 1150.0, 1300.0, 9000.0]
     found = register(common_points(H, np.array([[300.0, 200.0]] * 7)))
+    assert (found.images, found.left_out) == ([0, 1, 2], [3, 4, 5, 6])
     assert found.components == [[0, 1, 2], [3, 4, 5]]
-    assert found.images == [0, 1, 2]
-    assert found.left_out == [3, 4, 5, 6]
     np.testing.assert_allclose(relative(found.matrices)[:, :2, 2], [[0, 0], [0, 0], [150, 0]], atol=1e-9)
 
 
@@ -187,14 +138,13 @@ def test_the_number_of_false_alarms():
     rng = np.random.default_rng(11)
     x = rng.uniform(size=(20, 2)) * [300.0, 200.0]
     y = x + [0.0, 2.0] + 0.5 * rng.choice([-1.0, 1.0], size=(20, 1)) * [0.0, 1.0]
-    S = np.eye(3)
-    S[1, 2] = 2.0
+    S = turned(0.0, 2.0, 0.0)
     # Every point is off by half a pixel: all twenty at that precision.
     expected = 17 * math.comb(20, 3) * (math.pi * 0.25 / 60000.0) ** 17
-    found = bundle_adjustment._false_alarms(S, x, y, 4.0, 60000.0, 3)
-    assert found == pytest.approx(math.log10(expected), rel=1e-9)
-    again = bundle_adjustment._false_alarms(S, np.vstack([x, x]), np.vstack([y, y]), 4.0, 60000.0, 3)
-    assert again == pytest.approx(found, rel=1e-12)
+    for again in (1, 2):
+        pairs = np.tile(x, (again, 1)), np.tile(y, (again, 1))
+        found = _false_alarms(S, *pairs, 4.0, 60000.0, 3)
+        assert found == pytest.approx(math.log10(expected), rel=1e-9)
 
 
 @pytest.mark.slow
@@ -221,27 +171,17 @@ def test_the_model_that_made_the_points(model):
 
 
 def test_torrs_criterion():
-    """It is the formula, written out for two images by maps from another library's least squares."""
+    """It is the formula, written out for two images by the least errors of either model."""
     rng = np.random.default_rng(13)
     points = common_points(homographies(rng, 0.02, 2), SIZES[:2], rng, noise=0.5)
-    found = register(points, tolerance=20.0)
-    count = len(points.i)
-    squares = {}
-    for model, size in (("affine", 6), ("homography", 8)):
-
-        def residuals(entries, size=size):
-            S = np.eye(3)
-            S.reshape(9)[:size] = entries
-            return np.column_stack([moved(S, points.xi) - points.xj, moved(np.linalg.inv(S), points.xj) - points.xi])
-
-        start = np.linalg.solve(homographies(np.random.default_rng(13), 0.02, 2)[1], np.eye(3))
-        start = (start / start[2, 2]).reshape(9)[:size]
-        best = least_squares(lambda e: residuals(e).ravel(), start, x_scale="jac", ftol=1e-12, xtol=1e-12)
-        squares[model] = (residuals(best.x) ** 2).sum(axis=1)
+    found, count, sizes, squares = register(points, tolerance=20.0), len(points.i), {"affine": 6, "homography": 8}, {}
+    for model in sizes:
+        gaps = errors(register(points, model=model, tolerance=20.0).matrices, points)
+        squares[model] = (gaps.reshape(count, 4) ** 2).sum(axis=1)
         rms = np.sqrt(squares[model].sum() / (2 * count))
         assert found.models[model].rms_pixels == pytest.approx(rms, rel=1e-6)
     noise = squares["homography"].sum() / 4.0 / (2 * count - 8)
-    for model, size in (("affine", 6), ("homography", 8)):
+    for model, size in sizes.items():
         gric = np.minimum(squares[model] / 4.0 / noise, 4.0).sum() + 2 * count * np.log(4) + size * np.log(4 * count)
         assert found.models[model].gric == pytest.approx(gric, rel=1e-6)
 
@@ -265,8 +205,7 @@ def test_the_table(tmp_path):
     found = read_correspondences(path)
     for name in ("i", "j", "xi", "xj", "sizes"):
         np.testing.assert_array_equal(getattr(found, name), getattr(points, name))
-    text = "model,i,j,xi,yi,xj,yj\naffine,0,1,1,2,3,4\n1,1,0,5,6,7,8\n\n# sizes w x h: 30x20, 40x30\n"
-    path.write_text(text)
+    path.write_text("model,i,j,xi,yi,xj,yj\naffine,0,1,1,2,3,4\n1,1,0,5,6,7,8\n\n# sizes w x h: 30x20, 40x30\n")
     found = read_correspondences(path, model="homography", names=["a", "b"])
     np.testing.assert_array_equal([found.i[0], found.j[0], *found.xi[0], *found.xj[0]], [1, 0, 5, 6, 7, 8])
     np.testing.assert_array_equal(found.sizes, [[30, 20], [40, 30]])
@@ -324,23 +263,21 @@ def test_numbers_of_images_without_a_gap(number, ends, tmp_path):
 def test_arguments_are_checked(tmp_path):
     """Files, models, sizes, names and tolerances that cannot be."""
     points = common_points(affine_maps(np.random.default_rng(8)))
-    match = r"^Invalid correspondences '.*none.csv'\. It cannot be read as text: No su"
-    refuses(match, read_correspondences, tmp_path / "none.csv")
-    for function, given in ((read_correspondences, "x"), (register, points)):
-        match = r"^Invalid model 'similar'\. It must be one of affine, homography, auto\.$"
-        refuses(match, function, given, model="similar")
+    told = r"^Invalid correspondences '.*none.csv'\. It cannot be read as text: No su"
+    refuses(told, read_correspondences, tmp_path / "none.csv")
+    told = r"^Invalid model 'similar'\. It must be one of affine, homography, auto\.$"
+    refuses(told, read_correspondences, "x", model="similar")
+    refuses(told, register, points, model="similar")
     refuses(r"^Invalid sizes '800,600'\. They must be WIDTHxHEIGHT", parse_sizes, "800,600")
-    for match, wrong in (
-        (r"^Invalid names of images\. There are 1; there must be 6, as sizes\.$", {"names": ("a",)}),
-        (r"^Invalid correspondences\. There must be as many i and j as points", {"i": points.i[1:]}),
-        (r"^Invalid reductions of correspondences\. There must be one a point", {"reductions": 0.0 * points.i}),
-    ):
-        refuses(match, dataclasses.replace, points, **wrong)
+    other = functools.partial(dataclasses.replace, points)
+    refuses(r"^Invalid names of images\. There are 1; there must be 6, as sizes\.$", other, names=("a",))
+    refuses(r"^Invalid correspondences\. There must be as many i and j as points", other, i=points.i[1:])
+    refuses(r"^Invalid reductions of correspondences\. There must be one a", other, reductions=0.0 * points.i)
     refuses(r"^Invalid tolerance 0\. It must be a number of pixels above 0\.$", register, points, tolerance=0)
     # Random points connect nothing, and the message says how many agree.
     x = np.random.default_rng(6).uniform(size=(2, 60, 2)) * [300.0, 200.0]
     points = Correspondences(i=np.zeros(60), j=np.ones(60), xi=x[0], xj=x[1], sizes=SIZES[:2])
-    match = r"^Invalid correspondences\. No two images match: 0 and 1, \d+ of 60 points agr"
-    refuses(match, register, points, tolerance=1.0)
+    told = r"^Invalid correspondences\. No two images match: 0 and 1, \d+ of 60 points agr"
+    refuses(told, register, points, tolerance=1.0)
     few = Correspondences(i=[0, 0], j=[1, 1], xi=x[0, :2], xj=x[0, :2], sizes=SIZES[:2])
     refuses(r"0 and 1, 2 points; it takes 3\.$", register, few)

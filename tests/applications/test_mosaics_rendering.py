@@ -1,5 +1,6 @@
 """Drawn mosaics, against the picture that their images were cut from."""
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -11,20 +12,16 @@ from PIL import Image
 from refusals import refuses
 from tables import each
 
-from projdist.applications.mosaics import (
+from projdist.applications.mosaics import match, mosaic, open_pictures, render, rendering
+from projdist.applications.mosaics.images import Piece, Pixels
+from projdist.applications.mosaics.rendering import (
+    BLENDERS,
     BLENDS,
     PICTURE_SUFFIXES,
-    Correspondences,
     Rendered,
-    match,
-    mosaic,
-    open_pictures,
-    render,
-    rendering,
+    covered_box,
     save_mosaic,
 )
-from projdist.applications.mosaics.images import Piece, Pixels
-from projdist.applications.mosaics.rendering import BLENDERS, covered_box
 
 pytest.importorskip("cv2")
 
@@ -40,11 +37,10 @@ def beneath(drawn, H):
     return sampled(relief(), H[0] @ np.linalg.inv(drawn.canvas.matrices[0]), drawn.canvas.width, drawn.canvas.height)
 
 
-def decibels(drawn, H):
+def decibels(drawn, truth, white=255.0):
     """The peak signal-to-noise ratio of what is drawn to what is there."""
-    seen = drawn.pixels[..., 3] > 0
-    gap = (drawn.pixels[..., :3].astype(float) - beneath(drawn, H))[seen]
-    return 10.0 * np.log10(255.0**2 / np.mean(gap**2))
+    gap = (drawn.pixels[..., :3].astype(float) - truth)[drawn.pixels[..., 3] > 0]
+    return 10.0 * np.log10(white**2 / np.mean(gap**2))
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +72,7 @@ some_blends = pytest.mark.parametrize("blend", some_slow(BLENDS, {*BLENDS} - {"f
 def test_the_mosaic_is_the_original(H, pictures, found, blend):
     """Each way to blend gives the picture back, and covers just what the images do."""
     drawn = render(found, pictures, blend=blend)
-    assert decibels(drawn, H) > CLEAR
+    assert decibels(drawn, beneath(drawn, H)) > CLEAR
     assert drawn.pixels.shape == (drawn.canvas.height, drawn.canvas.width, 4)
     assert not drawn.is_grey
     y, x = np.mgrid[: drawn.canvas.height, : drawn.canvas.width] + 0.5
@@ -94,7 +90,7 @@ def test_from_pixels_to_pixels(model, tilt):
     H = maps(np.random.default_rng(3), tilt=tilt)
     pictures = open_pictures(cut(H))
     drawn = render(mosaic(match(pictures), model=model), pictures)
-    assert decibels(drawn, H) > CLEAR - 2.0
+    assert decibels(drawn, beneath(drawn, H)) > CLEAR - 2.0
 
 
 @pytest.mark.slow
@@ -156,15 +152,14 @@ def test_small_canvas_and_crop(H, pictures, found):
     to_whole = H[0] @ np.linalg.inv(drawn.canvas.matrices[0])
     fine = sampled(relief(), to_whole @ np.diag([0.25, 0.25, 1.0]), 4 * drawn.canvas.width, 4 * drawn.canvas.height)
     means = fine.reshape(drawn.canvas.height, 4, drawn.canvas.width, 4, 3).mean(axis=(1, 3))
-    gap = (drawn.pixels[..., :3] - means)[drawn.pixels[..., 3] > 0]
-    assert 10.0 * np.log10(255.0**2 / np.mean(gap**2)) > 30.0
+    assert decibels(drawn, means) > 30.0
     assert render(found, pictures, most_pixels=2e4).canvas.width == drawn.canvas.width
     # A cropped mosaic has no gaps and is in its place.
     drawn = render(found, pictures, crop=True)
     assert (drawn.pixels[..., 3] == 255).all()
     assert drawn.pixels.shape[:2] == (drawn.canvas.height, drawn.canvas.width)
     assert drawn.canvas.height * drawn.canvas.width > 0.85 * found.canvas().height * found.canvas().width
-    assert decibels(drawn, H) > CLEAR
+    assert decibels(drawn, beneath(drawn, H)) > CLEAR
 
 
 def test_largest_box():
@@ -221,27 +216,23 @@ def test_transparent_parts(H, cuts, found, blend):
         one[:40, :, :3], one[:40, :, 3] = 255, 0
     drawn = render(found, open_pictures(masked), blend=blend)
     assert (drawn.pixels[:20, :, 3] == 0).all()
-    assert decibels(drawn, H) > CLEAR - 4.0
+    assert decibels(drawn, beneath(drawn, H)) > CLEAR - 4.0
 
 
 @pytest.mark.slow
 def test_left_out_is_not_drawn(pictures, found):
     """An image that nothing connects is named and is not in the picture."""
-    points = found.points
-    sizes = np.vstack([SIZES, [[50.0, 40.0]]])
-    more = Correspondences(i=points.i, j=points.j, xi=points.xi, xj=points.xj, sizes=sizes)
     seven = [*pictures, *open_pictures([np.zeros((40, 50), np.uint8)])]
-    partly = mosaic(more)
+    partly = mosaic(dataclasses.replace(found.points, sizes=np.vstack([SIZES, [[50.0, 40.0]]])))
     assert partly.left_out == ["6"]
     assert (render(partly, seven).pixels == render(found, pictures).pixels).all()
 
 
 def test_refused(pictures, found):
     """Wrong words and wrong images are refused in one line."""
-    message = r"^Invalid blend 'soft'. It must be one of multiband, feather, none.$"
-    refuses(message, render, found, pictures, blend="soft")
-    message = r"^Invalid exposure 'auto'. It must be one of gain, blocks, none.$"
-    refuses(message, render, found, pictures, exposure="auto")
+    given = render, found, pictures
+    refuses(r"^Invalid blend 'soft'. It must be one of multiband, feather, none.$", *given, blend="soft")
+    refuses(r"^Invalid exposure 'auto'. It must be one of gain, blocks, none.$", *given, exposure="auto")
     refuses(r"^Invalid images. They must be those of the correspondences", render, found, pictures[:5])
 
 
@@ -280,19 +271,15 @@ def test_grey_images(tmp_path, cuts, found):
 @pytest.mark.parametrize("blend", BLENDS)
 def test_twelve_bits(H, cuts, found, blend):
     """Pictures of 12 bits keep their values in a mosaic of 16; one of 8 has the whole range of greys."""
-    deep = [one.astype(np.uint16) * 16 + 7 for one in cuts]
-    pictures = open_pictures(deep)
+    pictures = open_pictures([one.astype(np.uint16) * 16 + 7 for one in cuts])
     assert pictures[0].levels == pictures[5].levels == (0.0, 4095.0)
     drawn = render(found, pictures, blend=blend, exposure="none", depth=16)
     assert drawn.pixels.dtype == np.uint16
     assert set(np.unique(drawn.pixels[..., 3])) == {0, 65535}
-    whole = beneath(drawn, H)
-    seen = drawn.pixels[..., 3] > 0
-    gap = (drawn.pixels[..., :3].astype(float) - (16.0 * whole + 7.0))[seen]
-    assert 10.0 * np.log10(4095.0**2 / np.mean(gap**2)) > CLEAR
+    assert decibels(drawn, 16.0 * beneath(drawn, H) + 7.0, 4095.0) > CLEAR
     shallow = render(found, pictures, blend=blend, exposure="none")
-    gap = (shallow.pixels[..., :3].astype(float) - drawn.pixels[..., :3] * (255.0 / 4095.0))[seen]
-    assert np.mean(gap**2) < 1.0  # roundings; and seams may run elsewhere
+    # A mean square of 1: roundings; and seams may run elsewhere.
+    assert decibels(shallow, drawn.pixels[..., :3] * (255.0 / 4095.0), 1.0) > 0.0
 
 
 def test_files_of_sixteen_bits(tmp_path, cuts, found):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from cloud_sets import EXACT, made, moved
+from matrix_samples import rotation
 from refusals import refuses
 from tables import each
 
@@ -53,9 +54,7 @@ def test_notes():
     assert next(text for text in warnings if text.startswith("Uncertain")).endswith(": b.")
     # Clouds that face all ways have no mean orientation, and that is said.
     z = np.random.default_rng(9).normal(size=(20, 2))
-    t = np.radians([0, 90, 180, 270])
-    turns = np.moveaxis(np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]), -1, 0)
-    (warning,) = register(z @ turns).warnings
+    (warning,) = register(z @ rotation(np.radians([0, 90, 180, 270]))).warnings
     assert warning.startswith("There is no meaningful mean orientation")
 
 
@@ -74,8 +73,8 @@ def test_left_out():
         ("e", "it has 2 points, and 4 are needed"),
     ]
     np.testing.assert_allclose(found.matrices[0], B[5] @ np.linalg.inv(B[1]), atol=EXACT)
-    match = r"^Invalid frame 'c'\. That cloud is left out: the 40 points"
-    refuses(match, register, clouds, names=list("abcdef"), frame="c")
+    told = r"^Invalid frame 'c'\. That cloud is left out: the 40 points"
+    refuses(told, register, clouds, names=list("abcdef"), frame="c")
     apart = np.full((3, 20, 2), np.nan)
     apart[:2, :12] = made(np.random.default_rng(1), 2, 2, 12)[0]
     apart[2, 10:] = np.random.default_rng(2).normal(size=(10, 2))
@@ -139,9 +138,7 @@ def noisy_clouds(rng, count, size, n, noise):
 def test_right_partners_are_seldom_named(count, size, n, noise):
     """Of clouds without wrong partners 5 % have a point named, whatever the noise; where there is none, hardly any."""
     rng = np.random.default_rng(8)
-    sets, named = 200, 0
-    for _ in range(sets):
-        named += bool(register(noisy_clouds(rng, count, size, n, noise)).wrong)
+    named = sum(bool(register(noisy_clouds(rng, count, size, n, noise)).wrong) for _ in range(200))
     # The chance of more than 10 + 3.5 sqrt(9.5) of 200 at a rate of 5 % is 2 in 1000.
     assert named <= 21
 
@@ -176,8 +173,7 @@ def test_wrong_ids():
     rng = np.random.default_rng(4)
     first, second = noisy_clouds(rng, 2, 30, 2, 0.01)
     ids = [f"p{k}" for k in range(30)]
-    mixed = list(ids)
-    mixed[:10] = [*ids[1:10], ids[0]]
+    mixed = [*ids[1:10], ids[0], *ids[10:]]
     found = register([first, second], correspond="id", ids=[ids, mixed], robust=True)
     assert {one.point for one in found.wrong} == set(ids[:10])
     refuses(r"^Invalid robust with the correspondence icp\.", register, [first, second], correspond="icp", robust=True)
@@ -202,10 +198,10 @@ def test_weights_are_counts(n, method):
         np.testing.assert_allclose(found.rms, repeated.rms, rtol=1e-9)
         assert found.rms_total == pytest.approx(repeated.rms_total, rel=1e-9)
     assert found.used.tolist() == [int(np.sum(counts[~np.isnan(cloud[:, 0])] > 0)) for cloud in clouds]
-    fits = [affine_fit(clouds[0], clouds[1], weights=counts, method=method)]
-    fits.append(affine_fit(*(np.repeat(cloud, counts, axis=0) for cloud in clouds[:2]), method=method))
-    np.testing.assert_allclose(fits[0].matrix, fits[1].matrix, atol=EXACT)
-    np.testing.assert_allclose(fits[0].shift, fits[1].shift, atol=EXACT * np.abs(clouds[0]).max())
+    one = affine_fit(clouds[0], clouds[1], weights=counts, method=method)
+    other = affine_fit(*(np.repeat(cloud, counts, axis=0) for cloud in clouds[:2]), method=method)
+    np.testing.assert_allclose(one.matrix, other.matrix, atol=EXACT)
+    np.testing.assert_allclose(one.shift, other.shift, atol=EXACT * np.abs(clouds[0]).max())
 
 
 @pytest.mark.slow
@@ -226,14 +222,18 @@ def test_a_weight_of_one_cloud():
 
 
 def test_weighted_means_are_self_consistent():
-    """With weights of their own each cloud lies by its weighted fit onto the weighted mean of all."""
+    """With weights of their own each cloud lies by its weighted fit onto the weighted mean, missing points or not."""
     rng = np.random.default_rng(7)
     clouds, _ = made(rng, 3, 6, 60, noise=0.1)
     weights = rng.uniform(0.1, 2.0, size=clouds.shape[:2]) * (rng.uniform(size=clouds.shape[:2]) < 0.8)
+    clouds[weights == 0] = np.nan
     group = consensus(clouds, weights)
     assert group.converged
-    mean = np.average(moved(clouds, group.A, group.shift), axis=0, weights=np.tile(weights[..., None], 3))
-    fits = [affine_fit(y, mean, weights=w).matrix for y, w in zip(clouds, weights, strict=True)]
+    places = np.nan_to_num(moved(clouds, group.A, group.shift))
+    mean = np.average(places, axis=0, weights=np.tile(weights[..., None], 3))
+    pairs = zip(clouds, weights, strict=True)
+    fits = [affine_fit(y[w > 0], mean[w > 0], weights=w[w > 0]).matrix for y, w in pairs]
+    # The mean of noisy points is narrower than they are: all fits onto it shrink by one map.
     shrunk = np.array([fit @ np.linalg.inv(A) for fit, A in zip(fits, group.A, strict=True)])
     np.testing.assert_allclose(shrunk, np.broadcast_to(shrunk[0], shrunk.shape), atol=1e-9)
 

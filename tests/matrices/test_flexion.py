@@ -13,50 +13,38 @@ from projdist.matrices.flexion import flexion, skewness
 RNG = np.random.default_rng(20240229)
 
 
-def second_derivatives(h_x, h_y):
-    return np.array([h_x, h_y], dtype=float)
-
-
 def mercator(lat):
     """J and H, per radian, of the Mercator projection along geodesics of the unit sphere."""
     tan, cos = math.tan(lat), math.cos(lat)
     # On a geodesic of azimuth z: lam' = sin z / cos, phi' = cos z, lam'' = 2 tan lam' phi', phi'' = -sin cos lam'^2;
     # with x = lam, y = the integral of dphi / cos.
-    h_x = [[0.0, tan / cos], [tan / cos, 0.0]]
-    h_y = [[-tan / cos, 0.0], [0.0, tan / cos]]
-    return np.eye(2) / cos, second_derivatives(h_x, h_y)
+    return np.eye(2) / cos, tan / cos * np.array([[[0.0, 1.0], [1.0, 0.0]], [[-1.0, 0.0], [0.0, 1.0]]])
 
 
 def plate_carree(lat):
     """J and H, per radian, of x = lam, y = phi along geodesics of the unit sphere."""
     tan, cos = math.tan(lat), math.cos(lat)
-    return np.diag([1 / cos, 1.0]), second_derivatives([[0.0, tan / cos], [tan / cos, 0.0]], [[-tan, 0.0], [0.0, 0.0]])
+    return np.diag([1 / cos, 1.0]), np.array([[[0.0, tan / cos], [tan / cos, 0.0]], [[-tan, 0.0], [0.0, 0.0]]])
 
 
 def azimuthal(radius, first, second, c):
-    """J and H of r(c) at the distance c north of the centre, in axes east (across) and north (along the radius)."""
+    """J and H of r(c), by r, r' and r'', at the distance c north of the centre, in axes east and north (outwards)."""
     # Along the radius the map's velocity is r'; a step across turns about the centre: at unit speed across,
     # the azimuth grows as 1 / sin c and the distance curves outwards by c'' = cot c.
-    across = radius(c) / math.sin(c)
-    cot = math.cos(c) / math.sin(c)
+    across, cot = radius / math.sin(c), 1.0 / math.tan(c)
     # x'' = 2 r' theta' c' + r theta'' with theta'' = -2 cot c theta' c'; y'' = r'' c'^2 + r' c'' - r theta'^2.
-    mixed = (first(c) - radius(c) * cot) / math.sin(c)
-    h_y = [[first(c) * cot - radius(c) / math.sin(c) ** 2, 0.0], [0.0, second(c)]]
-    return np.diag([across, first(c)]), second_derivatives([[0.0, mixed], [mixed, 0.0]], h_y)
+    mixed = (first - radius * cot) / math.sin(c)
+    h_y = [[first * cot - across / math.sin(c), 0.0], [0.0, second]]
+    return np.diag([across, first]), np.array([[[0.0, mixed], [mixed, 0.0]], h_y])
 
 
 def stereographic(c):
-    half = c / 2
-    return azimuthal(
-        lambda c: 2 * math.tan(c / 2),
-        lambda c: 1 / math.cos(c / 2) ** 2,
-        lambda c: math.sin(half) / math.cos(half) ** 3,
-        c,
-    )
+    cos = math.cos(c / 2)
+    return azimuthal(2 * math.tan(c / 2), 1 / cos**2, math.sin(c / 2) / cos**3, c)
 
 
 def gnomonic(c):
-    return azimuthal(math.tan, lambda c: 1 / math.cos(c) ** 2, lambda c: 2 * math.sin(c) / math.cos(c) ** 3, c)
+    return azimuthal(math.tan(c), 1 / math.cos(c) ** 2, 2 * math.sin(c) / math.cos(c) ** 3, c)
 
 
 @each("name", SECOND_ORDER)

@@ -7,53 +7,17 @@ import mpmath
 import numpy as np
 import pytest
 import scipy.linalg
-import scipy.optimize
-from matrix_samples import (
-    CASES,
-    EXACT,
-    around,
-    cholesky_factor,
-    cost,
-    graded,
-    karcher,
-    random_matrices,
-    random_orthogonal,
-    transposed,
-)
+from matrix_samples import CASES, around, cholesky_factor, cost, graded, karcher, random_matrices, random_orthogonal
 from refusals import refuses
 from tables import each
 
 from projdist.matrices import frechet as means
 from projdist.matrices.mean_transformation import mdt
-from projdist.matrices.measures import get_measure, principal_scales
-from projdist.matrices.spd import factor_distance, lq
+from projdist.matrices.measures import get_measure
+from projdist.matrices.spd import factor_distance, geodesic, lq
 
 RNG = np.random.default_rng(1917)
-
-
-def geometric_mean(P, Q):
-    """The midpoint of two SPD matrices in the affine-invariant metric (Bhatia 2007, equation 6.11)."""
-    root = scipy.linalg.sqrtm(P)
-    inverse = np.linalg.inv(root)
-    return root @ scipy.linalg.sqrtm(inverse @ Q @ inverse) @ root
-
-
-@each("n", [2, 3, 4])
-def test_it_is_the_cholesky_factor_of_the_frechet_mean(n):
-    """T is the Cholesky factor of the Frechet mean of A_i A_i^T, here by gradient steps on scipy's eigenvalues."""
-    rng = np.random.default_rng(n)
-    A, w = random_matrices(rng, 6, n, 0.5), rng.uniform(size=6)
-    P = A @ transposed(A)
-    M = np.average(P, axis=0, weights=w)
-
-    def mapped(function, S):
-        """M^1/2 f(M^-1/2 S M^-1/2) M^1/2."""
-        values, V = scipy.linalg.eigh(S, M)
-        return (M @ V * function(values)) @ (M @ V).T
-
-    for _ in range(100):
-        M = mapped(np.exp, np.average([mapped(np.log, p) for p in P], axis=0, weights=w))
-    np.testing.assert_allclose(mdt(A, w).T, np.linalg.cholesky(M), rtol=1e-11, atol=1e-11)
+EXACT = ["newton", "gradient"]
 
 
 @pytest.mark.slow
@@ -73,32 +37,11 @@ def test_no_other_linear_map_is_better(seed, n):
     assert cost(turned, A, w) == pytest.approx(found.cost, rel=1e-11)
 
 
-@each(("n", "seed"), [(2, 0), (2, 1), (2, 2), (3, 0), (3, 1)])
-def test_optimality_against_a_general_minimiser(n, seed):
-    """No linear map of any form, found by BFGS from several starts, has a lower cost; the best have the same T T^T."""
-    rng = np.random.default_rng(seed)
-    A, w = random_matrices(rng, 10, n, 0.6), rng.uniform(size=10)
-    result = mdt(A, w)
-
-    def objective(entries):
-        T = entries.reshape(n, n)
-        return cost(T, A, w) if abs(np.linalg.det(T)) > 1e-9 else 1e9
-
-    starts = [np.eye(n), A[0], random_matrices(rng, 1, n)[0]]
-    searches = [scipy.optimize.minimize(objective, start.ravel(), method="BFGS", tol=1e-7) for start in starts]
-    best = min(searches, key=lambda search: search.fun)
-    assert result.cost <= best.fun + 1e-12
-    # The cost is quadratic about the minimum: finite-difference gradients of 1e-8 leave 1e-6 in T.
-    assert best.fun == pytest.approx(result.cost, rel=1e-9)
-    found = best.x.reshape(n, n)
-    np.testing.assert_allclose(found @ found.T, result.T @ result.T.T, rtol=1e-4, atol=1e-5)
-
-
 @CASES
 def test_figures(seed, n):
     """`distances` are fisher(T^-1 A_i)^2, `cost` is their mean, and Karcher's equation holds as the gradient says."""
     rng = np.random.default_rng(seed)
-    A, w = random_matrices(rng, 15, n), rng.uniform(size=15)
+    A, w = random_matrices(rng, 15, n), np.append(rng.uniform(size=14), 0.0)
     result = mdt(A, w)
     fisher = get_measure("fisher")(np.linalg.solve(result.T, A))
     np.testing.assert_allclose(result.distances, fisher**2, rtol=1e-8, atol=1e-10)
@@ -107,45 +50,8 @@ def test_figures(seed, n):
     assert result.cost == pytest.approx(cost(result.T, A, w), rel=1e-9)
     np.testing.assert_allclose(karcher(result.T, A, w), 0.0, atol=1e-10)
     assert result.gradient_norm <= 4 * result.floor < 1e-9
-
-
-@CASES
-def test_invariances(seed, n):
-    """The mean moves with the map, does not see the local frames, and inversion is an isometry."""
-    rng = np.random.default_rng(seed)
-    A, B = random_matrices(rng, 7, n), random_matrices(rng, 1, n, 0.5)[0]
-    left, right = random_orthogonal(rng, 1, n)[0], random_orthogonal(rng, 7, n)
-    first = mdt(A)
-    np.testing.assert_array_equal(first.T, np.tril(first.T))
-    assert (np.diag(first.T) > 0).all()
-    # Turning or mirroring the local frame of each A_i changes nothing.
-    assert factor_distance(first.T, mdt(A @ right).T) < 1e-11
-    # mdt(B A) is the Cholesky factor of B T T^T B^T; B_i = A_i^-T have (T T^T)^-1; all at the same cost.
-    inverse = np.linalg.inv(first.T).T
-    for other, expected, error, of_cost in (
-        (mdt(B @ A), B @ first.T, 1e-10, 1e-9),
-        (mdt(left @ A), left @ first.T, 1e-11, 1e-10),
-        (mdt(transposed(np.linalg.inv(A))), inverse, 1e-9, 1e-9),
-    ):
-        assert factor_distance(expected, other.T) < error
-        assert other.cost == pytest.approx(first.cost, rel=of_cost)
-    # Correcting twice is correcting once.
-    np.testing.assert_allclose(mdt(np.linalg.solve(first.T, A)).T, np.eye(n), atol=1e-10)
-
-
-@pytest.mark.slow
-@CASES
-def test_weights_are_repetitions(seed, n):
-    """Whole weights count like repeated matrices, their scale does not matter, and a weight 0 removes a matrix."""
-    rng = np.random.default_rng(seed)
-    A = random_matrices(rng, 5, n)
-    count = np.array([1, 3, 0, 2, 1])
-    truth = mdt(np.repeat(A, count, axis=0))
-    for weights in (count, 7.5 * count):
-        result = mdt(A, weights)
-        assert factor_distance(truth.T, result.T) < 1e-11
-        assert result.cost == pytest.approx(truth.cost, rel=1e-10)
-    np.testing.assert_array_equal(mdt(A, np.ones(5)).T, mdt(A).T)
+    np.testing.assert_array_equal(result.T, np.tril(result.T))
+    assert (np.diag(result.T) > 0).all()
 
 
 @each("scale", [1e-150, 1e-6, 1.0, 6.4e6, 1e150])
@@ -162,7 +68,7 @@ def test_uniqueness(method, n):
     rng = np.random.default_rng(n)
     A, w = random_matrices(rng, 8, n, 0.4)[None], np.full((1, 8), 0.125)
     truth, error = mdt(A[0]).T, 1e-4 if method == "mpm" else 1e-12
-    for start in random_matrices(rng, 6, n, 2.0):
+    for start in random_matrices(rng, 3, n, 2.0):
         assert factor_distance(truth, means.METHODS[method](A, w, start[None]).T[0]) < error
 
 
@@ -170,24 +76,19 @@ def test_uniqueness_in_the_half_plane():
     """Newton's method in the plane, too, comes from everywhere to the same point."""
     rng = np.random.default_rng(2)
     A, w = random_matrices(rng, 8)[None], np.full((1, 8), 0.125)
-    points, _ = means.plane_points(A)
-    truth = mdt(A[0]).T
     for x, ln_y in rng.normal(scale=6.0, size=(20, 2)):
-        found = means.newton_in_plane(points, w, np.array([[x], [np.exp(ln_y)]]))
-        assert factor_distance(truth, found.T[0]) < 1e-12
+        found = means.newton_in_plane(means.plane_points(A)[0], w, np.array([[x], [np.exp(ln_y)]]))
+        assert factor_distance(mdt(A[0]).T, found.T[0]) < 1e-12
 
 
 def test_equal_matrices():
     """The MDT of one matrix A, or of equal ones, is the Cholesky factor of A A^T, at no cost and without a warning."""
-    for n in (1, 2, 3):
-        for A in random_matrices(RNG, 10, n):
-            result = mdt(A[None])
-            np.testing.assert_allclose(result.T, cholesky_factor(A), rtol=1e-10, atol=1e-11)
-            assert result.cost == pytest.approx(0.0, abs=1e-20)
-    for A in (np.eye(2), np.array([[2.0, 1.0], [0.0, 3.0]]), np.diag([1.0, -1.0]), 2 * np.eye(3)):
-        result = mdt(np.broadcast_to(A, (50, *A.shape)))
-        np.testing.assert_allclose(result.T, cholesky_factor(A), atol=1e-14)
-        assert result.cost == pytest.approx(0.0, abs=1e-28)
+    plain = [np.eye(2), np.array([[2.0, 1.0], [0.0, 3.0]]), np.diag([1.0, -1.0]), 2 * np.eye(3)]
+    for A in [*plain, *(A for n in (1, 2, 3) for A in random_matrices(RNG, 10, n))]:
+        for count in (1, 50):
+            result = mdt(np.broadcast_to(A, (count, *A.shape)))
+            np.testing.assert_allclose(result.T, cholesky_factor(A), rtol=1e-13, atol=1e-13)
+            assert result.cost == pytest.approx(0.0, abs=1e-28)
 
 
 @CASES
@@ -201,7 +102,7 @@ def test_commuting_and_two_matrices(seed, n):
     assert result.cost == pytest.approx(np.average(np.sum((logs - mean) ** 2, axis=1), weights=w), rel=1e-12)
     A = random_matrices(rng, 2, n, 0.5)
     T = mdt(A).T
-    np.testing.assert_allclose(T @ T.T, geometric_mean(*A @ transposed(A)), rtol=1e-8, atol=1e-9)
+    np.testing.assert_allclose(T @ T.T, geodesic(*A @ np.swapaxes(A, 1, 2), 0.5), rtol=1e-8, atol=1e-9)
 
 
 @each("condition", [1e2, 1e4, 1e6, 1e8, 1e10, 1e12])
@@ -211,9 +112,10 @@ def test_exact_means_of_any_scale(n, count, condition):
     # Such conditions come of units, and no rounding of A is amplified by them.
     G = graded(n, condition)
     A, w, truth = around(G, count, 0.4)
-    found = mdt(A, w)
-    assert factor_distance(G, found.T) < 1e-13
-    assert found.cost == pytest.approx(truth, rel=1e-12)
+    for method in ("auto", *(EXACT if condition == 1e2 and count == 40 else [])):
+        found = mdt(A, w, method=method)
+        assert factor_distance(G, found.T) < 1e-13
+        assert found.cost == pytest.approx(truth, rel=1e-12)
 
 
 @each("condition", [1e2, 1e4, 1e6, 1e8, 1e10, 1e12])
@@ -241,15 +143,14 @@ def test_far_apart_close_and_many():
     # Of matrices that differ by 1e-9 the mean is theirs, and the cost is their variance, not rounding.
     for n in (2, 3):
         V = RNG.normal(size=(10, n, n))
-        V = V + transposed(V)
         V -= V.mean(axis=0)
+        V += np.swapaxes(V, 1, 2)
         result = mdt(np.eye(n) + 1e-9 * V)
         np.testing.assert_allclose(result.T, np.eye(n), atol=1e-15)
-        assert result.cost == pytest.approx(1e-18 * np.mean(np.sum(V * V, axis=(1, 2))), rel=1e-5)
+        assert result.cost == pytest.approx(1e-18 * np.mean(np.sum(V * V, axis=(1, 2))), rel=1e-5, abs=0)
     # A hundred thousand matrices, as the samples of a globe, take no special care.
-    rng = np.random.default_rng(3)
-    A = np.exp(rng.normal(size=(100_000, 1, 2))) * np.eye(2)
-    np.testing.assert_allclose(mdt(A).T, np.diag(np.exp(np.log(np.einsum("nii->ni", A)).mean(axis=0))), rtol=1e-12)
+    logs = np.random.default_rng(3).normal(size=(100_000, 2))
+    np.testing.assert_allclose(mdt(np.exp(logs)[:, None] * np.eye(2)).T, np.diag(np.exp(logs.mean(axis=0))), rtol=1e-12)
 
 
 @each("method", EXACT)
@@ -273,67 +174,27 @@ def test_agreement_with_pyriemann(n):
     rng = np.random.default_rng(n)
     A, w = random_matrices(rng, 30, n, 0.3), rng.uniform(size=30)
     for tolerance in (1e-8, 1e-12):
-        theirs = mean_riemann(A @ transposed(A), tol=tolerance, sample_weight=w)
+        theirs = mean_riemann(A @ np.swapaxes(A, 1, 2), tol=tolerance, sample_weight=w)
         assert factor_distance(np.linalg.cholesky(theirs), mdt(A, w).T) < tolerance
 
 
 @CASES
-def test_traps(seed, n):
-    """T acts on the left, rotations stay outside, orientations do not count, and no T repairs scales."""
+def test_what_shrinks(seed, n):
+    """Matrices of determinant 1, shrunk by c_i, cost n times the variance of ln c_i more: no T takes that out."""
+    # A fit that shrinks some images, as linear least squares on a fixed reference does, stays visible.
     rng = np.random.default_rng(seed)
-    # In the plane ln^2(a/b) + ln^2(ab) = 2 (ln^2 a + ln^2 b): the source paper's equation (1) lacks the 2.
-    a, b = principal_scales(random_matrices(rng, 1)[0])
-    fisher = get_measure("fisher")(np.diag([a, b]))
-    assert np.log(a / b) ** 2 + np.log(a * b) ** 2 == pytest.approx(2 * fisher**2, rel=1e-12)
-    assert mdt(np.stack([np.eye(2), np.diag([a, b])])).cost == pytest.approx(fisher**2 / 4, rel=1e-12)
-    A, q = random_matrices(rng, 6, n), random_orthogonal(rng, 1, n)[0]
-    found, wrong = mdt(A), mdt(transposed(A))
-    # T is T^-1 A_i's, from A_i A_i^T: those of A_i^T A_i and of A_i T^-1 are other matrices and cost more.
-    assert factor_distance(found.T, wrong.T) > 1e-3
-    assert cost(wrong.T, A) > found.cost + 1e-6
-    outside = np.mean(np.sum(np.log(principal_scales(A @ np.linalg.inv(found.T))) ** 2, axis=-1))
-    assert outside != pytest.approx(found.cost, rel=1e-6)
-    similar = rng.uniform(0.5, 2.0, size=(6, 1, 1)) * random_orthogonal(rng, 6, n)
-    np.testing.assert_allclose(mdt(transposed(similar)).T, mdt(similar).T, atol=1e-13)
-    # A rotation of the corrected plane, q T^-1 A_i, costs nothing; one inside, T^-1 q A_i, does.
-    assert cost(np.eye(n), q @ np.linalg.solve(found.T, A)) == pytest.approx(found.cost, rel=1e-11)
-    assert cost(found.T, q @ A) > found.cost + 1e-8
-    # With Cholesky's T the LQ factors Q_i of T^-1 A_i are those of A_i.
-    np.testing.assert_allclose(lq(np.linalg.solve(found.T, A))[1], lq(A)[1], atol=1e-10)
-    mirrored = A.copy()
-    mirrored[::2, :, -1] *= -1
-    np.testing.assert_allclose(mdt(mirrored).T, found.T, rtol=1e-10, atol=1e-11)
-    # Matrices of determinant 1, shrunk by c_i, cost n times the variance of ln c_i more: no T takes that out. A fit
-    # that shrinks some images, as linear least squares on a fixed reference does, stays visible.
+    A, ln_c = random_matrices(rng, 6, n), rng.normal(size=6)
     A /= np.abs(np.linalg.det(A))[:, None, None] ** (1 / n)
-    ln_c = rng.normal(size=6)
     first, second = mdt(A), mdt(np.exp(ln_c)[:, None, None] * A)
     assert second.cost == pytest.approx(first.cost + n * np.var(ln_c), rel=1e-10)
     np.testing.assert_allclose(second.T, np.exp(ln_c.mean()) * first.T, rtol=1e-9, atol=1e-10)
-
-
-@pytest.mark.slow
-@CASES
-def test_references(seed, n):
-    """Measured from any of the matrices, A_r^-1 A_i, the cost is the same; as references they are worse than T."""
-    # The mean over references of the cost is at least twice the MDT's, for two matrices exactly; and the best
-    # reference is worse by at least its squared distance from the mean (SPD(n) has no positive curvature).
-    rng = np.random.default_rng(seed)
-    A = random_matrices(rng, 6, n, 0.7)
-    found = mdt(A)
-    references = [cost(reference, A) for reference in A]
-    for reference in A:
-        assert mdt(np.linalg.solve(reference, A)).cost == pytest.approx(found.cost, rel=1e-11)
-    assert np.mean(references) >= 2 * found.cost * (1 - 1e-12)
-    best = int(np.argmin(references))
-    assert references[best] >= found.cost + found.distances[best] - 1e-12
-    pair = [cost(reference, A[:2]) for reference in A[:2]]
-    assert np.mean(pair) == pytest.approx(2 * mdt(A[:2]).cost, rel=1e-10)
+    # With Cholesky's T the LQ factors Q_i of T^-1 A_i are those of A_i.
+    np.testing.assert_allclose(lq(np.linalg.solve(first.T, A))[1], lq(A)[1], atol=1e-10)
 
 
 def arithmetic(A, w):
     """The mean of A_i A_i^T."""
-    return np.average(A @ transposed(A), axis=0, weights=w)
+    return np.average(A @ np.swapaxes(A, 1, 2), axis=0, weights=w)
 
 
 def log_euclidean(A, w):
@@ -377,17 +238,6 @@ def test_power_means():
         found = mdt(A, w, method="mpm")
         assert 1e-12 < factor_distance(G, found.T) < 1e-4
         assert 0 < found.cost - truth < 1e-8
-
-
-@each("method", EXACT)
-@each("n", [1, 2, 3, 6])
-def test_exact_methods(method, n):
-    """Newton's method and the gradient find the same mean, to rounding."""
-    G = graded(n, 50.0)
-    A, w, truth = around(G, 30, 0.3)
-    found = mdt(A, w, method=method)
-    assert factor_distance(G, found.T) < 1e-13
-    assert found.cost == pytest.approx(truth, rel=1e-12)
 
 
 @pytest.mark.slow
@@ -441,8 +291,7 @@ def test_arguments_are_checked():
     for weights in ([1.0], [1.0, 1.0, 1.0, 1.0], [[1.0, 1.0, 1.0]], 1.0):
         refuses(r"^Invalid shape \(.*\) of weights\. It must be \(3,\), as many as matrices", mdt, A, weights)
     for wrong in (-1.0, np.nan, np.inf):
-        match = r"^Invalid weight .* at index 1\. It must be finite and not negative\.$"
-        refuses(match, mdt, A, [1.0, wrong, 1.0])
+        refuses(r"^Invalid weight .* at index 1\. It must be finite and not negative\.$", mdt, A, [1.0, wrong, 1.0])
     refuses(r"^Invalid weights.*\. They must not all be zero\.$", mdt, A, np.zeros(3))
     sets = np.broadcast_to(np.eye(2), (2, 3, 2, 2))
     refuses(r"^Invalid weights at index 1\. They must not all be zero\.$", mdt, sets, [[1, 1, 1], [0, 0, 0]])

@@ -29,11 +29,12 @@ LOGARITHMIC = ["fisher", "log_anisotropy", "log_areal_scale", "kavrayskiy"]
 
 @each("n", [1, 2, 3, 5])
 def test_principal_scales_are_singular_values(n):
-    """They are numpy's, for any dimension and batch; a NaN in J makes its scales NaN, and no other's."""
+    """They are numpy's, and their logarithms' length is `fisher`, for any dimension and batch; only NaN gives NaN."""
     J = RNG.normal(size=(7, 11, n, n))
     truth = np.linalg.svd(J, compute_uv=False)
     # Rounding is relative to the largest scale.
     np.testing.assert_allclose(principal_scales(J) / truth[..., :1], truth / truth[..., :1], atol=20 * EPS)
+    np.testing.assert_allclose(value("fisher", J), np.linalg.norm(np.log(truth), axis=-1), rtol=1e-11)
     J = np.stack([np.eye(n), np.full((n, n), np.nan), 2 * np.eye(n)])
     np.testing.assert_array_equal(principal_scales(J), [[1.0] * n, [np.nan] * n, [2.0] * n])
 
@@ -42,23 +43,20 @@ def test_principal_scales_are_singular_values(n):
 def test_exact_near_conformality(size):
     """a, b and omega of a similarity times 1 +- 1e-13 keep all their digits, where a determinant would lose half."""
     with mpmath.workdps(50):
-        for angle, perturbation in zip(RNG.uniform(0, 2 * np.pi, 50), RNG.normal(size=(50, 2, 2)), strict=True):
+        for angle, perturbation in zip(RNG.uniform(0, 2 * np.pi, 20), RNG.normal(size=(20, 2, 2)), strict=True):
             J = 1.7 * rotation(angle) @ (np.eye(2) + size * perturbation)
-            truth = sorted((float(s), s) for s in mpmath.svd_r(mpmath.matrix(J.tolist()), compute_uv=False))
-            b, a = truth[0][1], truth[1][1]
+            b, a = sorted(mpmath.svd_r(mpmath.matrix(J.tolist()), compute_uv=False))
             omega = 2 * mpmath.asin((a - b) / (a + b))
             # Two additions and a hypotenuse of numbers near 1: 4 roundings, in radians.
             assert abs(math.radians(value("omega", J)) - omega) <= 4 * EPS
-            assert abs(value("a", J) / a - 1) <= 4 * EPS
-            assert abs(value("b", J) / b - 1) <= 4 * EPS
+            assert max(abs(value("a", J) / a - 1), abs(value("b", J) / b - 1)) <= 4 * EPS
 
 
 def test_similarities_and_isometries():
     """omega of an exact similarity, mirrored or not, and ln(a/b) are 0; of a rotation every distortion is."""
     for c, s in RNG.normal(size=(50, 2)):
         for J in ([[c, -s], [s, c]], [[c, s], [s, -c]]):
-            assert value("omega", J) == 0.0
-            assert value("log_anisotropy", J) == 0.0
+            assert value("omega", J) == value("log_anisotropy", J) == 0.0
     for name in ["airy", "jordan", "scale_error_ppm", "areal_error_ppm", *LOGARITHMIC]:
         result = value(name, rotation(np.linspace(0, 6, 50)))
         # Only rounding of the rotation itself is left.
@@ -78,27 +76,21 @@ def test_batches_and_kinds(name):
     assert not np.isinf(value(name, J)).any()
     kind, values = MEASURES[name].kind, value(name, MATRICES)
     assert kind != "magnitude" or (values >= 0).all()
+    assert name != "meridian_parallel_angle" or (values <= 90).all()
     if kind == "ratio":  # doubled with the map, or fourfold for areas
         factor = 4.0 if name == "areal_scale" else 2.0
         np.testing.assert_allclose(value(name, 2.0 * MATRICES), factor * values, rtol=1e-14)
 
 
-@each("name", OF_SCALES)
-def test_measures_of_scales_ignore_rotations_and_mirrors(name):
-    """Rotating or mirroring the map or the Earth does not change a measure of the principal scales."""
-    angles = RNG.uniform(0, 2 * np.pi, (2, len(MATRICES)))
-    turned = rotation(angles[0]) @ MATRICES @ rotation(angles[1])
+@each("name", [*OF_SCALES, *OF_GRATICULE])
+def test_measures_ignore_rotations_and_mirrors(name):
+    """Of the map on the sheet; those of the Earth, too, if they are measures of the principal scales."""
+    map_by, earth_by = rotation(RNG.uniform(0, 2 * np.pi, (2, len(MATRICES))))
+    turned = map_by @ MATRICES
+    others = [turned @ earth_by, turned @ MIRROR, np.swapaxes(turned, -1, -2)] if name in OF_SCALES else []
     # Condition below 100: rounding of the lesser scale is 1e2 eps; in ppm, 1e6 times that.
-    for J in (turned, MIRROR @ turned, turned @ MIRROR, np.swapaxes(turned, -1, -2)):
+    for J in (turned, MIRROR @ turned, *others):
         np.testing.assert_allclose(value(name, J), value(name, MATRICES), rtol=1e-12, atol=1e-8 * ("ppm" in name))
-
-
-@pytest.mark.parametrize("name", OF_GRATICULE)
-def test_measures_of_the_graticule_ignore_rotations_of_the_map(name):
-    """h, k and theta' do not see how the map is turned or mirrored on the sheet."""
-    turned = rotation(RNG.uniform(0, 2 * np.pi, len(MATRICES))) @ MATRICES
-    for J in (turned, MIRROR @ turned):
-        np.testing.assert_allclose(value(name, J), value(name, MATRICES), rtol=1e-12, atol=1e-12)
 
 
 def test_singular_matrices():
@@ -132,24 +124,12 @@ def test_fisher(J, left, right):
     assert value("fisher", J.tolist()) == fisher  # lists are taken as matrices
 
 
-@pytest.mark.parametrize("n", [3, 4])
-def test_fisher_in_any_dimension(n):
-    """fisher is invariant and equal for the inverse in n dimensions too; for diag(e^t) it is the length of t."""
-    J = RNG.normal(size=(50, n, n))
-    Q = np.linalg.qr(RNG.normal(size=(50, n, n)))[0]
-    np.testing.assert_allclose(value("fisher", Q @ J), value("fisher", J), rtol=1e-11)
-    np.testing.assert_allclose(value("fisher", np.linalg.inv(J)), value("fisher", J), rtol=1e-11)
-    t = RNG.normal(size=n)
-    assert value("fisher", np.diag(np.exp(t))) == pytest.approx(float(np.linalg.norm(t)), rel=1e-14)
-
-
 @given(J=jacobians(), azimuth=st.floats(-720, 720))
 def test_scales_and_angles(J, azimuth):
     """a and b are the singular values, also of ill-conditioned and mirroring matrices, and the others follow."""
     truth = np.linalg.svd(J, compute_uv=False)
     h, k, a, b, s = (float(value(name, J)) for name in ("h", "k", "a", "b", "s"))
-    assert abs(a - truth[0]) <= 20 * EPS * truth[0]
-    assert abs(b - truth[1]) <= 20 * EPS * truth[0]
+    assert max(abs(a - truth[0]), abs(b - truth[1])) <= 20 * EPS * truth[0]
     # h^2 + k^2 = a^2 + b^2 and h k sin(theta') = a b (Snyder 1987, 4-10 and 4-11).
     assert h * h + k * k == pytest.approx(a * a + b * b, rel=1e-13)
     assert h * k * math.sin(math.radians(value("theta", J))) == pytest.approx(s, rel=1e-12)
@@ -181,16 +161,14 @@ def test_closed_forms():
     for angle in [-170.0, -90.0, -20.0, 0.0, 1.6786477, 45.0, 179.0]:
         # True north points up and to the left on the sheet, so grid north (up) is to its right: clockwise.
         assert value("convergence", 1.3 * rotation(math.radians(angle))) == pytest.approx(angle, abs=1e-13)
-    assert value("orientation", rotation(2.0)) == 1.0
-    assert value("orientation", MIRROR @ rotation(2.0)) == -1.0
+    assert (value("orientation", rotation(2.0)), value("orientation", MIRROR @ rotation(2.0))) == (1.0, -1.0)
     # Of scales 2 and 1/2 it is sqrt((1 + 1/4) / 2).
     assert value("airy", np.diag([0.5, -2.0])) == pytest.approx(math.sqrt(0.625), rel=1e-15)
     # scale@0 is h and scale@90 is k; scale@45 of a shear is that of the north-east.
     np.testing.assert_allclose(value("scale@0", MATRICES), value("h", MATRICES), rtol=1e-14)
     np.testing.assert_allclose(value("scale@-90", MATRICES), value("k", MATRICES), rtol=1e-13)
-    shear = [[1.0, 1.0], [0.0, 1.0]]
-    assert value("scale@45", shear) == pytest.approx(math.sqrt(2.5), rel=1e-14)
-    assert value("scale@-45", shear) == pytest.approx(math.sqrt(0.5), rel=1e-14)
+    scales = [value(name, [[1.0, 1.0], [0.0, 1.0]]) for name in ("scale@45", "scale@-45")]
+    np.testing.assert_allclose(scales, np.sqrt([2.5, 0.5]), rtol=1e-14)
 
 
 # a, b: near 1, around the change of method at ((a - b) / (a + b))^2 = 0.05 (a / b = 1.576), and far.
@@ -200,7 +178,7 @@ JORDAN = [(1 + 1e-9, 1 - 2e-9), (1 + 1e-5, 1.0), (1.1, 0.95), (1.575, 1.0), (1.5
 @each(("a", "b"), JORDAN)
 def test_jordan_against_quadrature(a, b):
     """Jordan's term is sqrt(mean over azimuths of (scale - 1)^2), by mpmath's quadrature, also for scales near 1."""
-    with mpmath.workdps(40):
+    with mpmath.workdps(25):
         A, B = mpmath.mpf(a), mpmath.mpf(b)
 
         def square(t):
@@ -309,15 +287,12 @@ def test_arguments_are_checked():
 def test_log_scales_shear_and_rotation():
     """ln^2 a + ln^2 b and ln(ab) of a diagonal matrix, NaN for a singular one."""
     square, area = log_scales(np.array([np.diag([2.0, 4.0]), np.diag([2.0, 0.0])]))
-    assert square[0] == pytest.approx(5 * math.log(2) ** 2)
-    assert area[0] == pytest.approx(3 * math.log(2))
-    assert np.isnan([square[1], area[1]]).all()
+    np.testing.assert_allclose([square, area], [[5 * math.log(2) ** 2, np.nan], [3 * math.log(2), np.nan]], rtol=1e-6)
     # The shear is what the axes' images lack to a right angle, the rotation that of the vertical.
     x, y = rotation(math.radians(50.0)) @ [0.0, 1.0], rotation(-math.radians(20.0)) @ [0.0, 1.0]
     for mirror in (1.0, -1.0):
         parts = decompose(np.column_stack([-mirror * x, 2.0 * y]))
-        assert abs(parts.shear) == pytest.approx(20.0, abs=1e-12)
-        assert parts.rotation == pytest.approx(20.0, abs=1e-12)
+        assert (abs(parts.shear), parts.rotation) == pytest.approx((20.0, 20.0), abs=1e-12)
     # Of a turn and a scale no direction is stretched; what is undefined is NaN.
     parts = decompose(np.stack([2.0 * rotation(-math.radians(33.0)), np.full((2, 2), np.nan)]))
     np.testing.assert_allclose(parts.stretch, [1.0, np.nan], rtol=1e-15)
@@ -330,6 +305,5 @@ def test_stretch(azimuth, turned):
     """A stretch along an azimuth, a scale and a turn after it are told apart."""
     stretch = rotation(-math.radians(azimuth)) @ np.diag([1.0, 1.5]) @ rotation(-math.radians(azimuth)).T
     parts = decompose(0.3 * rotation(-math.radians(turned)) @ stretch)
-    assert parts.scale == pytest.approx(0.3 * np.sqrt(1.5), rel=1e-14)
-    assert parts.stretch == pytest.approx(1.5, rel=1e-14)
+    assert (parts.scale, parts.stretch) == pytest.approx((0.3 * np.sqrt(1.5), 1.5), rel=1e-14)
     assert parts.stretch_azimuth == pytest.approx(azimuth, abs=1e-12)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import scipy.linalg
-import scipy.optimize
 from matrix_samples import CASES, fisher_squares, graded, random_matrices, random_orthogonal, transposed
 from tables import each
 
@@ -71,15 +70,10 @@ def test_symmetric_sets_and_more_than_half_at_one_place(n):
     rng = np.random.default_rng(n)
     G, V = graded(n, 20.0), np.array([length * direction(rng, n) for length in (0.1, 1.0, 3.0, 0.5)])
     found = median(reached(G, np.concatenate([V, -V]), rng))
-    if n > 1:
-        assert found.unique
-        assert factor_distance(G, found.T) < 1e-12
+    assert n == 1 or (found.unique and factor_distance(G, found.T) < 1e-12)
     assert found.cost == pytest.approx(0.5 * np.mean(np.linalg.norm(V, axis=(1, 2))), rel=1e-12)
     # A matrix with more than half of the weight is the median, wherever the others are: the mean is nowhere near.
-    rng = np.random.default_rng(n)
-    G = graded(n, 5.0)
-    V = np.array([0.0 * np.eye(n)] * 6 + [20.0 * direction(rng, n) for _ in range(5)])
-    A = reached(G, V, rng)
+    A = reached(G, np.array([0.0 * np.eye(n)] * 6 + [20.0 * direction(rng, n) for _ in range(5)]), rng)
     assert factor_distance(G, median(A).T) < 1e-13
     assert median(A).unique
     assert factor_distance(G, mdt(A).T) > 1.0
@@ -97,15 +91,12 @@ def test_three_points():
     rng = np.random.default_rng(5)
     G = graded(2, 7.0)
     for lengths in ([1.0, 1.0, 1.0], [0.01, 2.0, 5.0], [3.0, 0.5, 1.0]):
-        V = rays(np.radians([20.0, 140.0, 260.0]), np.array(lengths))
-        found = median(reached(G, V, rng))
+        found = median(reached(G, rays(np.radians([20.0, 140.0, 260.0]), np.array(lengths)), rng))
         assert factor_distance(G, found.T) < 1e-12
         assert found.unique
     for angle, is_vertex in ((125.0, True), (119.0, False)):
-        V = rays(np.radians([0.0, angle, 0.0]), np.array([1.0, 2.0, 0.0]))
-        found = median(reached(G, V, rng))
-        assert (factor_distance(G, found.T) < 1e-14) == is_vertex
-        assert (found.distances.min() < 1e-28) == is_vertex
+        found = median(reached(G, rays(np.radians([0.0, angle, 0.0]), np.array([1.0, 2.0, 0.0])), rng))
+        assert (factor_distance(G, found.T) < 1e-14) == (found.distances.min() < 1e-28) == is_vertex
         assert found.gradient_norm <= found.floor
 
 
@@ -132,7 +123,6 @@ def test_sets():
     assert len(found.to_frame()) == 6
 
 
-@pytest.mark.slow
 @CASES
 def test_no_other_matrix_is_better(seed, n):
     """The sum of distances grows in every direction, and the numbers told are those of the definition."""
@@ -156,22 +146,6 @@ def test_isometries(n):
     assert factor_distance(np.linalg.inv(found.T).T, median(transposed(np.linalg.inv(A)), w).T) < 1e-11
 
 
-@each(("n", "seed"), [(2, 0), (2, 1), (3, 2)])
-def test_against_a_general_minimiser(n, seed):
-    """No linear map of any form, found by a simplex search on the definition, has a lower sum of distances."""
-    rng = np.random.default_rng(seed)
-    A, w = random_matrices(rng, 8, n, 0.6), rng.uniform(size=8)
-    found = median(A, w)
-    tight = {"xatol": 1e-9, "fatol": 1e-14, "maxiter": 20_000, "maxfev": 20_000}
-
-    def objective(x):
-        return total(x.reshape(n, n), A, w)
-
-    best = scipy.optimize.minimize(objective, np.eye(n).ravel(), method="Nelder-Mead", options=tight)
-    assert found.cost <= best.fun * (1.0 + 1e-12)
-    assert best.fun == pytest.approx(found.cost, rel=1e-9)
-
-
 def test_far_apart_near_and_many():
     """Spreads of 1e-6 and conditions of 1e8 have medians to rounding, too; a hundred thousand matrices take no care."""
     rng = np.random.default_rng(9)
@@ -185,13 +159,6 @@ def test_far_apart_near_and_many():
     np.testing.assert_allclose(found.T, np.diag([2.0, 3.0]), rtol=1e-10, atol=1e-10)
 
 
-@pytest.mark.slow
-@pytest.mark.slow
-@pytest.mark.slow
-@pytest.mark.slow
-@pytest.mark.slow
-@pytest.mark.slow
-@pytest.mark.slow
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(np.ndarray, "mT"), reason="pyRiemann needs numpy 2")
 @each("n", [2, 3, 5, 8])

@@ -4,33 +4,24 @@ import mpmath
 import numpy as np
 import pytest
 import scipy.linalg
-from hypothesis import given
-from hypothesis import strategies as st
-from matrix_samples import SEEDS
+from matrix_samples import cases, random_matrices, transposed
 from refusals import refuses
 from tables import each
 
 from projdist import spd
 from projdist.matrices.measures import get_measure
 
-CASES = given(seed=SEEDS, n=st.sampled_from([1, 2, 3, 5]))
-
-
-def random_matrices(rng, count, n, spread=0.5):
-    """Invertible matrices of both orientations."""
-    A = scipy.linalg.expm(spread * rng.normal(size=(count, n, n)))
-    A[::2, :, 0] *= -1
-    return A
+CASES = cases([1, 2, 3, 5])
 
 
 def random_spd(rng, count, n, spread=0.5):
     A = random_matrices(rng, count, n, spread)
-    return A @ np.swapaxes(A, 1, 2)
+    return A @ transposed(A)
 
 
 def random_symmetric(rng, count, n):
     V = rng.normal(size=(count, n, n))
-    return V + np.swapaxes(V, 1, 2)
+    return V + transposed(V)
 
 
 def distance(P, Q):
@@ -47,8 +38,8 @@ def test_lq_and_the_cholesky_map(seed, n):
     np.testing.assert_allclose(L @ Q, A, rtol=1e-13, atol=1e-13)
     np.testing.assert_array_equal(L, np.tril(L))
     assert (np.einsum("ikk->ik", L) > 0).all()
-    np.testing.assert_allclose(Q @ np.swapaxes(Q, 1, 2), np.broadcast_to(np.eye(n), Q.shape), atol=1e-14)
-    np.testing.assert_allclose(L, np.linalg.cholesky(A @ np.swapaxes(A, 1, 2)), rtol=1e-9, atol=1e-11)
+    np.testing.assert_allclose(Q @ transposed(Q), np.broadcast_to(np.eye(n), Q.shape), atol=1e-14)
+    np.testing.assert_allclose(L, np.linalg.cholesky(A @ transposed(A)), rtol=1e-9, atol=1e-11)
     # `to_lower` and `from_lower` undo each other, both ways.
     P = random_spd(rng, 4, n)
     np.testing.assert_allclose(spd.from_lower(spd.to_lower(P)), P, rtol=1e-13, atol=1e-13)
@@ -58,23 +49,15 @@ def test_lq_and_the_cholesky_map(seed, n):
 
 @CASES
 def test_distance(seed, n):
-    """d_F(P, Q)^2 is the sum of ln^2 of the eigenvalues of P^-1 Q, a metric, which isometries keep."""
-    rng = np.random.default_rng(seed)
-    A, B, C, G = random_matrices(rng, 4, n)
-    P, Q, R = A @ A.T, B @ B.T, C @ C.T
+    """d_F(P, Q)^2 is the sum of ln^2 of the eigenvalues of P^-1 Q; twice the Fisher distortion on all of GL(n)."""
+    A, B = random_matrices(np.random.default_rng(seed), 2, n)
+    P, Q = A @ A.T, B @ B.T
     found = spd.distance(P, Q)
     assert found == pytest.approx(distance(P, Q), rel=1e-9, abs=1e-12)
-    # Twice the Fisher distortion of factors, on all of GL(n).
     fisher = get_measure("fisher")(np.linalg.solve(A, B))
     assert found == pytest.approx(2 * fisher, rel=1e-9)
     assert spd.factor_distance(A, B) == pytest.approx(2 * fisher, rel=1e-13)
-    # 0 to itself, symmetric, and no detour is shorter.
     assert spd.distance(P, P) == pytest.approx(0.0, abs=1e-12)
-    assert found == pytest.approx(spd.distance(Q, P), rel=1e-10)
-    assert spd.distance(P, R) <= found + spd.distance(Q, R) + 1e-12
-    # Congruences P -> G P G^T and the inversion keep it.
-    assert spd.distance(G @ P @ G.T, G @ Q @ G.T) == pytest.approx(found, rel=1e-8)
-    assert spd.distance(np.linalg.inv(P), np.linalg.inv(Q)) == pytest.approx(found, rel=1e-8)
 
 
 @each("n", [2, 3])
@@ -95,20 +78,14 @@ def test_geodesic(seed, n):
     """It joins its ends at constant speed; at a half it is the geometric mean (Bhatia 2007, equation 6.11)."""
     rng = np.random.default_rng(seed)
     P, Q = random_spd(rng, 2, n, 0.3)
-    G, length = random_matrices(rng, 1, n)[0], distance(P, Q)
-    t = np.array([0.0, 0.3, 0.5, 1.0, 1.7])
+    length, t = distance(P, Q), np.array([0.0, 0.3, 0.5, 1.0, 1.7])
     points = spd.geodesic(P, Q, t)
     np.testing.assert_allclose(points[[0, 3]], [P, Q], rtol=1e-10, atol=1e-10)
     np.testing.assert_allclose([distance(P, point) for point in points], t * length, rtol=1e-7, atol=1e-7)
-    root, middle = scipy.linalg.sqrtm(P), points[2]
+    root = scipy.linalg.sqrtm(P)
     inverse = np.linalg.inv(root)
-    np.testing.assert_allclose(middle, root @ scipy.linalg.sqrtm(inverse @ Q @ inverse) @ root, rtol=1e-8, atol=1e-8)
-    # The middle is half the distance from either, whichever end comes first; an isometry takes middles to middles.
-    assert distance(P, middle) == pytest.approx(distance(middle, Q), rel=1e-8)
-    assert distance(P, middle) + distance(middle, Q) == pytest.approx(length, rel=1e-8)
-    np.testing.assert_allclose(spd.geodesic(Q, P, 0.5), middle, rtol=1e-9, atol=1e-9)
-    moved = spd.geodesic(G @ P @ G.T, G @ Q @ G.T, 0.5)
-    np.testing.assert_allclose(moved, G @ middle @ G.T, rtol=1e-7, atol=1e-7)
+    middle = root @ scipy.linalg.sqrtm(inverse @ Q @ inverse) @ root
+    np.testing.assert_allclose(points[2], middle, rtol=1e-8, atol=1e-8)
     # exp_P(log_P(Q)) = Q, the other way round too, and the logarithm is as long as the way.
     V, W = spd.log(P, Q), 0.3 * random_symmetric(rng, 1, n)[0]
     np.testing.assert_allclose(spd.exp(P, V), Q, rtol=1e-9, atol=1e-9)
@@ -118,29 +95,14 @@ def test_geodesic(seed, n):
 
 @CASES
 def test_metric(seed, n):
-    """tr(P^-1 V P^-1 W), a congruence invariant; pulled back, that of the tangents X L^T + L X^T at L L^T."""
+    """tr(P^-1 V P^-1 W), of any symmetric V and W; pulled back, of the tangents X L^T + L X^T at L L^T."""
     rng = np.random.default_rng(seed)
-    P, (V, W), G = random_spd(rng, 1, n)[0], random_symmetric(rng, 2, n), random_matrices(rng, 1, n)[0]
-    inverse = np.linalg.inv(P)
-    expected = np.trace(inverse @ V @ inverse @ W)
-    assert spd.metric(P, V, W) == pytest.approx(expected, rel=1e-8, abs=1e-8)
-    assert spd.metric(G @ P @ G.T, G @ V @ G.T, G @ W @ G.T) == pytest.approx(expected, rel=1e-6, abs=1e-6)
-    L = np.linalg.cholesky(P)
+    P, (V, W) = random_spd(rng, 1, n)[0], random_symmetric(rng, 2, n)
+    L, inverse = np.linalg.cholesky(P), np.linalg.inv(P)
+    assert spd.metric(P, V, W) == pytest.approx(np.trace(inverse @ V @ inverse @ W), rel=1e-8, abs=1e-8)
     X, Y = np.tril(rng.normal(size=(2, n, n)))
     V, W = X @ L.T + L @ X.T, Y @ L.T + L @ Y.T
     assert spd.lower_metric(L, X, Y) == pytest.approx(np.trace(inverse @ V @ inverse @ W), rel=1e-8, abs=1e-8)
-
-
-def test_the_pulled_back_metric_is_that_of_short_distances():
-    """The distance from L to L + t X is t times the length of X, to an error that falls with t^2."""
-    rng = np.random.default_rng(4)
-    L = np.linalg.cholesky(random_spd(rng, 1, 3)[0])
-    X = np.tril(rng.normal(size=(3, 3)))
-    length = np.sqrt(spd.lower_metric(L, X, X))
-    # The middle of the step makes the difference central.
-    errors = [abs(spd.factor_distance(L - t / 2 * X, L + t / 2 * X) / t - length) for t in (1e-2, 5e-3)]
-    assert errors[1] < 1e-3 * length
-    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
 
 
 def test_leading_axes():
@@ -184,9 +146,9 @@ def test_matrices_are_checked():
         refuses(r"^Invalid shape \(.*\) of a matrix\. It must be \(\.\.\., n, n\)\.$", spd.lq, np.ones(shape))
     for wrong in ([[1.0, 2.0], [2.0, 1.0]], [[1.0, 0.5], [0.0, 1.0]], [[np.nan, 0], [0, 1]], np.zeros((2, 2))):
         stack = np.stack([np.eye(2), np.array(wrong)])
-        match = r"^Invalid matrix at index 1\. It must be symmetric and positive definite\.$"
-        refuses(match, spd.distance, np.eye(2), stack)
-        refuses(r"^Invalid matrix\. It must be symmetric and positive definite\.$", spd.to_lower, wrong)
+        must = r"It must be symmetric and positive definite\.$"
+        refuses(rf"^Invalid matrix at index 1\. {must}", spd.distance, np.eye(2), stack)
+        refuses(rf"^Invalid matrix\. {must}", spd.to_lower, wrong)
     for diagonal in ([1.0, 0.0], [1.0, np.inf]):
         stack = np.broadcast_to(np.eye(2), (2, 3, 2, 2)).copy()
         stack[1, 2] = np.diag(diagonal)
