@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import time
@@ -17,11 +18,9 @@ def name_of(region: Any, suffix: str = "") -> dict[str, Any]:
 def once_killed(region: Any, trap: str, at: str) -> dict[str, Any]:
     """The same; the first to come to a region ends its process."""
     if region.name == at:
-        try:
+        with contextlib.suppress(FileExistsError):
             os.close(os.open(trap, os.O_CREAT | os.O_EXCL))
-        except FileExistsError:
-            return name_of(region)
-        os.kill(os.getpid(), signal.SIGKILL)
+            kill_itself()
     return name_of(region)
 
 
@@ -30,7 +29,7 @@ def always_killed(region: Any, at: str, log: str) -> dict[str, Any]:
     with Path(log).open("a") as lines:
         lines.write(f"{region.name}\n")
     if region.name == at:
-        os.kill(os.getpid(), signal.SIGKILL)
+        kill_itself()
     return name_of(region)
 
 
@@ -54,5 +53,4 @@ def wrong(region: Any) -> dict[str, Any]:
 
 
 def kill_itself() -> None:
-    """End the process that runs this."""
     os.kill(os.getpid(), signal.SIGKILL)

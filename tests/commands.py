@@ -2,11 +2,11 @@
 
 import csv
 import functools
+import html
 import io
 import json
 import re
 from collections.abc import Callable
-from html.parser import HTMLParser
 
 import pytest
 from typer.testing import CliRunner, Result
@@ -69,34 +69,11 @@ def parse_markdown(text: str) -> list[dict[str, str]]:
     return [dict(zip(cells[0], row, strict=True)) for row in cells[2:]]
 
 
-class _Rows(HTMLParser):
-    """The cells of the tables of a page."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.rows: list[list[str]] = []
-        self.inside = False
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list) -> None:
-        if tag == "tr":
-            self.rows.append([])
-        if tag in ("td", "th"):
-            self.rows[-1].append("")
-            self.inside = True
-
-    def handle_endtag(self, tag: str) -> None:
-        self.inside = self.inside and tag not in ("td", "th")
-
-    def handle_data(self, data: str) -> None:
-        if self.inside:
-            self.rows[-1][-1] += data
-
-
 def parse_html(text: str) -> list[dict[str, str]]:
     """The rows of the only table of a page."""
-    head, *rows = _Rows(text).rows
-    return [dict(zip(head, row, strict=True)) for row in rows]
+    rows = [re.findall(r"<(t[dh])\b[^>]*>(.*?)</\1>", row, re.DOTALL) for row in re.findall("(?s)<tr.*?</tr>", text)]
+    head, *cells = [[html.unescape(re.sub("<[^>]*>", "", cell)) for _, cell in row] for row in rows]
+    return [dict(zip(head, row, strict=True)) for row in cells]
 
 
 def parse_csv(text: str) -> list[dict[str, str]]:

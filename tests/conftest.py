@@ -16,21 +16,12 @@ from hypothesis import settings
 EXTRAS = ("anywidget", "cartopy", "geopandas", "pandas", "rasterio", "xarray")
 
 # Their examples take half a second and more, and have fast tests beside them.
-SLOW_EXAMPLES = {
-    "projdist.answers.corrections.correct",
-    "projdist.decisions.data_checks.estimate_crs",
-    "projdist.decisions.recommendation.recommend",
-    "projdist.decisions.low_distortion.ldp",
-    "projdist.designs.averaging.mean_map",
-    "projdist.designs.making.design",
-    "projdist.gis.accessors.FrameAccessor",
-    "projdist.gis.layers.old_map_layers",
-    "projdist.plots.geoaxes.add_heatmap",
-    "projdist.plots.geoaxes.add_tissot",
-    "projdist.plots.geoaxes.to_cartopy",
-    "projdist.plots.morphs.morph",
-    "projdist.plots.shape_space.space_figure",
-}
+SLOW_EXAMPLES = """
+answers.corrections.correct decisions.data_checks.estimate_crs decisions.recommendation.recommend
+decisions.low_distortion.ldp designs.averaging.mean_map designs.making.design gis.accessors.FrameAccessor
+gis.layers.old_map_layers plots.geoaxes.add_heatmap plots.geoaxes.add_tissot plots.geoaxes.to_cartopy
+plots.morphs.morph plots.shape_space.space_figure
+""".split()
 
 # Tests run in as many processes as there are cores: BLAS's threads would only wait for each other. Before numpy.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -59,7 +50,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Examples of docstrings that import an extra are skipped without it, as tests are; slow ones are marked."""
     for item in items:
         if isinstance(item, pytest.DoctestItem):
-            if item.name in SLOW_EXAMPLES:
+            if item.name.removeprefix("projdist.") in SLOW_EXAMPLES:
                 item.add_marker(pytest.mark.slow)
             text = "".join(example.source for example in item.dtest.examples) if item.dtest else ""
             missing = [name for name in EXTRAS if f"import {name}" in text and importlib.util.find_spec(name) is None]

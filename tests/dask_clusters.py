@@ -16,15 +16,13 @@ from pathlib import Path
 def dask_cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
     """A scheduler and two workers: the address for `--executor`, and the workers."""
     address_file = folder / "scheduler.json"
-    paths = [str(Path(__file__).parent), *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = os.environ | {"DASK_DISTRIBUTED__WORKER__DAEMON": "False", "PYTHONPATH": os.pathsep.join(paths)}
-    common = ["--no-dashboard", "--scheduler-file", str(address_file)]
+    paths = os.pathsep.join([str(Path(__file__).parent), *filter(None, [os.environ.get("PYTHONPATH")])])
+    options = {"env": os.environ | {"DASK_DISTRIBUTED__WORKER__DAEMON": "False", "PYTHONPATH": paths}, "cwd": folder}
+    options |= dict.fromkeys(("stdout", "stderr"), subprocess.DEVNULL)
 
     def start(*words: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "distributed.cli." + words[0], *words[1:], *common]
-        return subprocess.Popen(
-            command, env=environment, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+        command = ["-m", f"distributed.cli.{words[0]}", *words[1:], "--no-dashboard", "--scheduler-file", address_file]
+        return subprocess.Popen([sys.executable, *command], **options)
 
     processes = [start("dask_scheduler", "--host", "127.0.0.1", "--port", "0")]
     worker = ("dask_worker", "--no-nanny", "--nthreads", "1", "--host", "127.0.0.1")

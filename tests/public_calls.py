@@ -34,17 +34,14 @@ def old_map() -> OldMap:
 
 @functools.cache
 def short_profile() -> Profile:
-    """A line of one edge."""
     return projdist.profile("robin", [(10, 50), (11, 51)])
 
 
 def axes() -> object:
-    """Axes of a figure of their own."""
     return Figure().add_subplot()
 
 
 def geoaxes() -> object:
-    """Axes of cartopy."""
     crs = pytest.importorskip("cartopy.crs")
     return Figure().add_subplot(projection=crs.PlateCarree())
 
@@ -57,69 +54,58 @@ PICTURES = {"projections": ["robin"], "region": CAP, "size": (4, 4), "dpi": 50}
 
 # Arguments with which a call takes a moment, but for defaults; each parameter is then given everything else in turn.
 CALLS = {
+    **dict.fromkeys(("correct", "info", "sample", "summarize"), lambda: QUICK),
+    **dict.fromkeys(("derivatives", "factors", "hessian", "jacobian"), lambda: HERE),
+    **dict.fromkeys(("distance_distortion", "great_circle_bending"), lambda: {**ROBINSON, "tolerance": 0.1}),
+    **dict.fromkeys(("interpolant", "plots.to_cartopy"), lambda: ROBINSON),
+    **dict.fromkeys(("mdt", "mean_rotation"), lambda: {"A": np.eye(2)[None]}),
+    **dict.fromkeys(("read_control_points", "read_heights"), lambda: {"path": "nowhere.csv"}),
     "atlas": lambda: {"place": "NZ"},
     "axes_shift": lambda: {"points": np.eye(3)},
     "batch": lambda: {"function": name_of, "regions": "box:0,0,1,1", "options": None, "executor": None},
     "check": lambda: {"data": SQUARE, "crs": "EPSG:3857"},
     "compare": lambda: {"projections": ["robin"], "region": CAP, "tolerance": 1e-3},
-    "correct": lambda: QUICK,
-    "derivatives": lambda: HERE,
     "design": lambda: {"region": CAP, "degree": 2, "base": "EPSG:3035", "background": 0.0, "against": ()},
-    "distance_distortion": lambda: {**ROBINSON, "tolerance": 0.1},
     "distortion_ppm": lambda: {**HERE, "height": 100},
     "elevation_factor": lambda: {"lat": 50, "height": 100, "ellipsoid": projdist.WGS84},
-    "factors": lambda: HERE,
+    "estimate_crs": lambda: {"frame": None},
+    "field_of": lambda: {
+        **{"jacobian": [np.eye(2)], "weight": [1.0], "lon": [10.0], "lat": [50.0]},
+        "hessian": np.zeros((1, 2, 2, 2)),
+    },
     "find_crs": lambda: {"text": "utm 33", "authorities": ("EPSG",), "limit": 1},
     "get_criterion": lambda: {"criterion": "mean"},
     "get_figure": lambda: {"figure": "airy"},
     "get_measure": lambda: {"measure": "omega"},
     "get_region": lambda: {"region": "globe"},
     "goldberg_gott_score": lambda: dict.fromkeys(("values", "normalisers"), dict.fromkeys("IAFSDB", 1.0)),
-    "field_of": lambda: {
-        **{"jacobian": [np.eye(2)], "weight": [1.0], "lon": [10.0], "lat": [50.0]},
-        "hessian": np.zeros((1, 2, 2, 2)),
-    },
-    "great_circle_bending": lambda: {**ROBINSON, "tolerance": 0.1},
-    "hessian": lambda: HERE,
     "indices": lambda: {**QUICK, "names": "airy"},
-    "info": lambda: QUICK,
-    "interpolant": lambda: ROBINSON,
-    "jacobian": lambda: HERE,
     "jacobian_grid": lambda: {"projection": "robin", "lon": [10, 11], "lat": [50, 51]},
     "ldp": lambda: {"region": "box:8,48,8.2,48.2", "height": 500, "families": ["tmerc"], "round_axis": 0.1},
     "local_corrections": lambda: {**HERE, "radius_km": 100},
-    "modes": lambda: {"A": np.eye(2)[None], "T": np.eye(2)},
-    "mdt": lambda: {"A": np.eye(2)[None]},
     "mean_map": lambda: {"projections": ["robin"], "region": CAP, "degree": 1},
     "mean_plane_map": lambda: {
         **{"x": [0.0, 1.0, 0.0], "y": [0.0, 0.0, 1.0], "jacobians": np.tile(np.eye(2), (2, 3, 1, 1))},
         "degree": 1,
     },
-    "mean_rotation": lambda: {"A": np.eye(2)[None]},
+    "modes": lambda: {"A": np.eye(2)[None], "T": np.eye(2)},
     "old_map": lambda: {"points": old_map().points, "model": "affine"},
     "optimize": lambda: {"family": "eqc", "region": CAP, "ellipsoid": None},
     "principal_scales": lambda: {"J": np.eye(2)},
     "profile": lambda: {"projection": "robin", "line": [(10, 50), (11, 51)], "measures": ()},
-    "read_control_points": lambda: {"path": "nowhere.csv"},
-    "read_heights": lambda: {"path": "nowhere.csv"},
     "recommend": lambda: {"region": "nowhere", "authorities": ("EPSG",), "limit": 1},
-    "sample": lambda: QUICK,
-    "summarize": lambda: QUICK,
     "tables": lambda: {"name": "nothing"},
     "world_map": lambda: {"cells": 8, "against": ()},
-    "estimate_crs": lambda: {"frame": None},
+    **dict.fromkeys([f"plots.{kind}_figure" for kind in ("distribution", "modes", "space")], lambda: PICTURES),
+    **dict.fromkeys(("plots.heatmap_figure", "plots.tissot_figure"), lambda: PICTURES | SMALL),
+    **dict.fromkeys(("plots.heatmap", "plots.tissot"), lambda: {"ax": axes(), **ROBINSON}),
     "plots.add_heatmap": lambda: {"ax": geoaxes(), "measure": "omega", "region": CAP},
     "plots.add_tissot": lambda: {"ax": geoaxes(), "region": CAP},
-    "plots.distribution_figure": lambda: PICTURES,
-    "plots.heatmap": lambda: {"ax": axes(), **ROBINSON},
     "plots.figure": lambda: {"projections": ["robin"], "kind": "tissot", "region": CAP},
-    "plots.heatmap_figure": lambda: PICTURES | SMALL,
     "plots.ldp_figure": lambda: {"found": low_distortion(), **SMALL},
     "plots.ground_map": lambda: {"ax": axes(), "found": low_distortion()},
     "plots.local_figure": lambda: {**ROBINSON, "radius_km": 100, **SMALL},
     "plots.local_field": lambda: {"ax": axes(), **ROBINSON, "radius_km": 100},
-    "plots.modes_figure": lambda: PICTURES,
-    "plots.space_figure": lambda: PICTURES,
     "plots.morph": lambda: {
         **{"first": "robin", "second": "moll", "path": "nowhere/x.gif", "region": CAP},
         **{"frames": 2, "seconds": 1.0, "progress": None, **SMALL},
@@ -129,9 +115,6 @@ CALLS = {
     "plots.profile_figure": lambda: {"found": short_profile(), "size": (4, 4), "dpi": 50},
     "plots.encoded": lambda: {"figure": Figure(), "suffix": ".png", "dpi": 50.0},
     "plots.save": lambda: {"figure": Figure(), "path": "nowhere/x.png"},
-    "plots.tissot": lambda: {"ax": axes(), **ROBINSON},
-    "plots.tissot_figure": lambda: PICTURES | SMALL,
-    "plots.to_cartopy": lambda: ROBINSON,
 }
 # Parameters that are tried only where a call above has them: functions, what fails later, and switches.
 UNTRIED = {

@@ -2,20 +2,14 @@
 
 import ast
 import functools
-from collections.abc import Iterable, Iterator
+import re
 from pathlib import Path
+
+_STATEMENT = re.compile(r"^ *((?:from [\w.]+ )?import (?:\([^)]*\)|[^\n(]+)|class \w+)", re.MULTILINE)
 
 
 @functools.cache
 def statements_of(path: Path) -> list[ast.Import | ast.ImportFrom | ast.ClassDef]:
-    """Those of a module, wherever in it."""
-    found = _within(ast.parse(path.read_text(encoding="utf-8")).body)
-    return [node for node in found if isinstance(node, ast.Import | ast.ImportFrom | ast.ClassDef)]
-
-
-def _within(nodes: Iterable[ast.AST]) -> Iterator[ast.AST]:
-    """Statements, and those in them, but no expressions, which are most of a tree."""
-    for node in nodes:
-        yield node
-        for part in ("body", "handlers", "orelse", "finalbody", "cases"):
-            yield from _within(getattr(node, part, ()))
+    """Those of a module, wherever in it, by how their lines begin: to parse all of all modules takes seconds."""
+    found = _STATEMENT.findall(path.read_text(encoding="utf-8"))
+    return [ast.parse(f"{one}: ..." if one.startswith("class") else one).body[0] for one in found]

@@ -6,7 +6,6 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-from tables import each
 
 ROOT = Path(__file__).parents[1]
 
@@ -32,15 +31,13 @@ def test_an_entry_is_the_median_and_its_standard_error(history: ModuleType) -> N
     assert history.entry_of("abc", "2026-01-01", "globe", "moll", [3.0] * 7).spread == 0.0
 
 
-@each(
-    ("now", "spread", "is_slower"),
-    [(1.05, 0.0, False), (1.2, 0.001, True), (1.2, 0.1, False), (0.5, 0.0, False), (1.11, 0.0, True), (3.0, 0.2, True)],
-)
-def test_what_is_slower(history: ModuleType, now: float, spread: float, is_slower: bool) -> None:
+def test_what_is_slower(history: ModuleType) -> None:
     """A tenth is seen, less is not, and noise explains no more than two standard errors of both."""
-    then = history.Entry("abc", "2026-01-01", "globe", "moll", 1.0, 0.002)
-    entry = history.Entry("def", "2026-02-01", "globe", "moll", now, spread)
-    assert bool(history.slower([entry], history.newest([then]))) == is_slower
+    then = history.newest([history.Entry("abc", "2026-01-01", "globe", "moll", 1.0, 0.002)])
+    slower = {(1.2, 0.001): True, (1.11, 0.0): True, (3.0, 0.2): True}
+    slower |= dict.fromkeys([(1.05, 0.0), (1.2, 0.1), (0.5, 0.0)], False)
+    entries = {now: history.Entry("def", "2026-02-01", "globe", "moll", *now) for now in slower}
+    assert {now: bool(history.slower([entry], then)) for now, entry in entries.items()} == slower
 
 
 def test_rows_are_compared_with_their_last_entries(history: ModuleType, tmp_path: Path) -> None:
@@ -50,16 +47,14 @@ def test_rows_are_compared_with_their_last_entries(history: ModuleType, tmp_path
     old = history.Entry("abc", "2026-01-01", "globe", "moll", 1.0, 0.001)
     new = history.Entry("def", "2026-02-01", "globe", "moll", 2.0, 0.001)
     other = history.Entry("def", "2026-02-01", "points", "moll", 9.0, 0.001)
-    history.append_history([old], path)
-    history.append_history([new, other], path)
+    for some in ([old], [new, other]):
+        history.append_history(some, path)
     assert history.read_history(path) == [old, new, other]
     assert path.read_text().count("commit") == 1
     known = history.newest([old, new])
-    assert known == {("globe", "moll"): new}
-    assert history.slower([new, other], known) == []
+    assert (known, history.slower([new, other], known)) == ({("globe", "moll"): new}, [])
     assert history.slower([new], history.newest([old])) == [(new, old)]
     # Ours: each line is of a commit, and no commit has a row twice.
     entries = history.read_history()
-    keys = [(one.commit, *one.key) for one in entries]
-    assert len(set(keys)) == len(keys) > 0
+    assert len({(one.commit, *one.key) for one in entries}) == len(entries) > 0
     assert all(one.ratio > 0 and one.spread >= 0 and one.commit for one in entries)

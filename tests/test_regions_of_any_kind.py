@@ -1,5 +1,6 @@
 """A region as anything that one is given as: one region, in every function that takes one."""
 
+import functools
 import inspect
 from collections.abc import Callable
 from pathlib import Path
@@ -9,9 +10,8 @@ import numpy as np
 import pytest
 import shapely
 from gis_files import some_slow
-from matplotlib.figure import Figure
 from PIL import Image
-from public_calls import geoaxes
+from public_calls import CALLS, geoaxes
 from tables import each
 
 import projdist
@@ -36,23 +36,20 @@ DOORS = {"bounds": BOUNDS, "geometry": SQUARE, "GeoDataFrame": MERCATOR}
 KINDS = ["box:8,48,8.2,48.2", BOX, *DOORS.values(), list(BOUNDS), np.array(BOUNDS), HALVES, DEGREES]
 KINDS += [{"type": "FeatureCollection", "crs": CRS, "features": [MEMBER]}]
 KINDS += [shapely.geometry.mapping(SQUARE), geopandas.GeoSeries([SQUARE])]
-# Figures of theirs are drawn, or others are that take as long.
-DRAWN_TWICE = ("plots.figure", "plots.heatmap", "plots.tissot", "plots.local_field")
-PICTURES = "modes_figure", "tissot_figure", "morph", "local_figure", "space_figure"
-LONG = "field_of", *(f"plots.{name}" for name in PICTURES)
 SLOW = ("ldp", "optimize", "recommend", "design", "distance_distortion", "great_circle_bending", "mean_map")
 
 
-def drawn(draw: Callable[..., object], *arguments: object, **options: object) -> list[float]:
-    """The limits of axes after a picture was drawn in them."""
-    figure = Figure()
-    draw(figure.add_subplot(), *arguments, **options)
-    return limits(figure)
+def answer(name: str, region: Any) -> Any:
+    """Of a public function, over a region."""
+    return getattr(projdist, name)(**CALLS[name]() | OPTIONS.get(name, {}) | {"region": region})
 
 
-def limits(figure: Figure) -> list[float]:
-    """The limits of the first axes of a figure."""
-    return [*figure.axes[0].get_xlim(), *figure.axes[0].get_ylim()]
+def limits(name: str, region: Any, _: Path) -> list[float]:
+    """Of the first axes of a picture."""
+    call = CALLS[name]() | OPTIONS.get(name, {}) | {"region": region}
+    found = getattr(plots, name.removeprefix("plots."))(**call)
+    axes = call.get("ax") or (found[0] if isinstance(found, tuple) else found).axes[0]
+    return [*axes.get_xlim(), *axes.get_ylim()]
 
 
 def added(draw: Callable[..., object], region: Any) -> list[float]:
@@ -62,24 +59,16 @@ def added(draw: Callable[..., object], region: Any) -> list[float]:
     return [float(value) for one in axes.collections for value in one.get_datalim(axes.transData).extents]
 
 
-def cartopy_bounds(region: Any, _: Path) -> tuple[float, ...]:
-    """The limits of a map for cartopy."""
-    pytest.importorskip("cartopy")
-    return plots.to_cartopy("robin", region=region).bounds
-
-
 def extent_of_arrays(region: Any, _: Path) -> list[float]:
     """The first and last coordinates of arrays of measures."""
     pytest.importorskip("xarray")
     found = gis.measure_arrays("robin", region=region, size=20)
-    return [*found.x.values[[0, -1]].tolist(), *found.y.values[[0, -1]].tolist()]
+    return [float(one[end]) for one in (found.x, found.y) for end in (0, -1)]
 
 
 def of_plate_carree(lon: Any, lat: Any) -> Any:
     """Its Jacobians: h = 1 and k = 1 / cos(latitude)."""
-    east = np.zeros((*np.shape(lon), 2, 2))
-    east[..., 0, 0], east[..., 1, 1] = 1.0 / np.cos(np.radians(lat)), 1.0
-    return east
+    return np.eye(2) / np.stack([np.cos(np.radians(lat)), np.ones(np.shape(lat))], axis=-1)[..., None]
 
 
 def weighted(region: Any, folder: Path) -> float:
@@ -100,22 +89,13 @@ def film(region: Any, folder: Path) -> float:
         return round(float(np.asarray(image.convert("L")).mean()), -1)
 
 
-COARSE = {"tolerance": 1e-3}
-ANSWERS: dict[str, Callable[[Any], Any]] = {
-    "compare": lambda region: projdist.compare(["robin"], region, **COARSE).results[0],
-    "correct": lambda region: projdist.correct("robin", region, **COARSE),
-    "design": lambda region: projdist.design(region, degree=2, base="EPSG:3035", against=()),
-    "distance_distortion": lambda region: projdist.distance_distortion("robin", region, tolerance=0.5),
-    "great_circle_bending": lambda region: projdist.great_circle_bending("robin", region, tolerance=0.5),
-    "indices": lambda region: projdist.indices("robin", region, names="airy", **COARSE),
-    "info": lambda region: projdist.info("robin", region, tolerance=1e-3),
-    "ldp": lambda region: projdist.ldp(region, height=500, families=["tmerc"]),
-    "mean_map": lambda region: projdist.mean_map(["robin"], region=region, degree=1),
-    "optimize": lambda region: projdist.optimize("eqc", region, free=["lat_ts"]),
-    "recommend": lambda region: projdist.recommend(region, limit=1, authorities=["IGNF"]),
-    "sample": lambda region: projdist.sample("robin", region, **COARSE),
-    "summarize": lambda region: projdist.summarize("robin", region, **COARSE),
-}
+ANSWERS = {*SLOW, "compare", "correct", "indices", "info", "sample", "summarize"}
+OPTIONS = {"optimize": {"free": ["lat_ts"]}, "recommend": {"authorities": ["IGNF"]}}
+OPTIONS |= {name: {"tolerance": 0.5} for name in ("distance_distortion", "great_circle_bending")}
+OPTIONS |= {name: {"radius_km": 10.0} for name in ("plots.local_field", "plots.local_figure")}
+# They are drawn in figures of others, or take long.
+DRAWN_TWICE = {*(f"plots.{name}" for name in ("figure", "heatmap", "tissot", "local_field"))}
+LONG = {*(f"plots.{kind}_figure" for kind in ("heatmap", "modes", "tissot", "local", "space"))}
 OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "field_of": lambda region, _: projdist.field_of(of_plate_carree, region=region).weight.sum(),
     "interpolant": lambda region, _: projdist.interpolant("robin", region)([8.05, 8.15], 48.1).jacobian,
@@ -125,18 +105,9 @@ OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "gis.weighted": weighted,
     "plots.add_heatmap": lambda region, _: added(plots.add_heatmap, region),
     "plots.add_tissot": lambda region, _: added(plots.add_tissot, region),
-    "plots.distribution_figure": lambda region, _: limits(plots.distribution_figure(["robin"], region=region)),
-    "plots.heatmap": lambda region, _: drawn(plots.heatmap, "robin", region=region),
-    "plots.figure": lambda region, _: limits(plots.figure(["robin"], "tissot", region=region)),
-    "plots.heatmap_figure": lambda region, _: limits(plots.heatmap_figure(["robin"], region=region)),
-    "plots.local_field": lambda region, _: drawn(plots.local_field, "robin", 10.0, region=region),
-    "plots.local_figure": lambda region, _: limits(plots.local_figure("robin", 10.0, region=region)[0]),
-    "plots.modes_figure": lambda region, _: limits(plots.modes_figure(["robin"], region=region)),
-    "plots.space_figure": lambda region, _: limits(plots.space_figure(["robin"], region=region)),
     "plots.morph": film,
-    "plots.tissot": lambda region, _: drawn(plots.tissot, "robin", region=region),
-    "plots.tissot_figure": lambda region, _: limits(plots.tissot_figure(["robin"], region=region)),
-    "plots.to_cartopy": cartopy_bounds,
+    "plots.to_cartopy": lambda region, _: geoaxes() and plots.to_cartopy("robin", region=region).bounds,
+    **{name: functools.partial(limits, name) for name in ("plots.distribution_figure", *sorted(DRAWN_TWICE | LONG))},
 }
 
 
@@ -148,15 +119,15 @@ def test_all_kinds_are_one_region(kind: Any) -> None:
     np.testing.assert_allclose(found.bounds, BOUNDS, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", some_slow(ANSWERS, {*SLOW[:4]}))
+@pytest.mark.parametrize("name", some_slow(sorted(ANSWERS), {*SLOW[:4]}))
 def test_answers_are_of_the_region(name: str) -> None:
     """Whatever it was given as; what takes seconds is tried with what is least like text."""
     for kind in [MERCATOR] if name in SLOW else DOORS.values():
-        assert ANSWERS[name](kind).region.area_km2 == pytest.approx(BOX.area_km2, rel=1e-8)
+        assert answer(name, kind).region.area_km2 == pytest.approx(BOX.area_km2, rel=1e-8)
 
 
 @pytest.mark.parametrize("doors", some_slow(["GeoDataFrame", "bounds geometry"], {"bounds geometry"}))
-@pytest.mark.parametrize("name", some_slow(OTHERS, {*LONG, *DRAWN_TWICE}))
+@pytest.mark.parametrize("name", some_slow(OTHERS, {*LONG, *DRAWN_TWICE, "plots.morph", "field_of"}))
 @pytest.mark.usefixtures("few_cells")
 def test_pictures_and_files_are_of_the_region(name: str, doors: str, tmp_path: Path) -> None:
     """They reach as far as those of the box."""

@@ -6,6 +6,7 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
+from gis_files import some_slow
 from refusals import refuses
 from tables import each
 
@@ -20,13 +21,11 @@ LAND_AREA = 148.94 / 510.07  # million km2, CIA World Factbook; without Natural 
 
 
 def spherical_share(area: shapely.MultiPolygon) -> float:
-    """Share of the unit sphere: the integral of sin(lat) dlon round the rings, with short steps."""
-    rings, polygon = shapely.get_rings(area.geoms, return_index=True)
-    degrees, ring = shapely.get_coordinates(shapely.segmentize(rings, 0.2), return_index=True)
-    lon, sin = np.radians(degrees[:, 0]), np.sin(np.radians(degrees[:, 1]))
-    steps = np.where(np.diff(ring) == 0, np.diff(lon) * (sin[1:] + sin[:-1]) / 2, 0.0)
-    is_hole = np.diff(polygon, prepend=-1) == 0  # a polygon's first ring is its exterior
-    return float(np.abs(np.bincount(ring[1:], steps)) @ np.where(is_hole, -1.0, 1.0)) / (4.0 * np.pi)
+    """Share of the unit sphere: the area in longitude and sine of latitude, with short steps."""
+    dense, degree = shapely.segmentize(area, 0.2), np.pi / 180.0
+    return shapely.transform(dense, lambda at: np.stack([degree * at[:, 0], np.sin(degree * at[:, 1])], 1)).area / (
+        4 * np.pi
+    )
 
 
 @each("resolution", EVERY)
@@ -35,8 +34,8 @@ def test_land(resolution: str) -> None:
     area = land(resolution)
     assert spherical_share(area) == pytest.approx(LAND_AREA, rel=0.03 if resolution == "110m" else 0.02)
     assert area.is_valid
-    west, south, east, north = area.bounds
-    assert (west, south, east) == (-180.0, -90.0, 180.0)
+    *sides, north = area.bounds
+    assert sides == [-180.0, -90.0, 180.0]
     assert 83.0 < north < 84.0
     dry = np.array([(2.35, 48.85), (-58.4, -34.9), (0.0, -89.5), (179.0, 67.0), (-179.0, 67.0), (134.0, -25.0)])
     wet = np.array([(0.0, 0.0), (-150.0, 0.0), (0.0, 90.0), (51.0, 42.0), (180.0, 0.0), (60.0, -30.0)])
@@ -53,49 +52,50 @@ def test_coastlines_have_no_cuts(resolution: str) -> None:
         assert not (on_cut[1:] & on_cut[:-1]).any()
         assert np.abs(line[:, 1]).max() < 89.9
     if resolution == "110m":
-        points = np.concatenate(coastlines(resolution))
-        points[:, 0] = np.mod(points[:, 0] + 180.0, 360.0) - 180.0
-        distance = shapely.distance(shapely.boundary(land(resolution)), shapely.points(points))
-        assert distance.max() < 1e-9  # degrees
+        lon, lat = np.concatenate(coastlines(resolution)).T
+        points = shapely.points(np.mod(lon + 180.0, 360.0) - 180.0, lat)
+        assert shapely.distance(shapely.boundary(land(resolution)), points).max() < 1e-9  # degrees
 
 
 # km2 of land and lakes, as statistical offices have them.
 AREAS = {"756": 41_285.0, "056": 30_528.0, "442": 2_586.0, "208": 42_947.0, "372": 70_273.0, "705": 20_271.0}
-
-
-RUSSIA, CANADA = (pytest.param(*one, marks=pytest.mark.slow) for one in (("643", 17_098_000.0), ("124", 9_985_000.0)))
-
-
+AREAS |= {"398": 2_724_900.0}
 # Russia's, Canada's and Norway's mainlands are there: made valid, they are polygons beside lines.
-@each("key, known", [*AREAS.items(), ("398", 2_724_900.0), RUSSIA, CANADA, ("578", 385_000.0)])
-def test_areas_of_countries_at_the_finest_scale(key: str, known: float) -> None:
+CROSSED = {"643": 17_098_000.0, "124": 9_985_000.0, "578": 385_000.0}
+
+
+@each("key", some_slow(AREAS | CROSSED, {"643", "124"}))
+def test_areas_of_countries_at_the_finest_scale(key: str) -> None:
     """To 1.5 %, lakes and leased places included; to 2 % where rounding made rings cross."""
     area = country(key, "10m")
     assert area.is_valid
-    assert area_km2(area) == pytest.approx(known, rel=0.02 if key in ("643", "124", "578") else 0.015)
+    assert area_km2(area) == pytest.approx((AREAS | CROSSED)[key], rel=0.02 if key in CROSSED else 0.015)
 
 
 # km2, as encyclopaedias have them, and boxes around them: Malta and Gozo, Oahu, Bornholm, Jersey, and Wrangel Island on
 # the antimeridian.
-ISLANDS = [((14.1, 35.75, 14.6, 36.1), 313.0), ((-158.4, 21.1, -157.5, 21.8), 1545.0)]
-ISLANDS += [((14.6, 54.95, 15.2, 55.35), 588.0), ((-2.3, 49.15, -2.0, 49.28), 118.2)]
-ISLANDS += [((177.0, 70.5, 183.5, 72.0), 7600.0)]
+ISLANDS = {(14.1, 35.75, 14.6, 36.1): 313.0, (-158.4, 21.1, -157.5, 21.8): 1545.0, (14.6, 54.95, 15.2, 55.35): 588.0}
+ISLANDS |= {(-2.3, 49.15, -2.0, 49.28): 118.2, (177.0, 70.5, 183.5, 72.0): 7600.0}
 
 
-@each("bounds, known", ISLANDS)
+@each("bounds, known", ISLANDS.items())
 def test_areas_of_islands_within_windows(bounds: tuple[float, float, float, float], known: float) -> None:
     """To 5 %, at 1 : 10 million; Hawaii's other islands and Gotland are not in the boxes."""
     area = polygons_within("land", bounds, "10m")
-    west, _, east, _ = area.bounds
     assert area_km2(area) == pytest.approx(known, rel=0.05)
-    assert -180.0 <= west < east <= 180.0
+    assert -180.0 <= area.bounds[0] < area.bounds[2] <= 180.0
     assert not polygons_within("land", (-40.0, 30.0, -39.0, 31.0), "10m").geoms
 
 
-def box_of(west: float, south: float, east: float, north: float) -> shapely.Geometry:
-    """What of a box lies within -180 .. 180, that beyond 180 moved to the west."""
-    parts = [shapely.box(west + turn, south, east + turn, north) for turn in (0.0, -360.0)]
-    return shapely.intersection(shapely.union(*parts), shapely.box(-180.0, -90.0, 180.0, 90.0))
+def assert_is_part(what: str, window: tuple[float, float, float, float], resolution: str) -> None:
+    """The polygons within a window are those of all that lie in it, of which what is beyond 180 is in the west."""
+    west, south, east, north = window
+    boxes = [shapely.box(west + turn, south, east + turn, north) for turn in (0.0, -360.0)]
+    box = shapely.intersection(shapely.union(*boxes), shapely.box(-180.0, -90.0, 180.0, 90.0))
+    found = polygons_within(what, window, resolution)
+    assert found.is_valid
+    expected = shapely.intersection({"land": land, "lakes": lakes}[what](resolution), box)
+    assert shapely.symmetric_difference(found, expected).area < 1e-10  # square degrees: 1 m2
 
 
 @pytest.mark.slow
@@ -105,11 +105,7 @@ def test_land_within_windows_is_that_part_of_all_land(resolution: str, size: flo
     corners = np.concatenate(coastlines("110m"))[::97] - 0.4 * size
     corners = np.vstack([corners, [(179.9, -17.0), (170.0, 60.0), (-180.0, 71.0), (20.0, -90.0)]])
     for west, south in np.column_stack([np.mod(corners[:, 0] + 180.0, 360.0) - 180.0, corners[:, 1].clip(-90.0)]):
-        window = west, south, west + size, south + size
-        expected = shapely.intersection(land(resolution), box_of(*window))
-        found = polygons_within("land", window, resolution)
-        assert found.is_valid
-        assert shapely.symmetric_difference(found, expected).area < 1e-10  # square degrees: 1 m2
+        assert_is_part("land", (west, south, west + size, south + size), resolution)
 
 
 # km2 and places in them, as encyclopaedias have them: Victoria, Baikal, Ladoga, the Great Bear Lake, Ontario and Taupo;
@@ -117,12 +113,6 @@ def test_land_within_windows_is_that_part_of_all_land(resolution: str, size: flo
 GREAT = (-88.0, 47.7, 82_103.0 + 59_590.0 + 57_800.0)
 LAKES = [GREAT, (33.0, -1.0, 68_870.0), (108.0, 53.4, 31_722.0), (31.5, 61.0, 17_700.0)]
 LAKES += [(-121.0, 66.0, 31_153.0), (-78.0, 43.6, 18_960.0), (175.9, -38.8, 616.0)]
-
-
-def lake_at(resolution: str, lon: float, lat: float) -> shapely.Polygon:
-    """The only lake there."""
-    (lake,) = (lake for lake in lakes(resolution).geoms if shapely.contains_xy(lake, lon, lat))
-    return lake
 
 
 def area_km2(area: shapely.Geometry) -> float:
@@ -142,25 +132,19 @@ def test_shores_are_the_edges_of_lakes(resolution: str) -> None:
 @each("window", [(-90.0, 40.0, -80.0, 50.0), (25.0, -10.0, 35.0, 2.0), (100.0, 50.0, 110.0, 56.0)])
 def test_lakes_within_windows_are_that_part_of_all_lakes(window: tuple[float, float, float, float]) -> None:
     """The Great Lakes, those of Africa, and Baikal with its island."""
-    found = polygons_within("lakes", window, "50m")
-    assert found.is_valid
-    assert found.area > 1.0
-    assert shapely.symmetric_difference(found, shapely.intersection(lakes("50m"), box_of(*window))).area < 1e-10
-
-
-@each("lon, lat, known", LAKES)
-def test_areas_of_lakes(lon: float, lat: float, known: float) -> None:
-    """To 3 %, as the data is smoothed."""
-    assert area_km2(lake_at("50m", lon, lat)) == pytest.approx(known, rel=0.03)
+    assert_is_part("lakes", window, "50m")
+    assert polygons_within("lakes", window, "50m").area > 1.0
 
 
 @each("resolution", WITH_LAKES)
 def test_lakes_are_valid_and_on_land(resolution: str) -> None:
-    """Islands are not lake, and the Caspian Sea is neither lake nor land; Tanganyika and Balkhash are there."""
+    """Islands are not lake, and the Caspian Sea is neither lake nor land; areas are to 3 %, as the data is smoothed."""
     area = lakes(resolution)
     assert area.is_valid
-    for lon, lat, known in ((29.4, -6.0, 32_900.0), (74.9, 46.6, 16_400.0)):  # at every scale as coarse as at 110m
-        assert area_km2(lake_at(resolution, lon, lat)) == pytest.approx(known, rel=0.35)
+    at_all_scales = [(29.4, -6.0, 32_900.0), (74.9, 46.6, 16_400.0)]  # Tanganyika and Balkhash, as coarse as at 110m
+    for lon, lat, known in [*at_all_scales, *(LAKES if resolution == "50m" else [])]:
+        (lake,) = (lake for lake in area.geoms if shapely.contains_xy(lake, lon, lat))
+        assert area_km2(lake) == pytest.approx(known, rel=0.03 if (lon, lat, known) in LAKES else 0.35)
     assert shapely.covers(land(resolution), area)
     assert not shapely.contains_xy(area, [51.0, 2.35], [42.0, 48.85]).any()
     # Manitoulin: at 110m lakes have no islands.
@@ -174,7 +158,6 @@ WINDING = {("250", "724"): 646.0, ("124", "840"): 8891.0, ("032", "152"): 6691.0
 
 
 def border_km(one: str, other: str, resolution: str) -> float:
-    """The length of what two countries share, on WGS84."""
     lines = [border.line for border in borders(resolution) if border.countries == {one, other}]
     return float(sum(pyproj.Geod(ellps="WGS84").line_length(*line.T) for line in lines)) / 1e3
 
@@ -188,14 +171,11 @@ def test_lengths_of_borders() -> None:
         assert 0.6 * known < coarse < finer < finest < 1.03 * known
 
 
-NEIGHBOURS = {"276": 9, "643": 14, "076": 10, "710": 6, "120": 6, "840": 2, "624": 2, "036": 0, "352": 0}
-
-
-@each("key, number", NEIGHBOURS.items())
-def test_number_of_neighbours(key: str, number: int) -> None:
+def test_number_of_neighbours() -> None:
     """By land, Kaliningrad and French Guiana included."""
-    around = {other for border in borders("50m") if key in border.countries for other in border.countries}
-    assert len(around - {key}) == number
+    neighbours = {"276": 9, "643": 14, "076": 10, "710": 6, "120": 6, "840": 2, "624": 2, "036": 0, "352": 0}
+    around = {key: set().union(*(b.countries for b in borders("50m") if key in b.countries)) for key in neighbours}
+    assert {key: len(others - {key}) for key, others in around.items()} == neighbours
 
 
 @each("resolution", EVERY)
@@ -211,10 +191,8 @@ def test_borders_are_no_coast(resolution: str) -> None:
 @pytest.mark.slow
 def test_countries_about() -> None:
     """No country that holds a point is left out, and few that do not."""
-    keys = [row["iso_n3"] or row["name"] for row in data_rows("countries.csv")]
-    for key in keys:
-        for part in country(key).geoms:
-            place = part.representative_point()
+    for key in (row["iso_n3"] or row["name"] for row in data_rows("countries.csv")):
+        for place in (part.representative_point() for part in country(key).geoms):
             about = earth.countries_about(np.array([place.x]), np.array([place.y]))
             assert key in about
             assert len(about) < 20
@@ -227,7 +205,6 @@ def test_outlines_of_states_and_cuba() -> None:
     rows = data_rows("states.csv")
     assert sorted(row["fips"] for row in rows) == sorted(one.key for one in earth.topology("states", "10m")[0])
     assert len({row["postal"] for row in rows}) == len({row["name"] for row in rows}) == len(rows) == 56
-
     for row in rows:  # also those of which rounding has made rings cross themselves
         outline = state_outline(row["fips"])
         assert outline.is_valid

@@ -7,22 +7,14 @@ import shapely
 from scipy.spatial import cKDTree
 from tables import each
 
-from projdist.earth import cities, data_rows, natural_earth
+from projdist.earth import cities, data_rows, natural_earth, unit_vectors
 
 # Longitudes and latitudes in degrees and minutes, as encyclopaedias have them.
 KNOWN = {
-    ("Paris", "FR"): (2.35, 48.86),
-    ("Wellington", "NZ"): (174.78, -41.29),
-    ("Suva", "FJ"): (178.44, -18.14),
-    ("Bern", "CH"): (7.45, 46.95),
-    ("Nairobi", "KE"): (36.82, -1.29),
-    ("Quito", "EC"): (-78.52, -0.22),
-    ("Reykjavík", "IS"): (-21.93, 64.15),
-    ("Tokyo", "JP"): (139.69, 35.69),
-    ("Astana", "KZ"): (71.43, 51.13),
-    ("Ulaanbaatar", "MN"): (106.92, 47.92),
-    ("Washington", "US"): (-77.04, 38.91),
-    ("Bogotá", "CO"): (-74.08, 4.61),
+    **{("Paris", "FR"): (2.35, 48.86), ("Wellington", "NZ"): (174.78, -41.29), ("Suva", "FJ"): (178.44, -18.14)},
+    **{("Bern", "CH"): (7.45, 46.95), ("Nairobi", "KE"): (36.82, -1.29), ("Quito", "EC"): (-78.52, -0.22)},
+    **{("Reykjavík", "IS"): (-21.93, 64.15), ("Tokyo", "JP"): (139.69, 35.69), ("Astana", "KZ"): (71.43, 51.13)},
+    **{("Ulaanbaatar", "MN"): (106.92, 47.92), ("Washington", "US"): (-77.04, 38.91), ("Bogotá", "CO"): (-74.08, 4.61)},
     ("Canberra", "AU"): (149.13, -35.28),
 }
 CITY = 0.08  # degrees: the size of a large city, within which sources put its middle
@@ -41,25 +33,21 @@ def country_of(code: str) -> shapely.MultiPolygon | None:
     return natural_earth.country(keys.get(PART_OF.get(code, code), ""))
 
 
-@each("key", KNOWN)
-def test_known_capitals(key: tuple[str, str]) -> None:
-    """They are where they are known to be, and capitals."""
+@each("key, place", KNOWN.items())
+def test_known_capitals(key: tuple[str, str], place: tuple[float, float]) -> None:
     all_cities = cities()
     (found,) = np.flatnonzero((all_cities.name == key[0]) & (all_cities.country == key[1]) & all_cities.is_capital)
-    assert [all_cities.lon[found], all_cities.lat[found]] == pytest.approx(KNOWN[key], abs=CITY)
+    assert (all_cities.lon[found], all_cities.lat[found]) == pytest.approx(place, abs=CITY)
 
 
 def test_every_country_has_one_capital_and_cities_stand_apart() -> None:
-    """All of countries.csv with a code, but for Antarctica and Heard Island."""
+    """All of countries.csv with a code, but for Antarctica and Heard Island; by 12 km or more, but for capitals."""
     all_cities = cities()
     codes = all_cities.country[all_cities.is_capital]
     assert len(set(codes)) == codes.size
-    ours = {row["iso_a2"] for row in data_rows("countries.csv") if row["iso_a2"]}
-    assert ours - set(codes) == {"AQ", "HM"}
-    # Cities stand apart by 12 km or more, but for capitals.
-    lon, lat = np.radians([all_cities.lon, all_cities.lat])
-    points = np.column_stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
-    pairs = cKDTree(6371.0 * points).query_pairs(12.0 - ROUNDED, output_type="ndarray")
+    assert {row["iso_a2"] for row in data_rows("countries.csv")} - set(codes) == {"", "AQ", "HM"}
+    points = 6371.0 * unit_vectors(all_cities.lon, all_cities.lat).T
+    pairs = cKDTree(points).query_pairs(12.0 - ROUNDED, output_type="ndarray")
     assert all_cities.is_capital[pairs].any(axis=1).all()
 
 

@@ -36,25 +36,20 @@ def test_minimax() -> None:
     assert_allclose(found.place, [1.1390376, 0.8995599], atol=1e-5)
     assert found.value == pytest.approx(1.9522245, abs=1e-6)
     # That is |x|: the maxima of a function and of its negative.
-    t = np.linspace(0.0, 1.0, 11)
-
-    def both(x: np.ndarray) -> np.ndarray:
-        return np.stack([(x[0] - 0.3) * t, -(x[0] - 0.3) * t])
-
-    found = minimise(both, np.array([-1.0]), np.array([1.0]), worst=True)
+    both = np.outer([1.0, -1.0], np.linspace(0.0, 1.0, 11))
+    found = minimise(lambda x: (x[0] - 0.3) * both, np.array([-1.0]), np.array([1.0]), worst=True)
     assert found.place[0] == pytest.approx(0.3, abs=1e-7)
 
 
 def test_several_minima() -> None:
-    """The deepest of many: the lattice finds its basin."""
+    """The deepest of many: the lattice finds its basin; with nothing to choose the value is that of the only place."""
 
-    def terms(x: np.ndarray) -> np.ndarray:
-        return np.array([np.sqrt(2.0 + np.cos(9.0 * x[0]) + 0.1 * (x[0] - 1.0) ** 2)])
+    def square(x: np.ndarray) -> np.ndarray:
+        return np.cos(9.0 * x) + 0.1 * (x - 1.0) ** 2
 
-    found = minimise(terms, np.array([-2.0]), np.array([2.0]), worst=False)
+    found = minimise(lambda x: np.sqrt(2.0 + square(x[:1])), np.array([-2.0]), np.array([2.0]), worst=False)
     grid = np.linspace(-2.0, 2.0, 400001)
-    assert found.place[0] == pytest.approx(grid[np.argmin(np.cos(9 * grid) + 0.1 * (grid - 1) ** 2)], abs=1e-5)
-    # With nothing to choose the value is that of the only place.
+    assert found.place[0] == pytest.approx(grid[np.argmin(square(grid))], abs=1e-5)
     empty = np.empty(0)
     for start in ({}, {"start": empty}):
         assert minimise(lambda x: np.array([2.0]), empty, empty, worst=False, **start).value == 4.0
@@ -75,8 +70,7 @@ def test_whole_numbers() -> None:
         return max(abs(x[0] - 7.4), 3.0), abs(x[0] - 6.0) + abs(x[1] + 2.0)
 
     place, found = descend_lattice(value, np.array([0.0, 0.0]))
-    assert place.tolist() == [6.0, -2.0]
-    assert found == (3.0, 0.0)
+    assert (place.tolist(), found) == ([6.0, -2.0], (3.0, 0.0))
 
 
 @each("worst", [False, True])

@@ -29,10 +29,9 @@ def test_plane_polynomials() -> None:
 
 def test_complex_polynomials() -> None:
     """The same of one complex variable."""
-    basis = ComplexPolynomials.over(Z, W, 9)
+    basis, c = ComplexPolynomials.over(Z, W, 9), rng.normal(size=(10, 2)) @ [1.0, 1j]
     products = basis.values.conj().T @ (basis.values * (W / W.sum())[:, None])
     np.testing.assert_allclose(products, np.eye(10), atol=ROUNDING)
-    c = rng.normal(size=10) + 1j * rng.normal(size=10)
     np.testing.assert_allclose(np.polynomial.polynomial.polyval(Z, basis.powers(c)), basis.at(Z) @ c, atol=1e-11)
 
 
@@ -57,14 +56,12 @@ def test_what_is_harmonic_is_cancelled(norm: float) -> None:
 
 def test_the_largest_on_a_disc() -> None:
     """Of |z|^2 - c the best has c = 1/2 on the unit disc, as no harmonic polynomial helps (mean value theorem)."""
-    angle = 2 * np.pi * np.arange(64) / 64
-    z = np.outer(np.linspace(0.0, 1.0, 17), np.exp(1j * angle)).ravel()
+    z = np.outer(np.linspace(0.0, 1.0, 17), np.exp(2j * np.pi * np.arange(64) / 64)).ravel()
     fit = fit_harmonic(z, np.abs(z) ** 2, np.full(z.size, 1.0), 6, np.inf)
     np.testing.assert_allclose(fit.powers, [-0.5, *np.zeros(6)], atol=1e-9)
     np.testing.assert_allclose(np.abs(fit.rest).max(), 0.5, rtol=1e-9)
     # The constant that is best by the fourth power: the mean of the cubes of what is left vanishes.
-    values = rng.normal(size=500)
-    fit = fit_harmonic(Z, values, W, 0, 4.0)
+    fit = fit_harmonic(Z, rng.normal(size=500), W, 0, 4.0)
     assert abs(np.sum(W * fit.rest**3) / np.sum(W)) < 1e-8
 
 

@@ -3,8 +3,11 @@
 import functools
 import math
 
+import numpy as np
 import pyproj
 import pytest
+from refusals import refuses
+from region_texts import square
 from tables import each
 
 import projdist
@@ -27,29 +30,23 @@ def maps(*names):
     ],
 )
 def test_the_area_of_use_that_all_have_else_the_globe(names, area):
-    """One region for all maps of a comparison."""
-    assert region_for(None, maps(*names)) == area
-    assert region_for("cap:0,0,10", maps(*names)).name == "cap:0,0,10"
+    assert (region_for(None, maps(*names)), region_for("cap:0,0,10", maps(*names)).name) == (area, "cap:0,0,10")
 
 
 def test_every_answer_has_the_same_default():
-    """Of a CRS alone it is its area of use."""
-    area = "box:6,0,12,84"
-    unnamed = summarize("EPSG:32632", tolerance=1e-3)
-    assert unnamed.region.name == area
-    assert unnamed.airy_kavrayskiy == summarize("EPSG:32632", area, tolerance=1e-3).airy_kavrayskiy
-    assert sample("EPSG:32632", tolerance=1e-3).region.name == area
-    assert indices("EPSG:32632", names="airy", tolerance=1e-3).region.name == area
-    assert compare("EPSG:32632", tolerance=1e-3).region.name == area
-    assert compare(["EPSG:32632", "nonsense"], tolerance=1e-3).region.name == area  # what fails has no area
-    with pytest.warns(Notice, match=r"^EPSG:32632 is for box:6,0,12,84, where 0\.83 % of globe lies"):
-        assert compare(["EPSG:32632", "robin"], tolerance=1e-3).region == GLOBE
+    """Of a CRS alone it is its area of use; what fails has none."""
+    utm, coarse = "EPSG:32632", {"tolerance": 1e-3}
+    answers = [summarize(utm, **coarse), sample(utm, **coarse), indices(utm, names="airy", **coarse)]
+    answers += [compare(maps, **coarse) for maps in (utm, [utm, "nonsense"])]
+    assert [answer.region.name for answer in answers] == ["box:6,0,12,84"] * 5
+    assert answers[0].airy_kavrayskiy == summarize(utm, "box:6,0,12,84", **coarse).airy_kavrayskiy
+    with pytest.warns(Notice, match=r"^EPSG:3035 is for box:-35.58,24.6,44.83,84.73, where 6\.5 % of globe lies"):
+        assert compare(["EPSG:3035", "robin"], tolerance=1e-2).region == GLOBE
 
 
 # ---- bodies ---------------------------------------------------------------------------------
 MARS = "IAU_2015:49910"  # a sphere of 3396.19 km
-MARS_ELLIPSOID = "IAU_2015:49911"  # 3396.19 and 3376.20 km
-MOON = "IAU_2015:30110"  # 1737.4 km
+MARS_ELLIPSOID, MOON = "IAU_2015:49911", "IAU_2015:30110"  # 3396.19 and 3376.20 km; 1737.4 km
 R_MARS, R_MOON = 3396.19, 1737.4
 SPHERES = ["robin", "+proj=moll +R=1", "+proj=laea +R=6371", "+proj=laea +a=6370997"]  # of the Earth
 
@@ -59,51 +56,41 @@ def zone(radius: float, km: float) -> float:
     return 2.0 * math.pi * radius**2 * (1.0 - math.cos(km / radius))
 
 
-def polygon(figure: pyproj.Geod, lon: float, lat: float, km: float) -> float:
-    """Those of a cap by GeographicLib: the polygon of 20,000 points at the distance, 2e-8 less than the circle."""
-    azimuths = [0.018 * k for k in range(20_000)]
-    many = len(azimuths)
-    lons, lats, _ = figure.fwd([lon] * many, [lat] * many, azimuths, [1000.0 * km] * many)
-    return abs(figure.polygon_area_perimeter(lons, lats)[0]) / 1e6
+def polygon(lat: float, **figure: object) -> float:
+    """Those of a cap of 1000 km by GeographicLib: 20,000 points at the distance hold 2e-8 less than the circle."""
+    geod, places = pyproj.Geod(**figure), np.zeros(20_000)
+    lons, lats, _ = geod.fwd(places, places + lat, 0.018 * np.arange(20_000), places + 1e6)
+    return abs(geod.polygon_area_perimeter(lons, lats)[0]) / 1e6
 
 
 @each(
     ("names", "region", "area"),
     [
-        ([MARS], None, 4.0 * math.pi * R_MARS**2),
-        ([MARS], "cap:0,0,1000", zone(R_MARS, 1000.0)),
+        *(([MARS], None, 4.0 * math.pi * R_MARS**2), ([MARS], "cap:0,0,1000", zone(R_MARS, 1000.0))),
         ([MARS, "+proj=moll +R=3389500"], "cap:20,40,1000", zone(R_MARS, 1000.0)),  # another figure of Mars
-        (["+proj=moll +R=3396190", MARS_ELLIPSOID], "cap:0,90,1000", None),
+        (["+proj=moll +R=3396190", MARS_ELLIPSOID], "cap:0,90,1000", polygon(90, a=3396190.0, b=3376200.0)),
         ([MOON], "cap:10,-30,2000", zone(R_MOON, 2000.0)),
         ([MOON], "box:0,0,90,90", math.pi / 2.0 * R_MOON**2),
         ([MOON], "box:0,0,45,90 + box:45,0,90,90", math.pi / 2.0 * R_MOON**2),
-        ([MOON], {"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 90], [0, 90], [0, 0]]]}, None),
+        ([MOON], {"type": "Polygon", "coordinates": [square(0, 0, 9, 90)]}, math.radians(9.0) * R_MOON**2),
         (["+proj=eqc +R=71492000"], "cap:0,0,150000", zone(71492.0, 150_000.0)),
-        (SPHERES, "cap:5,5,900", zone(6371.0087714, 900.0)),
-        (["robin"], None, 510_065_621.724),
-        (["robin", "EPSG:3857", "EPSG:31467"], "cap:0,0,1000", None),
-        ([], "cap:0,0,1000", None),
+        *((SPHERES, "cap:5,5,900", zone(6371.0087714, 900.0)), (["robin"], None, 510_065_621.724)),
+        (["robin", "EPSG:3857", "EPSG:31467"], "cap:0,0,1000", polygon(0, ellps="WGS84")),
+        ([], "cap:0,0,1000", polygon(0, ellps="WGS84")),
     ],
 )
 def test_regions_are_on_the_body_of_the_maps(names, region, area):
     """Areas by closed forms of spheres, by GeographicLib on ellipsoids; of the Earth's globe that of WGS 84."""
-    found = region_for(region, maps(*names))
-    if area is None and isinstance(region, dict):
-        area = math.radians(9.0) * R_MOON**2
-    elif area is None:
-        lon, lat, km = (float(word) for word in region.removeprefix("cap:").split(","))
-        figure = pyproj.Geod(a=3396190.0, b=3376200.0) if MARS_ELLIPSOID in names else pyproj.Geod(ellps="WGS84")
-        area = polygon(figure, lon, lat, km)
-    assert found.area_km2 == pytest.approx(area, rel=3e-8)
+    assert region_for(region, maps(*names)).area_km2 == pytest.approx(area, rel=3e-8)
 
 
 def test_a_cap_is_one_for_all_maps_of_the_earth():
     """Of maps of spheres and of ellipsoids it is that on WGS 84, for each of them, and for many regions, too."""
-    both = compare(["+proj=aeqd +lat_0=90 +R=6371008.7714", "EPSG:3575"], "cap:0,90,3000", sort="given", tolerance=1e-6)
+    sphere = "+proj=aeqd +lat_0=90 +R=6371008.7714"
+    both = compare([sphere, "EPSG:3575"], "cap:0,90,3000", sort="given", tolerance=1e-6)
     assert both.region == Cap(0, 90, 3000, WGS84)
     assert [one.region for one in both.results] == [both.region] * 2
-    one = compare(["+proj=aeqd +lat_0=90 +R=6371008.7714"], "cap:0,90,3000", tolerance=1e-6)
-    assert one.region == Cap(0, 90, 3000, SPHERE)
+    assert compare([sphere], "cap:0,90,3000", tolerance=1e-6).region == Cap(0, 90, 3000, SPHERE)
     given = compare(["robin"], Cap(0, 90, 3000, WGS84), tolerance=1e-3)  # a figure that is given stays
     assert given.region.ellipsoid == WGS84
 
@@ -117,14 +104,12 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("given", REFUSED, ids=" ".join)
-def test_maps_of_different_bodies_are_refused(given):
-    """In one line, whatever compares them."""
-    names = list(given)
+@each(("names", "words"), REFUSED.items())
+def test_maps_of_different_bodies_are_refused(names, words):
     batch = functools.partial(projdist.batch, summarize, ["box:0,0,10,10"])
     for call in (compare, batch, projdist.mean_map):
-        with pytest.raises(ProjectionError, match=REFUSED[given]):
-            call(names)
+        with pytest.raises(ProjectionError, match=words):
+            call(list(names))
 
 
 @each(
@@ -135,35 +120,25 @@ def test_maps_of_different_bodies_are_refused(given):
     ],
 )
 def test_places_of_the_earth_are_not_on_other_bodies(region):
-    """In one line, as a text and as what the text is of."""
     for given in (region, get_region(region)):
-        with pytest.raises(ValueError, match=r"^Invalid region '.*'\. It is on the Earth, not on Mars\.$"):
-            summarize(MARS, given)
-    with pytest.raises(ValueError, match=r"^Invalid region '.*'. It is on the Earth, not on a .* 1737.4 km.$"):
-        get_region(region, Ellipsoid(1737400.0))
+        refuses(r"^Invalid region '.*'\. It is on the Earth, not on Mars\.$", summarize, MARS, given)
+    said = r"^Invalid region '.*'. It is on the Earth, not on a .* 1737.4 km.$"
+    refuses(said, get_region, region, Ellipsoid(1737400.0))
 
 
 def test_the_radius_of_a_cap_is_at_most_half_the_body():
     """10,669 km on Mars; on Jupiter the Earth's largest is a small one."""
-    with pytest.raises(ValueError, match=r"^Invalid cap '0,0,15000'. .* at most 10669 km, half the body's c"):
-        summarize(MARS, "cap:0,0,15000")
-    with pytest.raises(ValueError, match=r"not be flatter than 0.2, for distances to be right.$"):
-        summarize("IAU_2015:200043311", "cap:0,0,1")  # Eros
+    said = r"^Invalid cap '0,0,15000'. .* at most 10669 km, half the body's c"
+    refuses(said, summarize, MARS, "cap:0,0,15000")
+    refuses(
+        r"not be flatter than 0.2, for distances to be right.$", summarize, "IAU_2015:200043311", "cap:0,0,1"
+    )  # Eros
 
 
-CAP, NOT_OURS = "cap:0,0,900", "It is of {}, and must be of the Earth.$"
-
-
-@each(
-    ("call", "words"),
-    [
-        (lambda: projdist.optimize("laea", CAP, against=MARS), NOT_OURS.format("Mars")),
-        (lambda: projdist.design(CAP, degree=2, base="mercator", against=[MARS]), NOT_OURS.format("Mars")),
-        (lambda: projdist.recommend(region_for(CAP, maps(MARS))), "not on the Earth.$"),
-        (lambda: projdist.ldp("box:0,0,1,1", height=0.0, against=[MOON]), NOT_OURS.format("the Moon")),
-    ],
-)
-def test_decisions_are_the_earths(call, words):
+def test_decisions_are_the_earths():
     """Maps of other bodies are no rivals, and their regions not the Earth's."""
-    with pytest.raises(ValueError, match=words):
-        call()
+    cap, said = "cap:0,0,900", "It is of {}, and must be of the Earth.$"
+    refuses(said.format("Mars"), projdist.optimize, "laea", cap, against=MARS)
+    refuses(said.format("Mars"), projdist.design, cap, degree=2, base="mercator", against=[MARS])
+    refuses("not on the Earth.$", projdist.recommend, region_for(cap, maps(MARS)))
+    refuses(said.format("the Moon"), projdist.ldp, "box:0,0,1,1", height=0.0, against=[MOON])

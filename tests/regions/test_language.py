@@ -10,23 +10,20 @@ from projdist.regions import GLOBE, Box, get_region, is_region_text, region_titl
 
 
 # ---- names ----------------------------------------------------------------------------------
-@pytest.mark.parametrize(
+@each(
     "texts",
     [
         ("country:CH", "country:che", "country:756", "Country: Switzerland", "country:CH@50m"),
         ("country:CI", "country:Côte d'Ivoire", "country:cote d ivoire", "country:Ivory Coast"),
         ("country:BA", "country:Bosnia and Herzegovina", 'country:"Bosnia & Herzegovina"'),
-        ("country:CZ", "country:Czech Republic", "country:Czechia"),
+        *(("country:CZ", "country:Czech Republic", "country:Czechia"), ("country:XK", "country:Kosovo")),
         pytest.param(("continent:North America", "CONTINENT:north america"), marks=pytest.mark.slow),
-        ("country:XK", "country:Kosovo"),
         ("state:CA", "state:ca", "state:06", "STATE: California", "state:CA@10m"),
         ("state:DC", "state:District of Columbia", "state:Washington, D.C."),
-        ("state:NH", "state:new-hampshire"),
         ("state:VI", "state:US Virgin Islands", 'state:"U.S. Virgin Islands"'),
-        ("state:HI", "state:Hawai'i"),
+        *(("state:NH", "state:new-hampshire"), ("state:HI", "state:Hawai'i")),
         pytest.param(("land", "LAND", "land@50m"), marks=pytest.mark.slow),
     ],
-    ids=lambda texts: texts[0],
 )
 def test_spellings(texts):
     """A country or state is found by codes and names, whatever their case and accents; each text is the same object."""
@@ -43,25 +40,19 @@ def test_every_country_can_be_named():
 
 
 def test_every_shape_of_the_data_is_in_the_table():
-    """No country of Natural Earth is left out, but for those that only the finest data has.
-
-    That has all others but Vatican City, whose outline is rounded to a line there.
-    """
+    """No country is left out, but those in the finest data only, which lacks Vatican City: rounded to a line there."""
     keys = {row["iso_n3"] or row["name"] for row in data_rows("countries.csv")}
-    shapes = {
-        resolution: {outline.key for outline in natural_earth.topology("countries", resolution)[0]}
-        for resolution in natural_earth.RESOLUTIONS
-    }
-    assert shapes["110m"] <= shapes["50m"] == keys <= shapes["10m"] | {"336"}
+    outlines = (natural_earth.topology("countries", resolution)[0] for resolution in natural_earth.RESOLUTIONS)
+    coarse, fine, finest = ({outline.key for outline in some} for some in outlines)
+    assert coarse <= fine == keys <= finest | {"336"}
 
 
 def test_area_of_use():
     """The area of use of a CRS is a box, also of one that is no map."""
     swiss = get_region("crs:EPSG:2056")
-    assert swiss == Box(*pyproj.CRS("EPSG:2056").area_of_use.bounds)
+    assert (swiss, get_region("crs:EPSG:4326")) == (Box(*pyproj.CRS("EPSG:2056").area_of_use.bounds), GLOBE)
     # Liechtenstein and Switzerland, EPSG's extent 1286; its version 12 has moved the sides by a hundredth.
     assert swiss.bounds == pytest.approx((5.96, 45.82, 10.49, 47.81), abs=0.015)
-    assert get_region("crs:EPSG:4326") == GLOBE
     assert get_region("crs:EPSG:3832").bounds[2] > 180
 
 
@@ -72,13 +63,11 @@ A, B = "box:0,0,20,20", "box:10,10,30,30"
 def test_areas_of_combinations():
     """Of both, of one only, of either; & goes before - and +, these from left to right; brackets group."""
     both, c = area("box:10,10,20,20"), "box:0,0,5,5"
-    assert area(f"{A} & {B}") == pytest.approx(both, rel=1e-12)
-    assert area(f"{A} - {B}") == pytest.approx(area(A) - both, rel=1e-12)
-    assert area(f"{A} + {B}") == pytest.approx(area(A) + area(B) - both, rel=1e-12)
-    assert area(f"{c} + {A} & {B}") == pytest.approx(area(c) + both, rel=1e-12)
-    assert area(f"({c} + {A}) & {B}") == pytest.approx(both, rel=1e-12)
-    assert area(f"{A} - {c} - {B}") == pytest.approx(area(A) - area(c) - both, rel=1e-12)
-    assert area(f"{A} - ({c} + ({B}))") == pytest.approx(area(f"{A} - {c} - {B}"), rel=1e-12)
+    less = area(A) - area(c) - both
+    areas = {f"{A} & {B}": both, f"{A} - {B}": area(A) - both, f"{A} + {B}": area(A) + area(B) - both}
+    areas |= {f"{c} + {A} & {B}": area(c) + both, f"({c} + {A}) & {B}": both}
+    areas |= {f"{A} - {c} - {B}": less, f"{A} - ({c} + ({B}))": less}
+    assert {text: area(text) for text in areas} == pytest.approx(areas, rel=1e-12)
 
 
 @pytest.mark.slow
@@ -99,14 +88,13 @@ def test_with_globe_and_ocean():
         *(("DE", "country:DE"), ("deu", "country:DE"), ("CA", "country:CA"), ("TX", "state:TX")),
         *(("Delaware", "state:DE"), ("Africa", "continent:Africa"), ("Chile@main", "country:CL@main")),
         *(("Fiji@10m", "country:FJ@10m"), ("(Fiji)@all", "country:FJ@all"), ("Fiji@10m@main", "country:FJ@10m@main")),
-        ("New Zealand - cap:170,-45,300", "country:NZ - cap:170,-45,300"),
+        ("New Zealand@110m - cap:170,-45,300", "country:NZ@110m - cap:170,-45,300"),
     ],
 )
 def test_places_by_their_names_alone(alone, full):
     """A name or a code of one place needs no kind before it; a code is a country's before a state's."""
-    assert get_region(alone).bounds == get_region(full).bounds
-    assert get_region(alone).area_km2 == get_region(full).area_km2
-    assert is_region_text(alone)
+    one, other = get_region(alone), get_region(full)
+    assert (one.bounds, one.area_km2, is_region_text(alone)) == (other.bounds, other.area_km2, True)
 
 
 @each("text", ["parcels.gpkg", "texas/roads.shp", "./chad", "056", "Georgia", "ahead"])
@@ -116,7 +104,6 @@ def test_other_texts_are_no_places(text):
 
 
 def test_names_of_combinations():
-    """The name of a combination is a text for it."""
     region = get_region("  country:CH   -  cap:8,47,50 ")
     assert region.name == "country:CH - cap:8,47,50"
     assert get_region(region.name).area_km2 == pytest.approx(region.area_km2, rel=1e-15)
@@ -125,13 +112,16 @@ def test_names_of_combinations():
 # ---- refusals -------------------------------------------------------------------------------
 ONCE = "It must be one of @110m, @50m, @10m, @main and @all, once each."
 KILOMETRES = "of a main part. It must be"
+SIDES = "There must be a region on each side of an operator."
 REFUSED = {
     "country:Swizerland": "Invalid country 'Swizerland'. Did you mean Switzerland? It must be a name in English or",
     "country:Korea": "Invalid country 'Korea'. Did you mean North Korea or South Korea? It must be a name",
     "country:": "Invalid country ''. It must be a name in English or an ISO 3166 code.",
     "country:Texas": "Invalid country 'Texas'. Did you mean state:Texas? It must be a name in English or",
-    "country:VA@110m": "Invalid country 'VA' at 110m. It is too small for this data: ask for 50m.",
-    "country:VA@10m": "Invalid country 'VA' at 10m. It is too small for this data: ask for 50m.",
+    **{
+        f"country:VA@{at}": f"Invalid country 'VA' at {at}. It is too small for this data: ask for 50m."
+        for at in ("110m", "10m")
+    },
     "continent:Europa": "Invalid continent 'Europa'. Did you mean Europe? It must be one of Africa, Antarctica,",
     "continent:NZ": "Invalid continent 'NZ'. Did you mean country:New Zealand? It must be one of Africa,",
     "state:Californa": "Invalid state 'Californa'. Did you mean California? It must be the name or postal code of a "
@@ -149,26 +139,20 @@ REFUSED = {
     "lnad": "Invalid region 'lnad'. Did you mean land? It must be globe, land, ocean,",
     "land@110m - continent:Antarctica": "Invalid region 'land@110m - continent:Antarctica'. Its parts are of different "
     "detail, 110m and 50m, and would leave slivers along coasts: give all of them the same suffix.",
-    "land@1m": f"Invalid suffix '@1m'. {ONCE}",
-    "country:FR@mainland": f"Invalid suffix '@mainland'. {ONCE}",
+    **{f"land@{some}": f"Invalid suffix '@{some}'. {ONCE}" for some in ("1m", "mainland")},
     "country:FR@main@main": f"Invalid suffix '@main'. {ONCE}",
-    "country:FR@main:x": f"Invalid distance 'x' {KILOMETRES} a number of kilometres.",
-    "country:FR@main:": f"Invalid distance '' {KILOMETRES} a number of kilometres.",
-    "country:FR@main:0": f"Invalid distance '0' {KILOMETRES} 10 to 20015 km.",
-    "country:FR@main:nan": f"Invalid distance 'nan' {KILOMETRES} 10 to 20015 km.",
+    **{f"country:FR@main:{km}": f"Invalid distance '{km}' {KILOMETRES} a number of kilometres." for km in ("x", "")},
+    **{f"country:FR@main:{km}": f"Invalid distance '{km}' {KILOMETRES} 10 to 20015 km." for km in ("0", "nan")},
     "country:FR@all:5": "Invalid region 'country:FR@all:5'. Polygons may have @main, @main:KM or @all behind",
     "crs:EPSG:0": "Invalid CRS 'EPSG:0'. It must be a CRS that PROJ knows.",
-    "globe -": "Invalid region 'globe -'. There must be a region on each side of an operator.",
-    "& globe": "Invalid region '& globe'. There must be a region on each side of an operator.",
-    "(globe": "Invalid region '(globe'. Its brackets must close what they open.",
-    "globe)": "Invalid region 'globe)'. Its brackets must close what they open.",
+    **{text: f"Invalid region '{text}'. {SIDES}" for text in ("globe -", "& globe")},
+    **{text: f"Invalid region '{text}'. Its brackets must close what they open." for text in ("(globe", "globe)")},
     "land@110m - land@110m": "Invalid region 'land@110m - land@110m'. Nothing is left of it.",
 }
 
 
 @each("text", REFUSED)
 def test_refusals(text):
-    """What names no region is refused in a line, with what may have been meant."""
     said = refused(text)
     assert said.startswith(REFUSED[text])
     assert "\n" not in said
@@ -192,20 +176,12 @@ def test_titles(text: str, title: str) -> None:
     assert region_title(get_region(text)) == title
 
 
-@each(
-    ("value", "text"),
-    [
-        *((10.0, "10°E"), (-10.5, "10°30′W"), (190.0, "170°W"), (180.0, "180°"), (-180.0, "180°"), (0.0, "0°")),
-        *((7 + 5 / 60 + 20 / 3600, "7°05′20″E"), (359 + 59.9999 / 60, "0°00′00.01″W")),
-    ],
-)
-def test_longitudes(value: float, text: str) -> None:
-    """With as many minutes and seconds as there are."""
-    assert longitude_text(value, minutes=True) == text
+LONGITUDES = {10.0: "10°E", -10.5: "10°30′W", 190.0: "170°W", 180.0: "180°", -180.0: "180°", 0.0: "0°"}
+LONGITUDES |= {7 + 5 / 60 + 20 / 3600: "7°05′20″E", 359 + 59.9999 / 60: "0°00′00.01″W"}
 
 
-def test_latitudes() -> None:
-    """South below the equator, and decimals where no minutes are asked for."""
+def test_longitudes_and_latitudes() -> None:
+    """With as many minutes and seconds as there are; decimals where no minutes are asked for."""
+    assert [longitude_text(value, minutes=True) for value in LONGITUDES] == [*LONGITUDES.values()]
+    assert [latitude_text(value, minutes=True) for value in (0.0, 51.5)] == ["0°", "51°30′N"]
     assert latitude_text(-33.25) == "33.25°S"
-    assert latitude_text(0.0, minutes=True) == "0°"
-    assert latitude_text(51.5, minutes=True) == "51°30′N"

@@ -1,21 +1,22 @@
 """Work on executors: order, progress, workers that are lost."""
 
+import contextlib
+import functools
 import multiprocessing
 import os
-import signal
 import sys
 import threading
 import time
 import warnings
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import pytest
-from batch_functions import kill_itself
-from dask_clusters import dask_cluster
+from batch_functions import kill_itself, name_of, once_killed
+from refusals import refuses
 from tables import each
 
-from projdist.decisions.recommendation import recommend
+from projdist import Box
 from projdist.support.executors import Processes, check_executor, is_lost, open_executor, own_executor, run_all
 
 
@@ -23,32 +24,21 @@ def square(number):
     return number * number
 
 
-def fragile(task):
-    """The square of a number; the first to come ends its worker."""
-    number, trap = task
-    try:
-        os.close(os.open(trap, os.O_CREAT | os.O_EXCL))
-    except FileExistsError:
-        return number * number
-    os.kill(os.getpid(), signal.SIGKILL)
-    raise AssertionError
-
-
-@pytest.mark.parametrize("make", [lambda: None, lambda: ThreadPoolExecutor(2), lambda: ProcessPoolExecutor(2)])
+@each("make", [lambda: None, lambda: ThreadPoolExecutor(2), lambda: ProcessPoolExecutor(2)])
 def test_order_and_progress(make):
     """Results in the order of the tasks, whatever runs them, and progress that counts each once."""
-    heard = []
-    executor = make()
-    assert run_all(executor, square, range(20), heard.append) == [n * n for n in range(20)]
+    heard, executor = [], make()
+    with executor or contextlib.nullcontext():
+        assert run_all(executor, square, range(20), heard.append) == [n * n for n in range(20)]
     assert heard == list(range(1, 21))
-    if executor is not None:
-        executor.shutdown()
 
 
 def test_a_lost_worker_loses_nothing(tmp_path):
     """A pool whose process is killed half-way is broken; what it had not done is done here."""
+    boxes = [Box(0, 0, east, 1) for east in range(1, 31)]
+    fragile = functools.partial(once_killed, trap=str(tmp_path / "trap"), at=boxes[0].name)
     with ProcessPoolExecutor(2) as pool:
-        assert run_all(pool, fragile, [(n, str(tmp_path / "trap")) for n in range(30)]) == [n * n for n in range(30)]
+        assert run_all(pool, fragile, boxes) == [*map(name_of, boxes)]
 
 
 @pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="needs processes that are forked")
@@ -85,8 +75,8 @@ class Lossy(Executor):
         return future
 
 
-@pytest.mark.parametrize("error", [CancelledError, BrokenExecutor])
-@pytest.mark.parametrize("rounds", [1, 3])
+@each("error", [CancelledError, BrokenExecutor])
+@each("rounds", [1, 3])
 def test_lost_tasks_are_done_again_by_the_executor(rounds, error):
     """Three times what is lost goes to other workers, and only that: here nothing has to be done."""
     executor, here = Lossy(5 * rounds - 2, error), []
@@ -112,15 +102,10 @@ def test_what_is_always_lost_is_done_here():
 WRONG = "dask dask:// dask://host tcp://host:8786 dask://host:port 4 processes:0 processes:x processes:99999".split()
 
 
-@each("text", WRONG)
-def test_wrong_addresses(text):
-    """One line for what is no address."""
-    with pytest.raises(ValueError, match=r"^Invalid executor '.*'. It must be dask://HOST:PORT"):
-        check_executor(text)
-
-
 def test_addresses_and_numbers_of_processes(monkeypatch):
     """As Dask takes them, also of IPv6; without a number as many as this process may use cores."""
+    for text in WRONG:
+        refuses(r"^Invalid executor '.*'. It must be dask://HOST:PORT", check_executor, text)
     assert check_executor("dask://localhost:8786") == "tcp://localhost:8786"
     assert check_executor("dask://[::1]:8786/") == "tcp://[::1]:8786"
     assert check_executor("processes:12") == 12
@@ -147,8 +132,8 @@ def test_processes_end_with_an_error():
     def interrupted():
         with open_executor("processes:2") as executor:
             executor.submit(os.getpid).result()
-            executor.submit(time.sleep, 60.0)
-            executor.submit(time.sleep, 60.0)
+            for _ in range(2):
+                executor.submit(time.sleep, 60.0)
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -157,50 +142,17 @@ def test_processes_end_with_an_error():
     assert set(multiprocessing.active_children()) <= set(others)
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("default")
-def test_dask(tmp_path):
-    """A cluster of two workers, of which one is killed half-way, recommends what this process does."""
-    pytest.importorskip("distributed")
-    killed = []
-    region = "box:5.9,47.3,15.0,55.1"
-    with dask_cluster(tmp_path) as (address, workers), open_executor(address) as executor:
-
-        def kill(done, total):
-            if done > 20 and not killed:
-                workers[0].kill()
-                killed.append(done)
-
-        spread = recommend(region, authorities=["EPSG"], limit=5, executor=executor, progress=kill)
-    assert killed
-    assert spread.to_dict() == recommend(region, authorities=["EPSG"], limit=5).to_dict()
-
-
 def test_a_cluster_is_asked_for_an_executor(monkeypatch):
     """At its address, with so many retries; the connection ends with the work. Without Dask a line says what to do."""
-    asked = []
-
-    class Client:
-        def __init__(self, address, **options):
-            asked.append((address, options))
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            asked.append("ended")
-
-        def get_executor(self, **options):
-            """As Dask has it."""
-            asked.append(options)
-            return "executor"
-
-    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=Client))
+    dask = MagicMock()
+    client = dask.Client.return_value.__enter__.return_value
+    monkeypatch.setitem(sys.modules, "distributed", dask)
     with open_executor("dask://localhost:8786") as executor:
-        assert executor == "executor"
-        assert asked[-1] == {"pure": False, "retries": 3}
-    assert asked[0] == ("tcp://localhost:8786", {"timeout": "10s", "set_as_default": False})
-    assert asked[-1] == "ended"
+        assert executor is client.get_executor.return_value
+        assert not dask.Client.return_value.__exit__.called
+    dask.Client.assert_called_once_with("tcp://localhost:8786", timeout="10s", set_as_default=False)
+    client.get_executor.assert_called_once_with(pure=False, retries=3)
+    assert dask.Client.return_value.__exit__.called
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ImportError, match=r"^Invalid executor 'dask://localhost:1'. It needs Dask: pip install"):
         open_executor("dask://localhost:1").__enter__()
