@@ -67,11 +67,9 @@ def test_notices_and_features(tmp_path):
     told = {(one.region, one.projection): one.notices for one in found.results if one.notices}
     assert list(told) == [("box:20,-30,30,-20", "EPSG:3035")]
     assert "where nothing of box:20,-30,30,-20 lies" in told.popitem()[1][0]
-    ring = [[0.1, 0.2], [3, 0.3], [2.2, 4], [0.1, 0.2]]
-    shape = {"type": "Polygon", "coordinates": [ring]}
-    features = [{"type": "Feature", "properties": {"name": "triangle"}, "geometry": shape}]
+    shape = {"type": "Polygon", "coordinates": [[[0.1, 0.2], [3, 0.3], [2.2, 4], [0.1, 0.2]]]}
     path = tmp_path / "a.geojson"
-    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    path.write_text(json.dumps({"type": "Feature", "properties": {"name": "triangle"}, "geometry": shape}))
     (one,) = batch(projdist.summarize, str(path), "moll", options=COARSE).results
     assert (one.region, one.answer) == ("triangle", projdist.summarize("moll", shape, **COARSE).to_dict())
 
@@ -98,17 +96,17 @@ def test_going_on(tmp_path):
     options = {"log": str(log), "seconds": 0.0}
     told = {"progress": lambda done, total: heard.append((done, total))}
     whole = batch(slow, BANDS, options=options, partial=path, **told).to_dict()
-    assert heard == sorted(heard)
-    assert heard[-1] == (8, 8)
+    assert (heard, heard[-1]) == (sorted(heard), (8, 8))
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join(lines[:4]) + lines[4][:20])
     log.write_text("")
     assert batch(slow, BANDS, options=options, partial=path).to_dict() == whole
     assert sorted(line.split()[1] for line in log.read_text().splitlines()) == BANDS[3:]
-    job = "It belongs to another job,"
-    refuses(f"{job} with other options", batch, slow, BANDS, options=options | {"seconds": 1.0}, partial=path)
-    refuses(f"{job} of other regions or maps", batch, slow, [*BANDS[1:], BANDS[0]], options=options, partial=path)
-    refuses(f"{job} of another function", batch, name_of, BANDS, partial=path)
+    others = (slow, BANDS, options | {"seconds": 1.0}), (slow, [*BANDS[1:], BANDS[0]], options), (name_of, BANDS, {})
+    for (function, bands, given), what in zip(
+        others, ("with other options", "of other regions", "of another"), strict=True
+    ):
+        refuses(f"It belongs to another job, {what}", batch, function, bands, options=given, partial=path)
 
 
 def of_numbers(lon, lat):
@@ -116,22 +114,17 @@ def of_numbers(lon, lat):
     return math.radians(lon), math.radians(lat)
 
 
-@each(
-    ("function", "others", "message"),
-    [
-        (name_of, {"options": {"suffix": object()}}, TEXTS),
-        (name_of, {"options": {"suffix": float("nan")}}, "options of a batch."),
-        (lambda _: {}, {}, "function '.*<lambda>' of a batch. Other processes must be able to import it."),
-        (Job(name_of, {}), {}, "function '.*' of a batch. It must be one of a module; see options."),
-        (name_of, {"executor": "two"}, "executor 'two'. It must be "),
-        (name_of, {"executor": 2}, "executor '2'. It must be "),
-        # Functions have no text, whatever they would say of arrays.
-        (projdist.summarize, {"projections": [of_numbers]}, NO_TEXT.format("of_numbers")),
-        (projdist.summarize, {"projections": NAMED}, NO_TEXT.format("robin")),
-    ],
-)
+@each(("function", "others", "message"), [
+    (name_of, {"options": {"suffix": object()}}, TEXTS),
+    (name_of, {"options": {"suffix": float("nan")}}, "options of a batch."),
+    (lambda _: {}, {}, "function '.*<lambda>' of a batch. Other processes must be able to import it."),
+    (Job(name_of, {}), {}, "function '.*' of a batch. It must be one of a module; see options."),
+    *((name_of, {"executor": wrong}, f"executor '{wrong}'. It must be ") for wrong in ("two", 2)),
+    # Functions have no text, whatever they would say of arrays.
+    (projdist.summarize, {"projections": [of_numbers]}, NO_TEXT.format("of_numbers")),
+    (projdist.summarize, {"projections": NAMED}, NO_TEXT.format("robin")),
+])  # fmt: skip
 def test_refused(function, others, message):
-    """Before the work."""
     refuses(f"^Invalid {message}", batch, function, BANDS, **{"executor": "processes:2"} | others)
 
 
@@ -208,8 +201,7 @@ def test_the_main_process_may_be_killed(tmp_path, number):
     bands = [f"box:{k},0,{k + 1},1" for k in range(40)]
     assert {line.split()[1] for line in log.read_text().splitlines()} == {bands[k] for k in range(40) if k not in done}
     found = json.loads(again.stdout)
-    assert [one["region"]["name"] for one in found["results"]] == bands
-    assert found["failures"] == []
+    assert ([one["region"]["name"] for one in found["results"]], found["failures"]) == (bands, [])
 
 
 @pytest.mark.slow

@@ -1,8 +1,4 @@
-"""The published indices against textbook formulas of cylindrical and azimuthal maps; `test_published` has tables.
-
-A map is a pair of scales as functions of the latitude or the distance; each index is written here once more, as a mean
-by adaptive quadrature, and its best scale is found by scipy's bounded search.
-"""
+"""The published indices as means by adaptive quadrature, their best scales by a search; `test_published` has tables."""
 
 import math
 from types import SimpleNamespace
@@ -29,7 +25,6 @@ MEAN = 3e-6  # The cubature resolves means to 1e-6 and says so; roots of small m
 KINKED = 3e-5  # Panels are split at the kinks of a scale near the best, of which the best may move away.
 
 
-# ---- closed forms ---------------------------------------------------------------------------
 def sec(x):
     return 1 / math.cos(x)
 
@@ -54,8 +49,10 @@ def mean(term, h, k, density, end):
         scales = h(x), k(x)
         return term(max(scales), min(scales)) * density(x)
 
-    value, _ = scipy.integrate.quad(weighted, 0, end, epsabs=1e-12, epsrel=1e-12, limit=400)
-    return value / scipy.integrate.quad(density, 0, end)[0]
+    return (
+        scipy.integrate.quad(weighted, 0, end, epsabs=1e-12, epsrel=1e-12, limit=400)[0]
+        / scipy.integrate.quad(density, 0, end)[0]
+    )
 
 
 def directions(term, a, b):
@@ -117,27 +114,13 @@ def test_deviations_and_extremes(key):
     square = mean(lambda a, b: ln(a * b) ** 2, *MAPS[key])
     assert found["A"].value == pytest.approx(math.sqrt(max(square - level**2, 0)), abs=MEAN)
     assert found["kunimune_area"] == found["A"]
-    ends = [h(1e-9), k(1e-9), h(end), k(end)]
-    ratio = max(ends) / min(ends)
-    assert found["chebyshev_ratio"].value == pytest.approx(ratio, rel=1e-6)
-    assert found["milnor"].value == pytest.approx(ln(ratio), abs=1e-6)
-    assert found["chebyshev"].value == pytest.approx(max(abs(ln(scale)) for scale in ends), abs=1e-6)
-    assert found["chebyshev"].best == pytest.approx(ln(ratio) / 2, abs=1e-6)
+    logs = [ln(scale) for scale in (h(1e-9), k(1e-9), h(end), k(end))]
+    reach = max(logs) - min(logs)  # of azimuthal equidistant caps that of Milnor, the least of all maps
+    assert found["chebyshev_ratio"].value == pytest.approx(math.exp(reach), rel=1e-6)
+    values = found["milnor"].value, found["chebyshev"].value, found["chebyshev"].best
+    assert values == pytest.approx((reach, max(map(abs, logs)), reach / 2), abs=1e-6)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("degrees", [10.0, 60.0, 120.0])
-def test_milnors_bound_of_a_cap(degrees):
-    """The azimuthal equidistant map has Milnor's distortion ln(alpha / sin alpha) on a cap, the least of all maps."""
-    alpha = math.radians(degrees)
-    region, bound = f"cap:20,40,{alpha * 6371.0087714}", ln(alpha / math.sin(alpha))
-    names = ("aeqd", "stere", "laea") if degrees < 90 else ("aeqd",)
-    found = [indices(f"+proj={name} +lon_0=20 +lat_0=40 +R=1", region, "milnor")["milnor"].value for name in names]
-    assert found[0] == pytest.approx(bound, abs=1e-6)
-    assert all(value > bound for value in found[1:])
-
-
-# ---- whole globes ---------------------------------------------------------------------------
 @pytest.mark.slow
 def test_closed_forms_of_the_plate_carree():
     """I, A, F, S, Dab, Dar, mean |ln(a/b)| and Q of the plate carree's globe are elementary; Airy's error diverges."""
@@ -154,9 +137,8 @@ def test_closed_forms_of_the_plate_carree():
     assert found["milnor"].value == math.inf
     assert found.to_dict()["indices"]["milnor"]["value"] is None
     # The score is that of its figures, with an error that all of theirs may make; without one of them there is none.
-    values = {symbol: found[symbol].value for symbol in "IAFSDB"}
-    assert found["score"].value == goldberg_gott_score(values)
-    up = {symbol: values[symbol] + found[symbol].error for symbol in "IAFSDB"}
+    assert found["score"].value == goldberg_gott_score({symbol: found[symbol].value for symbol in "IAFSDB"})
+    up = {symbol: found[symbol].value + found[symbol].error for symbol in "IAFSDB"}
     assert found["score"].error == pytest.approx(goldberg_gott_score(up) - found["score"].value, rel=1e-3)
     # Half of a globe has no cuts of its own.
     assert math.isnan(indices("plate-carree", "box:-180,0,180,90", "score")["score"].value)
@@ -164,17 +146,14 @@ def test_closed_forms_of_the_plate_carree():
 
 def test_closed_forms_of_the_equal_area_azimuthal():
     """I of Lambert's map is sqrt(2), its F 1; Q the cap with omega <= 40 degrees, areas being true."""
-    found = indices("+proj=laea +lat_0=90 +R=1", names=["I", "A", "flexion", "capek", "capek_nominal"])
+    found = indices("+proj=laea +lat_0=90 +R=1", names=["I", "A", "flexion", "capek", "capek_nominal"], tolerance=1e-6)
     assert found["I"].value == pytest.approx(math.sqrt(2), abs=MEAN)
-    assert found["A"].value == pytest.approx(0, abs=1e-5)
-    assert found["F"].value == pytest.approx(1, abs=1e-5)
+    assert [found[symbol].value for symbol in "AF"] == pytest.approx([0, 1], abs=1e-5)
     # tan(omega / 4 + 45 degrees) = sqrt(a / b) = sec(c / 2), and the cap's share is sin^2(c / 2).
-    share = 1 - math.tan(math.radians(40 / 4 + 45)) ** -2
-    assert found["capek_nominal"].value == pytest.approx(100 * share, abs=0.1)
-    assert found["Q"].value == pytest.approx(100 * share, abs=0.1)
+    share = 100 * (1 - math.tan(math.radians(40 / 4 + 45)) ** -2)
+    assert [found[name].value for name in ("capek_nominal", "Q")] == pytest.approx([share] * 2, abs=0.1)
 
 
-# ---- the registry ---------------------------------------------------------------------------
 def test_the_registry_is_complete():
     """Each index says what it is, how it is normalised, and where from; Goldberg and Gott's are of |lat| <= 88."""
     assert list(GROUPS) == list(dict.fromkeys(index.group for index in INDICES.values()))
@@ -189,7 +168,6 @@ def test_the_registry_is_complete():
 
 
 def test_names_symbols_and_groups():
-    """Indices are chosen by any of them, each once."""
     assert [index.symbol for index in get_indices("goldberg-gott")] == [*"IAFSDB", "score"]
     chosen = [index.name for index in get_indices(["I", "isotropy", "canters"])]
     assert chosen == ["isotropy", "canters_ab", "canters_ar", "canters_an"]
@@ -242,8 +220,7 @@ def test_shares_near_nominal():
     assert terms.share_near_nominal(field, 0.8).value == pytest.approx(70.0)
     # The best scale: the middle of areas that lie within a factor of 2.25 of each other where angles are not far off.
     areas, weights = np.array([1.0, 2.0, 2.2, 9.0, 12.0, 1.5]), np.array([0.1, 0.2, 0.2, 0.25, 0.2, 0.05])
-    a, b = np.sqrt(areas), np.sqrt(areas)
-    a[4], b[4] = 12.0, 1.0  # out of shape
+    a, b = np.sqrt(areas) * [[1, 1, 1, 1, 12**0.5, 1], [1, 1, 1, 1, 12**-0.5, 1]]  # one out of shape
     field = Known({}, dense=(a, b, weights))
     # 0.55 of the weight is within 1 and 2.2, which become 1 / 1.48 and 1.48.
     assert terms.best_for_share(field) == pytest.approx(2.2**-0.25)
@@ -258,7 +235,7 @@ def test_the_score(monkeypatch):
     assert goldberg_gott_score(NORMALISERS) == 6.0
     assert goldberg_gott_score(NORMALISERS | {"D": 0.898}) == pytest.approx(9.0)
     refuses("D is missing", goldberg_gott_score, dict.fromkeys("IAFSB", 1))
-    # It is what the score gains when all are larger by their errors, but for these errors' squares.
+    # The error is what the score gains when all are larger by their errors, but for these errors' squares.
     values = {symbol: 0.3 + 0.1 * k for k, symbol in enumerate("IAFSDB")}
     errors = {symbol: 1e-7 * (k + 1) for k, symbol in enumerate("IAFSDB")}
     figures = {symbol: lambda *_, s=symbol: Estimate(values[s], errors[s]) for symbol in values}
@@ -269,12 +246,11 @@ def test_the_score(monkeypatch):
     assert found.error == pytest.approx(up - found.value, rel=1e-5)
 
 
-# ---- finite distances -----------------------------------------------------------------------
 @pytest.mark.slow
 def test_distances_are_those_of_the_library():
     """D is `distance_distortion`, and scale-free; Peters' and Canters' indices of a scaled small map are elementary."""
-    library = distance_distortion("mollweide").value
-    assert indices("mollweide", names="D")["D"].value == pytest.approx(library, rel=1e-12)
+    d = indices("mollweide", names="D")["D"].value
+    assert d == pytest.approx(distance_distortion("mollweide").value, rel=1e-12)
     local = Projection.from_user_input("+proj=aeqd +lon_0=10 +lat_0=20 +R=6371008.7714")
     twice = compose(local, 2.0 * np.eye(2), "twice as large")
     found = indices(twice, "cap:10,20,20", ["D", "finite"], tolerance=1e-4)
@@ -285,47 +261,6 @@ def test_distances_are_those_of_the_library():
     assert found["DI"].best_scale == found["K1"].best_scale == pytest.approx(0.5, abs=small)
 
 
-@pytest.mark.slow
-def test_the_best_scale_of_distances():
-    """No other scale betters Peters' index of the same pairs by more than its standard error."""
-    found = indices("mercator", names="DI")["DI"]
-
-    def at(scale):
-        def measure(ratio, weight):
-            return float(weight @ (np.abs(scale * ratio - 1) / (scale * ratio + 1)))
-
-        return distance_distortion("mercator", measure=measure).value
-
-    assert found.value == pytest.approx(at(1.0), rel=1e-12)
-    assert found.best == pytest.approx(at(found.best_scale), rel=1e-12)
-    search = scipy.optimize.minimize_scalar(at, bounds=(0.6, 1.2), method="bounded", options={"xatol": 1e-4})
-    assert search.fun == pytest.approx(found.best, abs=found.best_error)
-
-
-# ---- convergence ----------------------------------------------------------------------------
-CONVERGING = {  # (projection, symbol): the truth
-    ("+proj=eqc +R=1", "I"): math.sqrt(2 - 2 * math.log(2) + math.log(2) ** 2 - math.pi**2 / 12),
-    ("+proj=eqc +R=1", "A"): math.sqrt(1 - math.pi**2 / 12),
-    ("+proj=eqc +R=1", "|ln a/b|"): 1 - math.log(2),
-    ("+proj=laea +lat_0=90 +R=1", "I"): math.sqrt(2),
-    ("+proj=merc +R=1", "F"): 2 / math.pi,
-    ("+proj=stere +lat_0=90 +R=1", "S"): 1.0,
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("key", "truth"), CONVERGING.items(), ids=map(" ".join, CONVERGING))
-def test_convergence(key, truth):
-    """As the tolerance falls by tens the figure goes to its closed form, always within three times the error stated."""
-    found = [indices(key[0], names=key[1], tolerance=10.0**-k)[key[1]] for k in range(2, 7)]
-    gaps = [abs(one.value - truth) for one in found]
-    assert all(gap <= 3 * one.error + 1e-12 for gap, one in zip(gaps, found, strict=True))
-    # Means of second derivatives are resolved to 1e-5.
-    assert gaps[-1] < (1e-5 if key[1] in "FS" else 2e-6)
-    assert gaps[-1] <= gaps[0]
-
-
-# ---- identities -----------------------------------------------------------------------------
 LOBES = {  # by south and north: west, east and central meridian of the interrupted Mollweide map's
     (0, 90): [(-180, -40, -100), (-40, 180, 30)],
     (-90, 0): [(-180, -100, -160), (-100, -20, -60), (-20, 80, 20), (80, 180, 140)],
@@ -345,17 +280,7 @@ def test_an_interrupted_map_is_the_mean_of_its_lobes():
     assert [whole[symbol].value for symbol in "FS"] == pytest.approx(truths, abs=3e-5)
 
 
-@pytest.mark.slow
-def test_turned_maps_have_the_same_indices():
-    """The globe has no preferred axis."""
-    plain = indices("+proj=hammer +R=1", names=[*"IFS"])
-    turned = indices("+proj=ob_tran +o_proj=hammer +o_lat_p=50 +o_lon_p=20 +R=1", names=[*"IFS"])
-    for symbol in "IFS":
-        assert turned[symbol].value == pytest.approx(plain[symbol].value, abs=3e-5)
-        assert abs(turned[symbol].value - plain[symbol].value) <= 3 * (turned[symbol].error + plain[symbol].error)
-
-
-@each("name", some_slow(["cea", "eckert-4", "equal-earth", "mollweide"], {"eckert-4", "equal-earth", "mollweide"}))
+@each("name", some_slow(["cea", "eckert-4", "mollweide"], {"eckert-4", "mollweide"}))
 def test_equal_area_maps_have_no_deviation_of_areas(name):
     """The deviation of ln s of an equal-area map is 0 to rounding, without a warning of what PROJ does at poles."""
     found = indices(name, names=["kunimune", "canters", "capek", "francula"])
@@ -371,7 +296,7 @@ def test_cuts_are_of_the_globe():
         assert np.isnan(boundary_cuts(ScaleField(mercator, region, SimpleNamespace(coverage=coverage)), 1.0)).all()
 
 
-def test_names_are_those_of_figures() -> None:
+def test_names_are_those_of_figures():
     """An index with the name of a figure is that figure, of the field that all figures are of."""
     belt, same = "box:-20,0,20,60", [name for name in INDICES if name in FIGURES]
     found = indices("eck4", belt, [*(INDICES[name].symbol for name in same), "canters_an", "I"])

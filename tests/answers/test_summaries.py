@@ -3,6 +3,7 @@
 import functools
 import json
 import math
+import re
 import sys
 
 import numpy as np
@@ -17,10 +18,8 @@ from projdist.answers.points_and_lines import factors
 from projdist.answers.summaries import compare, sort_order, summarize
 from projdist.projections import Projection, ProjectionError
 
-SUMMARY_KEYS = [
-    *("projection", "name", "definition", "coverage", "airy_kavrayskiy", "airy_kavrayskiy_scaled"),
-    *("airy_kavrayskiy_affine", "error_estimate", "evaluations"),
-]
+SUMMARY_KEYS = """projection name definition coverage airy_kavrayskiy airy_kavrayskiy_scaled
+    airy_kavrayskiy_affine error_estimate evaluations""".split()
 ERRORS = ["mean_error", "rms_error", "max_error", "min_error"]
 FRAME_STATISTICS = ["mean", "rms", "median", "p95", "max", "min", *ERRORS, "max_lon", "max_lat", "min_lon", "min_lat"]
 STATISTICS_KEYS = {"mean", "rms", "median", "p95", "max", "min", "max_at", "min_at", *ERRORS}
@@ -46,11 +45,10 @@ def test_a_summary_as_a_dictionary_and_a_frame():
     assert json.loads(json.dumps(result, allow_nan=False)) == result
     columns = [f"{name}_{key}" for name in ("k", "areal_scale", "scale@45") for key in FRAME_STATISTICS]
     assert list(frame.columns) == [*SUMMARY_KEYS, *columns]
-    assert len(frame) == 1
-    row = frame.iloc[0]
-    assert (row["projection"], row["airy_kavrayskiy"]) == ("mercator", found.airy_kavrayskiy)
-    assert row["k_max"] == found.measures["k"].max
-    assert (row["areal_scale_max_lon"], row["areal_scale_max_lat"]) == found.measures["areal_scale"].max_at
+    assert frame.shape[0] == 1
+    values = frame.iloc[0][["projection", "airy_kavrayskiy", "k_max", "areal_scale_max_lon", "areal_scale_max_lat"]]
+    truth = "mercator", found.airy_kavrayskiy, found.measures["k"].max, *found.measures["areal_scale"].max_at
+    assert tuple(values) == truth
 
 
 def test_what_is_undefined():
@@ -65,11 +63,8 @@ def test_what_is_undefined():
     assert inside["areal_error_ppm"] == pytest.approx(5e5, abs=1e-3)
     assert (inside["quality"], beyond["quality"]) == ("ok", "outside")
     assert {beyond[name] for name in names[2:13]} == {None}
-    json.dumps(result, allow_nan=False)
-    found = summarize("mercator", measures=["s"], tolerance=1e-6)
-    result = found.to_dict()
-    assert (result["s"]["mean"], result["s"]["max"]) == (None, None)
-    json.dumps(result, allow_nan=False)
+    found = summarize("mercator", measures=["s"], tolerance=1e-3)
+    assert (found.to_dict()["s"]["mean"], found.to_dict()["s"]["max"]) == (None, None)
     row = frame_of(found).iloc[0]
     assert math.isnan(row["s_mean"])
     assert row["s_max"] == math.inf
@@ -90,21 +85,18 @@ def test_factors_of_a_grid():
     assert frame["h"].dtype == float
 
 
-def my_plate_carree(lon, lat):
-    return R * np.radians(lon), R * np.radians(lat)
-
-
-EQC = f"+proj=eqc +R={R}"
-NAMED = [("plate-carree", "plate-carree"), (EQC, EQC), (my_plate_carree, "my_plate_carree")]
-OTHERS = [(Projection.from_user_input("plate-carree"), EQC), (pyproj.CRS(EQC), None), (pyproj.CRS(EQC).to_wkt(), None)]
-
-
-@each("value, given", [*NAMED, *OTHERS])
-def test_any_projection(value, given):
+def test_any_projection():
     """Whatever names the plate carree has its error; `given` is the text, or else the definition."""
-    found = summarize(value, tolerance=1e-6)
-    assert found.airy_kavrayskiy == pytest.approx(PLATE_CARREE, abs=1e-6)
-    assert given is None or found.given == given
+    eqc = f"+proj=eqc +R={R}"
+
+    def mine(lon, lat):
+        return R * np.radians(lon), R * np.radians(lat)
+
+    given = {"plate-carree": "plate-carree", eqc: eqc, mine: "mine", Projection.from_user_input("plate-carree"): eqc}
+    for value in (*given, pyproj.CRS(eqc), pyproj.CRS(eqc).to_wkt()):
+        found = summarize(value, tolerance=1e-6)
+        assert found.airy_kavrayskiy == pytest.approx(PLATE_CARREE, abs=1e-6)
+        assert found.given == given.get(value, found.given)
 
 
 @pytest.mark.slow
@@ -146,11 +138,10 @@ def test_failures_stand_beside_results():
     found = compare(given, EUROPE, tolerance=1e-4)
     assert [result.given for result in found.results] == ["mercator"]
     assert [failure.given for failure in found.failures] == [given[0], given[2], given[3]]
-    unknown, degrees, beyond = (failure.error for failure in found.failures)
-    assert unknown.startswith("Invalid projection 'no-such-map'.")
-    assert degrees.startswith("Invalid projection 'EPSG:4326'.")
+    *unknown, beyond = (failure.error for failure in found.failures)
+    for name, error in zip(("no-such-map", "EPSG:4326"), unknown, strict=True):
+        assert re.fullmatch(rf"Invalid projection '{name}'\. .*", error)  # one line
     assert beyond == "Invalid region 'box:-10,35,40,70' for Gnomonic. No point of it can be projected."
-    assert "\n" not in unknown + degrees
 
 
 def test_a_comparison_as_a_dictionary_and_a_frame():
@@ -167,14 +158,13 @@ def test_a_comparison_as_a_dictionary_and_a_frame():
     assert frame["projection"].tolist() == [result.given for result in found.results]
     assert frame["omega_p95"].tolist() == [result.measures["omega"].p95 for result in found.results]
     assert compare(["no-such-map"], EUROPE, tolerance=1e-4).to_frame().empty
-    assert {type(frame_of(make())).__name__ for make in ANSWERS} == {"DataFrame"}
 
 
 # One of each kind, with undefined numbers.
 ANSWERS = [
     lambda: factors("mercator", [10.0, 20.0], [90.0, 1 / 3]),
-    lambda: summarize("mercator", measures=["s"], tolerance=1e-4),
-    lambda: compare(["mercator", "no-such-map"], measures=["s"], tolerance=1e-4),
+    lambda: summarize("mercator", measures=["s"], tolerance=1e-2),
+    lambda: compare(["mercator", "no-such-map"], measures=["s"], tolerance=1e-2),
 ]
 
 
@@ -184,14 +174,15 @@ def test_json(make, monkeypatch):
     answer = make()
     text = answer.to_json()
     assert json.loads(text, parse_constant=pytest.fail) == answer.to_dict()
-    assert "null" in text
-    assert "\n" not in text
+    assert ("null" in text, "\n" in text) == (True, False)
     assert json.loads(answer.to_json(indent=2)) == answer.to_dict()
     assert answer.to_json(indent=2).count("\n") > 10
-    match = r"^Invalid call of to_frame\. It needs pandas: pip install 'projdist\[gis\]'\.$"
+    assert type(frame_of(answer)).__name__ == "DataFrame"
     with monkeypatch.context() as patch:
         patch.setitem(sys.modules, "pandas", None)
-        with pytest.raises(ImportError, match=match):
+        with pytest.raises(
+            ImportError, match=r"^Invalid call of to_frame\. It needs pandas: pip install 'projdist\[gis\]'"
+        ):
             answer.to_frame()
 
 
@@ -210,19 +201,15 @@ SINGULAR = r"It is singular everywhere|No part of it"
 BEYOND = r"^Invalid region 'box:120,-30,150,30' for Orthographic\. No point of it can be projected\.$"
 
 
-@each(
-    "projection, options, message",
-    [
-        ("mercatro", {}, r"^Invalid projection 'mercatro'\. Did you mean mercator"),
-        (f"+proj=ortho +R={R}", {"region": "box:120,-30,150,30"}, BEYOND),
-        (lambda lon, lat: (111e3 * lon, 0.0 * lat), {"region": "box:0,0,10,10"}, SINGULAR),
-        (lambda lon, lat: (0.0 * lon, 0.0 * lat), {"region": "box:0,0,10,10"}, SINGULAR),
-    ],
-)
-def test_maps_that_are_refused(projection, options, message):
+@each("projection, region, message", [
+    ("mercatro", "globe", r"^Invalid projection 'mercatro'\. Did you mean mercator"),
+    (f"+proj=ortho +R={R}", "box:120,-30,150,30", BEYOND),
+    *((lambda lon, lat, k=k: (k * lon, 0.0 * lat), "box:0,0,10,10", SINGULAR) for k in (111e3, 0.0)),
+])  # fmt: skip
+def test_maps_that_are_refused(projection, region, message):
     """Those without a part in the region, and those onto a line, of which there is nothing to measure."""
     with pytest.raises(ProjectionError, match=message):
-        summarize(projection, **options)
+        summarize(projection, region)
 
 
 def fisher(J):
@@ -264,14 +251,13 @@ def test_what_is_undefined_goes_last():
     assert sorted(["b", "a"], key=sort_order) == ["a", "b"]
 
 
-# ---- areas of use ----------------------------------------------------------------------------------
 LAMBERT_93 = "^EPSG:2154 is for box:-9.86,41.15,10.38,51.56, where"
 OUTSIDE = "lies: its figures are mostly of places outside its area of use"
 ELSEWHERE = [
     # Half the difference of the sines of the authalic latitudes, of 20.24 degrees of 360.
     ("EPSG:2154", "globe", rf"{LAMBERT_93} 0\.35 % of globe {OUTSIDE}"),
     ("EPSG:2154", "country:DE", rf"{LAMBERT_93} 32 % of country:DE lies: "),
-    ("EPSG:2154", "country:FJ", rf"{LAMBERT_93} nothing of country:FJ lies: "),
+    ("EPSG:2154", "country:MT", rf"{LAMBERT_93} nothing of country:MT lies: "),
     ("EPSG:32760", "box:-180,-20,-170,-10", r"^EPSG:32760 is for box:174,-80,180,0, where nothing of box:"),
 ]
 
@@ -279,22 +265,15 @@ ELSEWHERE = [
 @each("projection, region, text", ELSEWHERE)
 def test_areas_of_use_elsewhere_are_told(projection, region, text):
     """Where less than half of the region lies in the area of use: once a map, and compare tells as summarize does."""
-    for found in (summarize, lambda one, *rest, **options: compare([one, "moll"], *rest, **options)):
+    for asked in (functools.partial(summarize, projection), functools.partial(compare, [projection, "moll"])):
         with pytest.warns(Notice, match=text) as notices:
-            found(projection, region, tolerance=1e-2)
+            asked(region, tolerance=1e-2)
         assert len([one for one in notices if "area of use" in str(one.message)]) == 1
 
 
 # Fiji is on both sides of the antimeridian; the last two have no area of use.
 WITHIN = {"EPSG:2154": "country:FR@main", "EPSG:25832": "country:DE", "EPSG:3857": "globe", "EPSG:3460": "country:FJ"}
 WITHIN |= {"+proj=utm +zone=33": "country:DE", "robin": "globe"}
-
-
-def test_regions_mostly_in_an_area_of_use_are_not():
-    """Nor are maps without one, or corrections of a map over a region that was chosen; notices are errors here."""
-    for projection, region in WITHIN.items():
-        summarize(projection, region, tolerance=1e-2)
-    correct("EPSG:2154", "box:6,47,15,55", tolerance=1e-2)
 
 
 SWISS = r"^EPSG:2056 is for box:5\.9\d,45\.8\d,10\.\d+,47\.81: "  # to which PROJ 9.8 adds a hundredth of a degree
@@ -319,8 +298,11 @@ def test_points_elsewhere_are_told(lon, lat, text):
     assert np.isfinite(found.k[np.isfinite(found.lon)]).all()
 
 
-def test_points_in_an_area_of_use_are_not():
-    """Nor are points that are nowhere; notices are errors in these tests."""
+def test_what_is_in_an_area_of_use_is_not():
+    """Regions mostly, points, also those that are nowhere, and corrections over a region; notices are errors here."""
+    for projection, region in WITHIN.items():
+        summarize(projection, region, tolerance=1e-2)
+    correct("EPSG:2154", "box:6,47,15,55", tolerance=1e-2)
     factors("EPSG:2056", [5.96, 10.49, 365.96], [45.82, 47.81, 47])  # the edge is inside, by any turn
     factors("EPSG:2056", np.nan, 47)
     factors("EPSG:3460", [179, -179], [-17, -17])  # on both sides of the antimeridian

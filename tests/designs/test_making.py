@@ -44,7 +44,6 @@ def cap(angle: float, lat: float = 0.0) -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize("angle", [10.0, 30.0, 60.0])
 def test_caps_by_the_euler_lagrange_equation(angle: float) -> None:
-    """The best map of a cap is azimuthal, and its error is known."""
     found = design(cap(angle), degree=9, base=SPHERICAL.format("laea", 0, 0), against=(), background=0.0)
     assert abs(found.airy_kavrayskiy - CAPS[angle]) < CUBATURE
     assert found.overlaps is False
@@ -109,10 +108,9 @@ def test_ellipses_by_the_clamped_plate(kind: str) -> None:
 def test_the_least_scale_error_of_an_ellipse(km: float) -> None:
     """Half of the range of ln k, whose Laplacian is the curvature: p^2 q^2 / 4 (p^2 + q^2); also of 0.1 ppm."""
     p, q = km / 6371.0087714, 2.0 * km / 6371.0087714
-    base, options = SPHERICAL.format("stere", 0, 10), {"kind": "conformal", "criterion": "max_log_scale", "degree": 4}
-    found = design(ellipse(math.degrees(p)), base=base, against=(), **options)
-    chords = 1e-3  # 720 of them, and ln k to 1e-11
-    assert found.value == pytest.approx(0.25 * (p * q) ** 2 / (p * p + q * q), rel=chords)
+    options = {"kind": "conformal", "criterion": "max_log_scale", "degree": 4, "against": ()}
+    found = design(ellipse(math.degrees(p)), base=SPHERICAL.format("stere", 0, 10), **options)
+    assert found.value == pytest.approx(0.25 * (p * q) ** 2 / (p * p + q * q), rel=1e-3)  # 720 chords, ln k to 1e-11
 
 
 NZ = "country:NZ & box:166,-48,179,-34"
@@ -121,15 +119,12 @@ NZ = "country:NZ & box:166,-48,179,-34"
 @pytest.mark.slow
 def test_new_zealand() -> None:
     """134 ppm at degree 8, where the best oblique Mercator has 591, to 1 %; and better than the Map Grid of 1973."""
-    found = design(NZ, kind="conformal", criterion="max_scale_error_ppm", degree=8, base=OBLIQUE, against="+proj=nzmg")
-    assert found.value == pytest.approx(134.0, rel=0.01)
-    grid = found.rivals[0]
-    assert grid.value > 200.0
-    assert grid.gain > 0.3
-    at_its_degree = design(NZ, kind="conformal", criterion="max_scale_error_ppm", degree=5, base=OBLIQUE, against=())
-    assert at_its_degree.value == pytest.approx(185.0, rel=0.01)
-    omega = summarize(found.projection, NZ, measures=["omega"]).measures["omega"]
-    assert omega.max < 1e-7
+    options = {"kind": "conformal", "criterion": "max_scale_error_ppm", "base": OBLIQUE}
+    at_its_degree, found = (design(NZ, degree=degree, against="+proj=nzmg", **options) for degree in (5, 8))
+    assert (at_its_degree.value, found.value) == pytest.approx((185.0, 134.0), rel=0.01)
+    assert found.rivals[0].value > 200.0
+    assert found.rivals[0].gain > 0.3
+    assert summarize(found.projection, NZ, measures=["omega"]).measures["omega"].max < 1e-7
 
 
 OBLIQUE = "+proj=omerc +ellps=WGS84 +lat_0=-41.68 +lonc=173.04 +alpha=20.56 +k_0=0.9994"
@@ -158,7 +153,7 @@ def test_the_largest_scale_error_of_far_islands() -> None:
 def test_equal_area_maps_keep_areas() -> None:
     """To 1e-9, after all of its shears, as PROJ runs them."""
     base = "+proj=laea +lat_0=46.8 +lon_0=8.2 +ellps=GRS80"
-    found = design("country:CH", kind="equal-area", degree=4, base=base, against=())
+    found = design("country:CH", kind="equal-area", degree=3, base=base, against=())
     s = summarize(found.projection, "country:CH", measures=["s"]).measures["s"]
     assert max(abs(s.max - 1.0), abs(s.min - 1.0)) < 1e-9
 
@@ -172,8 +167,8 @@ def test_nested_degrees() -> None:
     assert {one.share for one in found.degrees} == {0.001}
     assert found.degree in [one.degree for one in found.degrees]
     # The base is forgotten: from two to the same map, but for what the degree cannot undo.
-    bases, options = ("EPSG:3035", "+proj=lcc +lat_1=48 +lat_2=53 +lon_0=10 +ellps=GRS80"), {"against": ()}
-    one, other = (design("country:DE", degree=6, base=base, background=0.0, **options) for base in bases)
+    bases = "EPSG:3035", "+proj=lcc +lat_1=48 +lat_2=53 +lon_0=10 +ellps=GRS80"
+    one, other = (design("country:DE", degree=6, base=base, background=0.0, against=()) for base in bases)
     assert one.airy_kavrayskiy == pytest.approx(other.airy_kavrayskiy, rel=1e-2)
 
 
@@ -185,12 +180,10 @@ def test_every_form_is_the_same_map() -> None:
     for text in (found.proj, found.wkt, found.crs.wkt_derived, found.crs.projjson):
         np.testing.assert_allclose(Projection.from_user_input(text)(lon, lat), truth, rtol=0, atol=1e-8)
     crs = pyproj.CRS.from_wkt(found.wkt)
-    assert crs.is_projected
-    assert crs.geodetic_crs.to_epsg() == 4258
+    assert (crs.is_projected, crs.geodetic_crs.to_epsg()) == (True, 4258)
     transformer = pyproj.Transformer.from_crs("EPSG:4258", crs)
-    x, y = transformer.transform(lat, lon)
-    np.testing.assert_allclose((x, y), truth, rtol=0, atol=1e-8)
-    np.testing.assert_allclose(transformer.transform(x, y, direction="INVERSE"), (lat, lon), rtol=0, atol=2e-8)
+    np.testing.assert_allclose(transformer.transform(lat, lon), truth, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(transformer.transform(*truth, direction="INVERSE"), (lat, lon), rtol=0, atol=2e-8)
     # North is up where it shall be, and the origin is there.
     x, y = found.projection([7.44, 7.44], [46.95, 46.9501])
     assert max(abs(x[0]), abs(y[0])) < 1e-6
@@ -229,7 +222,8 @@ def test_designs_tell_of_their_datum_and_of_places_outside_their_area() -> None:
     made = design("country:CH", degree=2, base="EPSG:2056", against=())
     assert pyproj.CRS.from_wkt(made.wkt).geodetic_crs.to_epsg() == 4150
     assert "Unknown" in design("country:CH", degree=2, base="+proj=somerc +ellps=bessel", against=()).wkt
-    mean = projdist.mean_map(["EPSG:2056", "EPSG:21781"], region="country:CH", degree=2)
+    mean = projdist.mean_map(["EPSG:2056", "EPSG:21781"], region="country:CH", degree=2, name="Two")
+    assert pyproj.CRS.from_wkt(mean.crs.wkt).name == "Two"
     for given in (made.projection, made.wkt, made.crs.projjson, mean.crs.wkt):
         with pytest.warns(projdist.support.Notice, match=r"where nothing of box:135,35,136,36 lies"):
             summarize(given, "box:135,35,136,36", tolerance=1e-2)
@@ -259,8 +253,7 @@ def test_regions_around_a_pole(region: str, kind: str, criterion: str) -> None:
     found = design(region, kind=kind, criterion=criterion, degree=2, against=())
     pole = -90.0 if get_region(region).bounds[1] < -80.0 else 90.0
     plain = Projection.from_user_input(f"+proj={AZIMUTHAL[kind]} +lat_0={pole:g} +ellps=WGS84")
-    objective = design_objective(kind, criterion)
-    plain = measure_map(plain, get_region(region), objective, scaled=kind != "equal-area")
+    plain = measure_map(plain, get_region(region), design_objective(kind, criterion), scaled=kind != "equal-area")
     assert found.value <= plain.value * (1.0 + 1e-6)
     assert found.overlaps is False
     run = pyproj.Transformer.from_crs("OGC:CRS84", found.wkt, always_xy=True).transform
@@ -390,10 +383,10 @@ def test_how_far_points_miss_themselves_there_and_back(slopes: Slopes) -> None:
     def inverse(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return base_nodes.lon[: x.size], base_nodes.lat[: x.size] + missed[: x.size]
 
-    found = _inverse_error(SimpleNamespace(inverse=inverse, projection=base_nodes.base), base_nodes)
-    assert found == pytest.approx(math.radians(1e-7) * 6371008.7714, rel=1e-3)
+    crs = SimpleNamespace(inverse=inverse, projection=base_nodes.base)
+    assert _inverse_error(crs, base_nodes) == pytest.approx(math.radians(1e-7) * 6371008.7714, rel=1e-3)
     missed[0] = np.nan
-    assert _inverse_error(SimpleNamespace(inverse=inverse, projection=base_nodes.base), base_nodes) == math.inf
+    assert _inverse_error(crs, base_nodes) == math.inf
 
 
 def test_the_base_is_the_best_of_the_families(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -456,10 +449,9 @@ def test_balance_and_norm() -> None:
 def test_points_with_weights() -> None:
     """A set of points is a region, too; whether its image covers itself is not asked."""
     nodes = nodes_of(projdist.get_region("country:CH"), SPHERE, 300)
-    points = projdist.PointSet(nodes.lon, nodes.lat, nodes.weight, "mine")
-    found = design(points, degree=3, base="EPSG:3035", against="recommend")
-    assert found.overlaps is None
-    assert found.rivals == ()
+    places = projdist.PointSet(nodes.lon, nodes.lat, nodes.weight, "mine")
+    found = design(places, degree=3, base="EPSG:3035", against="recommend")
+    assert (found.overlaps, found.rivals) == (None, ())
     over = design("country:CH", degree=3, base="EPSG:3035", against=())
     assert found.airy_kavrayskiy == pytest.approx(over.airy_kavrayskiy, rel=0.02)  # of 300 points
 
@@ -495,20 +487,3 @@ def test_what_is_refused(words: dict, error: type[ValueError], message: str) -> 
     with pytest.raises(error, match=r"^Invalid ") as caught:
         design(**{"region": "country:CH", "base": "EPSG:3035", "degree": 3, "against": ()} | words)
     assert message in str(caught.value)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("published", "region", "degree", "base", "ppm"), [
-    ("alsk", "country:US & box:170,50,-129,72", 5, "+lat_0=64 +lon_0=-152 +ellps=clrk66", 3090),
-    ("gs50", "country:US - box:-180,-30,-140,15", 9, "+lat_0=45 +lon_0=-120 +ellps=clrk66", 19568),
-    ("nzmg", NZ, 5, "+lat_0=-41 +lon_0=173 +ellps=intl", 215),
-])  # fmt: skip
-def test_published_conformal_maps(published: str, region: str, degree: int, base: str, ppm: float) -> None:
-    """Snyder's and Reilly's polynomials have so many ppm to either side over land; at their degree less is possible."""
-    objective = design_objective("conformal", "max_log_scale")
-    theirs = Projection.from_user_input(f"+proj={published}")
-    theirs = measure_map(theirs, projdist.get_region(region), objective, scaled=True)
-    assert 1e6 * theirs.value == pytest.approx(ppm, rel=0.005)  # of coastlines
-    options = {"criterion": "max_log_scale", "degree": degree, "base": f"+proj=stere {base}", "against": ()}
-    ours = design(region, kind="conformal", **options)
-    assert ours.value < 0.87 * theirs.value

@@ -3,6 +3,7 @@
 import functools
 import json
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
@@ -49,8 +50,7 @@ def test_the_world_beats_known_maps(world: WorldMap) -> None:
     assert world.airy_kavrayskiy < FINEST_KNOWN[1]
     assert (energies[-1], world.airy_kavrayskiy) == pytest.approx(BEST_KNOWN, rel=2e-3)
     assert world.error_estimate < 1e-5
-    assert world.mirrored == 0.0
-    assert world.coverage == pytest.approx(1.0, abs=1e-9)
+    assert (world.mirrored, world.coverage) == pytest.approx((0.0, 1.0), abs=1e-9)
     found = projdist.summarize(world.projection, tolerance=1e-5)  # the scale is the best
     assert found.airy_kavrayskiy == pytest.approx(found.airy_kavrayskiy_scaled, abs=2e-5)
 
@@ -111,7 +111,7 @@ def test_what_counts_elsewhere() -> None:
             assert found[latitudes > 40.0].max() > 1.0 / 3.0
             assert found[latitudes < 0.0].max() > 2.0 / 3.0
         else:  # the weights of Gauss nodes of parts of cosine, to 1e-9
-            halves = [found[latitudes > 0.0].sum(), found[latitudes < 0.0].sum()]
+            halves = [found[side * latitudes > 0.0].sum() for side in (1, -1)]
             assert halves == pytest.approx([2.0 * np.pi, 0.5 * np.pi], rel=1e-6)
 
 
@@ -134,24 +134,8 @@ def test_land(elsewhere: float) -> None:
     assert again.airy_kavrayskiy == pytest.approx(found.airy_kavrayskiy, abs=2e-4)
 
 
-@pytest.mark.slow
-def test_weights() -> None:
-    """Less elsewhere serves the region better; points count by theirs."""
-    options = {"region": "continent:Africa", "cells": 16, "against": []}
-    errors = [world_map(elsewhere=weight, **options).airy_kavrayskiy for weight in (1.0, 0.1, 0.01)]
-    assert errors == sorted(errors, reverse=True)
-    # Those of an even grid, with the areas, are the globe.
-    lon, lat = (axis.ravel() for axis in np.meshgrid(np.arange(-179.0, 180, 2), np.arange(-89.0, 90, 2)))
-    even = projdist.PointSet(lon, lat, np.cos(np.radians(lat)))
-    by_points, by_area = world_map(even, elsewhere=1.0, cells=8, against=[]), world_map("globe", cells=8, against=[])
-    assert by_points.airy_kavrayskiy == pytest.approx(by_area.airy_kavrayskiy, rel=0.02)
-    town = projdist.PointSet(np.array([20.0, 21.0]), np.array([45.0, 46.0]), np.array([1.0, 2.0]))
-    assert world_map(town, cells=8, against=[]).airy_kavrayskiy < 0.05
-
-
 @each("name", CUTS)
 def test_cuts_unroll_the_globe(name: str) -> None:
-    """There and back; the cut's points are on its edge."""
     cut = get_cut(CUTS[name])
     u, v = cut.unrolled(LON, LAT)
     assert np.abs(u).max() <= np.pi
@@ -252,6 +236,4 @@ def test_answers(tmp_path: Path) -> None:
     ({"region": "box:-180,80,180,90", "until": 70.0}, "or is not on it"),
 ])  # fmt: skip
 def test_bad_input_is_told_in_a_line(options: dict, message: str) -> None:
-    with pytest.raises(ValueError, match=message) as caught:
-        world_map(**options)
-    assert "\n" not in str(caught.value)
+    refuses(rf"^[^\n]*{re.escape(message)}[^\n]*$", world_map, **options)

@@ -3,16 +3,12 @@
 import functools
 import math
 from collections.abc import Callable
-from contextlib import nullcontext
 from typing import NamedTuple
 
 import numpy as np
-import pyproj
-import pytest
 import scipy.optimize
 from jacobians import R, albers, eccentricity, gauss, lambert_conformal, m_of, mercator, q_of
 
-from projdist import Notice
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import WGS84
 from projdist.field.sampling import DEFAULT_TOLERANCE
@@ -140,20 +136,6 @@ def mollweide(lam, w, start=HALF_PI):
     return field(k, shear, 0.0, 1 / k, w * wt * sin**2)
 
 
-def eckert_4(lam, w):
-    """Snyder 1987, page 256: x = 2 lam (1 + cos t) / sqrt(4 pi + pi^2), y = 2 sqrt(pi / (4 + pi)) sin t."""
-    tau, wt = double_exponential(0.0, HALF_PI)
-    t = HALF_PI - tau
-    # (2 + pi/2) sin phi = t + sin t cos t + 2 sin t; 1 - sin phi by its series where it cancels.
-    gap = (tau - np.sin(tau) * np.cos(tau) + 4 * np.sin(tau / 2) ** 2) / (2 + HALF_PI)
-    cos_phi = np.sqrt(gap * (2 - gap))
-    dphi_dt = (2 * np.cos(t) ** 2 + 2 * np.cos(t)) / ((2 + HALF_PI) * cos_phi)
-    scale = 2 / math.sqrt(math.pi * (4 + math.pi))
-    h = 2 * math.sqrt(math.pi / (4 + math.pi)) * np.cos(t) / dphi_dt
-    shear = -scale * lam * np.sin(t) / dphi_dt
-    return field(scale * (1 + np.cos(t)) / cos_phi, shear, 0.0, h, w * wt * dphi_dt * cos_phi)
-
-
 def hammer(lam, c):
     """Snyder & Voxland 1989, page 232."""
     d = np.sqrt((1 + np.sin(c) * np.cos(lam / 2)) / 2)
@@ -171,22 +153,6 @@ def winkel_tripel(lam, c):
     """Snyder & Voxland 1989, page 234: the mean of Aitoff and the plate carree with cos phi_1 = 2 / pi."""
     x, y = aitoff(lam, c)
     return (x + lam * 2 / math.pi) / 2, (y + HALF_PI - c) / 2
-
-
-def natural_earth(lam, c):
-    """Savric, Jenny, Patterson, Petrovic & Hurni 2011, equations 1 and 2 with table 1."""
-    p2 = (HALF_PI - c) ** 2
-    x = lam * (0.8707 + p2 * (-0.131979 + p2 * (-0.013791 + p2**3 * (0.003971 - 0.001529 * p2))))
-    y = (HALF_PI - c) * (1.007226 + p2 * (0.015085 + p2**2 * (-0.044475 + p2 * (0.028874 - 0.005916 * p2))))
-    return x, y
-
-
-def equal_earth(lam, c):
-    """Savric, Patterson & Jenny 2018, equations 5 and 6."""
-    a1, a2, a3, a4 = 1.340264, -0.081106, 0.000893, 0.003796
-    t = np.arcsin(math.sqrt(3) / 2 * np.cos(c))
-    dy = a1 + 3 * a2 * t**2 + t**6 * (7 * a3 + 9 * a4 * t**2)
-    return 2 * math.sqrt(3) * lam * np.cos(t) / (3 * dy), t * (a1 + a2 * t**2 + t**6 * (a3 + a4 * t**2))
 
 
 GOODE = math.radians(40 + 44 / 60 + 11.8 / 3600)  # where the sinusoidal and Mollweide's map have equal parallels
@@ -208,11 +174,8 @@ def interrupted(*parts):
 
 def goode_parts(limit):
     """The sinusoidal part below a latitude, and Mollweide's above it."""
-
-    def lack(t):
-        return 2 * t + math.sin(2 * t) - math.pi * math.sin(limit)
-
-    tau = HALF_PI - scipy.optimize.brentq(lack, 0.0, HALF_PI, xtol=1e-15)
+    sine = math.pi * math.sin(limit)
+    tau = HALF_PI - scipy.optimize.brentq(lambda t: 2 * t + math.sin(2 * t) - sine, 0.0, HALF_PI, xtol=1e-15)
 
     # Weights of `sinusoidal` are d(sin phi); those of `mollweide` are sin^2 tau dtau = pi/4 d(sin phi).
     def upper(lam, w):
@@ -272,10 +235,6 @@ def sphere_box(position, west, south, east, north):
     return by_complex_step(position, lam[:, None], c, wl[:, None] * wc * np.sin(c))
 
 
-def sinusoidal_at(lam, c):
-    return lam * np.sin(c), -c
-
-
 def oblique_equal_area(lam, c, lon_0=10.0, lat_0=52.0):
     """Snyder 1987, 22-4, 22-5 and 24-2."""
     dlam, phi_0 = lam - math.radians(lon_0), math.radians(lat_0)
@@ -284,32 +243,13 @@ def oblique_equal_area(lam, c, lon_0=10.0, lat_0=52.0):
     return x, k * (math.cos(phi_0) * np.cos(c) - math.sin(phi_0) * np.sin(c) * np.cos(dlam))
 
 
-def mercator_cap(lat, angle, ellipsoidal):
-    """Mercator's map on a cap in degrees of the mean radius: on a sphere, or of geodesics on WGS 84."""
-    if ellipsoidal:
-        phi, w = geodesic_rows(lat, math.radians(angle) * R)
-        k, w = mercator(WGS84, phi)[1], w * area_density(phi)
-    else:
-        azimuth = np.arange(128)[:, None] * (2 * math.pi / 128)  # the trapezoidal rule of a periodic function
-        c, w = gauss(0.0, math.radians(angle))
-        phi_0 = math.radians(lat)
-        phi = np.arcsin(math.sin(phi_0) * np.cos(c) + math.cos(phi_0) * np.sin(c) * np.cos(azimuth))
-        k, w = 1 / np.cos(phi), w * np.sin(c)
-    return field(k, 0.0, 0.0, k, w)
-
-
-def geodesic_rows(lat, metres):
-    """Latitudes within a distance on WGS 84, and how wide it is there: by GeographicLib, and roots of its distances."""
-    geod = pyproj.Geod(ellps="WGS84")
-    (_, south, _), (_, north, _) = (geod.fwd(0.0, lat, azimuth, metres) for azimuth in (180.0, 0.0))
-    t, w = gauss(-HALF_PI, HALF_PI)  # the width has square roots at its ends
-    rows = 0.5 * (north + south) + 0.5 * (north - south) * np.sin(t)
-
-    def beyond(lon, row):
-        return geod.inv(0.0, lat, lon, row)[2] - metres
-
-    widths = [scipy.optimize.brentq(beyond, 0.0, 179.0, (row,), xtol=1e-12) for row in rows]
-    return np.radians(rows), w * np.cos(t) * np.radians(widths)
+def mercator_cap(lat, angle):
+    """Mercator's map on a cap of the sphere, in degrees."""
+    azimuth = np.arange(128)[:, None] * (2 * math.pi / 128)  # the trapezoidal rule of a periodic function
+    c, w = gauss(0.0, math.radians(angle))
+    phi_0 = math.radians(lat)
+    k = 1 / np.sqrt(1 - (math.sin(phi_0) * np.cos(c) + math.cos(phi_0) * np.sin(c) * np.cos(azimuth)) ** 2)
+    return field(k, 0.0, 0.0, k, w * np.sin(c))
 
 
 class Case(NamedTuple):
@@ -322,7 +262,6 @@ class Case(NamedTuple):
 
 
 FLOORS = {  # the errors that PROJ's own rounding leaves at any tolerance
-    "eckert-4": 1e-6,  # PROJ snaps to the pole line
     "laea-equatorial": 1e-5,  # 1 + cos c loses its digits near the antipode
     "laea-oblique": 1e-5,
     "aeqd-oblique": 1e-7,
@@ -368,17 +307,11 @@ SMOOTH_GLOBE = {
     "behrmann": lambda: cylindrical(lambda c: np.sin(c) / COS_30, lambda c: COS_30 * csc(c)),
     "gall-isographic": lambda: cylindrical(np.ones_like, lambda c: COS_45 * csc(c)),
     "miller": lambda: cylindrical(lambda c: sec(0.8 * (HALF_PI - c)), csc),
-    "gall-stereographic": lambda: cylindrical(
-        lambda c: (1 + COS_45) / 2 * sec((HALF_PI - c) / 2) ** 2, lambda c: COS_45 * csc(c)
-    ),
     "sinusoidal": lambda: both_sides(sinusoidal),
     "mollweide": lambda: both_sides(mollweide),
-    "eckert-4": lambda: both_sides(eckert_4),
     "hammer": lambda: symmetric_globe(hammer),
     "aitoff": lambda: symmetric_globe(aitoff),
     "winkel-tripel": lambda: symmetric_globe(winkel_tripel),
-    "natural-earth": lambda: symmetric_globe(natural_earth),
-    "equal-earth": lambda: symmetric_globe(equal_earth),
 }
 
 
@@ -402,16 +335,13 @@ LAEA, PACIFIC = f"+proj=laea +lon_0=10 +lat_0=52 +R={R}", f"+proj=hammer +lon_0=
 SMOOTH = [
     *(Case(name, name, "globe", make) for name, make in SMOOTH_GLOBE.items()),
     *azimuthal_cases(),
-    Case("mercator-cap", "mercator", cap(10, 50, 20), lambda: mercator_cap(50, 20, False)),
-    Case("mercator-wgs84-cap", "EPSG:3395", cap(-170, 50, 20), lambda: mercator_cap(50, 20, True)),
+    Case("mercator-cap", "mercator", cap(10, 50, 20), lambda: mercator_cap(50, 20)),
     Case("mercator-wgs84-box", "EPSG:3395", "box:-20,35,40,70", lambda: conformal_box(mercator, 0, 35, 1, 70)),
     Case("lcc-wgs84-box", LCC, AMERICA, lambda: conformal_box(lambert_conformal, 0, 25, 1, 50)),
     Case("albers-wgs84-box", AEA, AMERICA, lambda: albers_box(-29, 25, 31, 50)),
     Case("utm-box", "EPSG:32631", "box:0,0,6,84", lambda: utm_box(-3, 0, 3, 84)),
-    Case("utm-wide-box", "EPSG:32631", "box:-9,40,7,60", lambda: utm_box(-12, 40, 4, 60)),
     Case("winkel-tripel-box", "winkel-tripel", "box:60,20,150,75", lambda: sphere_box(winkel_tripel, 60, 20, 150, 75)),
     Case("hammer-antimeridian-box", PACIFIC, "box:150,-60,-120,10", lambda: sphere_box(hammer, -30, -60, 60, 10)),
-    Case("sinusoidal-box", "sinusoidal", "box:20,10,100,60", lambda: sphere_box(sinusoidal_at, 20, 10, 100, 60)),
     Case("laea-box", LAEA, "box:-25,34,45,72", lambda: sphere_box(oblique_equal_area, -25, 34, 45, 72)),
 ]
 
@@ -449,9 +379,7 @@ def truth_of(case_id):
 
 @functools.cache
 def summary_of(case_id, tolerance):
-    told = pytest.warns(Notice, match="outside its area of use") if case_id == "utm-wide-box" else nullcontext()
-    with told:
-        return summarize(CASES[case_id].projection, CASES[case_id].region, tolerance=tolerance)
+    return summarize(CASES[case_id].projection, CASES[case_id].region, tolerance=tolerance)
 
 
 def triple(summary):

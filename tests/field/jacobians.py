@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from scipy.special import ellipeinc
 
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
 from projdist.field.at_points import Quality
@@ -73,12 +72,6 @@ def from_pole(phi, density):
     return (density(theta) * weight).sum(axis=-1)
 
 
-def arc_of(ellipsoid, phi):
-    """3-21 in closed form: the meridian's arc over a, by the incomplete elliptic integral."""
-    e2 = ellipsoid.eccentricity_squared
-    return ellipeinc(phi, e2) - e2 * np.sin(phi) * np.cos(phi) / np.sqrt(1 - e2 * np.sin(phi) ** 2)
-
-
 def mercator(ellipsoid, phi):
     """7-8: h = k = 1 / m."""
     return 1 / m_of(ellipsoid, phi), 1 / m_of(ellipsoid, phi)
@@ -107,20 +100,6 @@ def polar_stereographic(ellipsoid, phi):
     return rho / m_of(ellipsoid, phi), rho / m_of(ellipsoid, phi)
 
 
-def equidistant_conic(ellipsoid, phi, one=20.0, two=60.0):
-    """16-10, 16-11, 16-7 and 16-8 (h = 1)."""
-    m1, m2, arc1, arc2 = (f(ellipsoid, math.radians(lat)) for f in (m_of, arc_of) for lat in (one, two))
-    n = (m1 - m2) / (arc2 - arc1)
-    k = (m1 + n * (arc1 - arc_of(ellipsoid, phi))) / m_of(ellipsoid, phi)
-    return np.ones_like(k), k
-
-
-def equal_area_cylindrical(ellipsoid, phi, true=30.0):
-    """10-15: k = m_s / m, h = 1 / k."""
-    k = m_of(ellipsoid, math.radians(true)) / m_of(ellipsoid, phi)
-    return 1 / k, k
-
-
 def polar_equal_area(ellipsoid, phi):
     """24-23: rho = a sqrt(q_p - q), k = rho / (a m); dq / dphi = 2 (1 - e2) cos / (1 - e2 sin^2)^2."""
     e2 = ellipsoid.eccentricity_squared
@@ -129,22 +108,12 @@ def polar_equal_area(ellipsoid, phi):
     return 1 / k, k
 
 
-def polar_equidistant(ellipsoid, phi):
-    """25-16: k = rho / (a m), rho the arc from the pole; h = 1."""
-    e2 = ellipsoid.eccentricity_squared
-    k = from_pole(phi, lambda theta: (1 - e2) / (1 - e2 * np.cos(theta) ** 2) ** 1.5) / m_of(ellipsoid, phi)
-    return np.ones_like(k), k
-
-
 FORMS = {
     "merc": ("+proj=merc", mercator),
     "lcc": ("+proj=lcc +lat_1=33 +lat_2=45", lambert_conformal),
     "aea": ("+proj=aea +lat_1=29.5 +lat_2=45.5", albers),
     "stere": ("+proj=stere +lat_0=90", polar_stereographic),
-    "eqdc": ("+proj=eqdc +lat_1=20 +lat_2=60", equidistant_conic),
-    "cea": ("+proj=cea +lat_ts=30", equal_area_cylindrical),
     "laea": ("+proj=laea +lat_0=90", polar_equal_area),
-    "aeqd": ("+proj=aeqd +lat_0=90", polar_equidistant),
 }
 
 

@@ -33,79 +33,44 @@ LIMITS = {
     # tan((90 - lat) / 2) near the point at infinity: rounding of the angle is 1e-16 over the distance from the pole.
     ("stere", "sphere"): (-89.0, 90.0),
     # rho = sqrt(q_p - q): a difference of numbers near 2 loses 1e-16 over the square of the distance from the pole
-    # (measured: 5e-11 at 5 degrees, 4e-9 .. 2e-8 at 0.1 degrees; `test_the_ellipsoidal_polar_equal_area_map`).
+    # (measured: 5e-11 at 5 degrees, 4e-9 .. 2e-8 at 0.1 degrees).
     **dict.fromkeys([("laea", "WGS84"), ("laea", "clrk66")], (-90.0, 60.0)),
-    # Half a degree from the apex of the cone, or the pole of the series for the arc, 1.4e-11 was measured.
-    **dict.fromkeys([("lcc", "sphere"), ("aeqd", "clrk66")], (-90.0, 89.5)),
+    # Half a degree from the apex of the cone 1.4e-11 was measured.
+    ("lcc", "sphere"): (-90.0, 89.5),
 }
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("earth", ELLIPSOIDS)
-@pytest.mark.parametrize("name", FORMS)
-def test_scales_of_closed_forms(name, earth):
-    """a at 10,000 random points up to 89.9 degrees is the closed form's to 1e-11, b's error 1e-11 of a; quality OK."""
-    stated, ellipsoid = ELLIPSOIDS[earth]
-    definition, form = FORMS[name]
-    lon, lat = random_points()
-    low, high = LIMITS.get((name, earth), (-90, 90))
-    # A stencil does not reach over the antimeridian, a seam of these maps, from 2 degrees away.
-    keep = (lat > low) & (lat < high) & (np.abs(lon) < 178)
-    result = derivatives(make(f"{definition} {stated}"), lon[keep], lat[keep])
-    scales = np.sort(form(ellipsoid, np.radians(lat[keep])), axis=0)[::-1]
-    # PROJ rounds x and y to 1e-9 m whatever the scale: the error of a column of J is relative to the largest scale.
-    # At 60 degrees a / b of these maps is 4 at most, at 89.9 it is up to 3e5.
-    assert (np.abs(principal_scales(result.jacobian).T - scales) / scales[0]).max() <= ACCURACY
-    assert (result.quality == Quality.OK).all()
-
-
-def test_the_ellipsoidal_polar_equal_area_map():
-    """Near its pole PROJ's ellipsoidal equal-area map loses digits: scales are good to 1e-7 still at 0.1 degrees."""
-    lon, lat = random_points()
-    lon, lat = lon[lat > 75], lat[lat > 75]
-    for stated, ellipsoid in (ELLIPSOIDS["WGS84"], ELLIPSOIDS["clrk66"]):
-        J = jacobian(make(f"+proj=laea +lat_0=90 {stated}"), lon, lat)
-        h, k = FORMS["laea"][1](ellipsoid, np.radians(lat))
-        np.testing.assert_allclose(principal_scales(J).T, (k, h), rtol=1e-7)
 
 
 @each("earth", ELLIPSOIDS)
 @each("name", FORMS)
-def test_directions_of_closed_forms(name, earth):
-    """h goes with the meridian and k with the parallel, which cross at right angles."""
+def test_scales_and_directions_of_closed_forms(name, earth):
+    """a is the closed form's to 1e-11 up to 89.9 degrees, b, h and k to 1e-11 of a; h goes with the meridian."""
     stated, ellipsoid = ELLIPSOIDS[earth]
     definition, form = FORMS[name]
-    lon, lat = random_points(2000, limit=60.0)
-    J = jacobian(make(f"{definition} {stated}"), lon, lat)
-    h, k = form(ellipsoid, np.radians(lat))
-    assert (np.abs(value("h", J) - h) / np.maximum(h, k)).max() <= ACCURACY
-    assert (np.abs(value("k", J) - k) / np.maximum(h, k)).max() <= ACCURACY
-    # The error of J is relative to its largest entry.
-    assert (np.abs(90 - value("theta", J)) * np.minimum(h, k) / np.maximum(h, k) < 1e-9).all()
+    lon, lat = random_points(2500)
+    low, high = LIMITS.get((name, earth), (-90, 90))
+    # A stencil does not reach over the antimeridian, a seam of these maps, from 2 degrees away.
+    keep = (lat > low) & (lat < high) & (np.abs(lon) < 178)
+    result = derivatives(make(f"{definition} {stated}"), lon[keep], lat[keep])
+    assert (result.quality == Quality.OK).all()
+    J, (h, k) = result.jacobian, form(ellipsoid, np.radians(lat[keep]))
+    b, a = np.sort([h, k], axis=0)
+    # PROJ rounds x and y to 1e-9 m whatever the scale: the error of a column of J is relative to the largest scale.
+    # At 60 degrees a / b of these maps is 4 at most, at 89.9 it is up to 3e5.
+    gaps = [principal_scales(J).T - (a, b), (value("h", J) - h, value("k", J) - k)]
+    assert (np.abs(gaps) / a).max() <= ACCURACY
+    assert (np.abs(90 - value("theta", J)) * b / a < 1e-9).all()
     assert (value("orientation", J) == 1).all()
 
 
 @each("earth", ELLIPSOIDS)
 def test_jacobian_of_the_sinusoidal(earth):
     """J of the sinusoidal projection is [[1, -lam sin phi], [0, 1]] on any ellipsoid (Snyder 1987, 30-1 to 30-8)."""
-    stated, _ = ELLIPSOIDS[earth]
-    lon, lat = random_points()
-    J = jacobian(make(f"+proj=sinu {stated}"), lon, lat)
-    shear = -np.radians(lon) * np.sin(np.radians(lat))
-    truth = matrices(1.0, shear, 0.0, 1.0)
+    lon, lat = random_points(5000)
+    J = jacobian(make(f"+proj=sinu {ELLIPSOIDS[earth][0]}"), lon, lat)
+    truth = matrices(1.0, -np.radians(lon) * np.sin(np.radians(lat)), 0.0, 1.0)
     assert (np.abs(J - truth).max(axis=(1, 2)) / np.linalg.norm(truth, axis=(1, 2))).max() <= ACCURACY
     scales = np.linalg.svd(truth, compute_uv=False)
     np.testing.assert_allclose(principal_scales(J), scales, rtol=10 * ACCURACY)  # a / b is up to 12
-    np.testing.assert_allclose(value("s", J), 1.0, rtol=10 * ACCURACY)
-
-
-@each("true", [0.0, 42.6286, 60.0])
-def test_scales_of_the_equirectangular(true):
-    """h = 1 and k = cos(lat_ts) / cos(lat) (Snyder 1987, 12-3), on the sphere."""
-    lon, lat = random_points()
-    J = jacobian(make(f"+proj=eqc +lat_ts={true} +R={R}"), lon, lat)
-    k = math.cos(math.radians(true)) / np.cos(np.radians(lat))
-    np.testing.assert_allclose((value("h", J), value("k", J)), (0 * k + 1, k), rtol=ACCURACY)
 
 
 @pytest.mark.parametrize("distance", [10.0, 1.0, 0.1, LOST, 0.01, 0.003, 0.001, 1e-4])
@@ -134,30 +99,17 @@ AZIMUTHAL = {
 @each("name", AZIMUTHAL)
 def test_scales_of_oblique_azimuthal_maps(name, lat_0):
     """Stereographic, equidistant, gnomonic and equal-area scales at the distance c from an oblique centre."""
-    lon, lat = random_points()
+    lon, lat = random_points(5000)
     a, b, farthest, northmost = AZIMUTHAL[name]
     c = arc_distance(lon, lat, 20.0, lat_0)
     keep = (np.abs(lat) < northmost) & (c < math.radians(farthest))
     result, c = derivatives(make(f"+proj={name} +lat_0={lat_0} +lon_0=20 +R={R}"), lon[keep], lat[keep]), c[keep]
-    found_a, found_b = principal_scales(result.jacobian).T
-    assert np.abs(found_a / a(c) - 1).max() <= ACCURACY
     # PROJ rounds x and y at 1e-9 m, so that a's relative error is eps / step = 1e-12 at best, and b's (a / b) times
     # that. At 10 degrees from the antipode of the equal-area map a / b is 132, at 1 degree 13,000.
     size = np.where((name in ("aeqd", "laea")) & (c > math.radians(120)), a(c) / b(c), 1.0)
-    assert np.abs((found_b / b(c) - 1) / size).max() <= ACCURACY
+    off = principal_scales(result.jacobian).T / (a(c), b(c)) - 1
+    assert np.abs(off / (np.ones_like(size), size)).max() <= ACCURACY
     assert (result.quality == Quality.OK).all()
-
-
-def test_scales_of_the_transverse_mercator():
-    """k = 1 / sqrt(1 - B^2), B = cos(lat) sin(lon), on the sphere (Snyder 1987, 8-4 and 8-5)."""
-    lon, lat = random_points()
-    B = np.cos(np.radians(lat)) * np.sin(np.radians(lon))
-    # PROJ's spherical y is an arc cosine near 1 there: at 0.05 degrees from the equator it is noisy at 1e-9 of a metre
-    # a metre, at 0.002 degrees at 3e-7. Beyond 89 degrees the longitudes' own rounding counts (1.2e-11).
-    keep = (np.abs(B) < 0.999) & (np.abs(lat) > 3) & (np.abs(lat) < 89)
-    J = jacobian(make(f"+proj=tmerc +R={R}"), lon[keep], lat[keep])
-    k = 1 / np.sqrt(1 - B[keep] ** 2)
-    np.testing.assert_allclose(principal_scales(J).T, (k, k), rtol=ACCURACY)
 
 
 @pytest.mark.xfail(strict=True, reason="a draw of PROJ's noise may be small by chance in the differences that show it")
@@ -185,7 +137,6 @@ CONFORMAL |= {f"+proj={name}": None for name in ELLIPSOIDAL}
 
 @each("definition", CONFORMAL)
 def test_conformal_maps_have_no_angular_distortion(definition):
-    """omega of a conformal map is below 1e-6 degrees."""
     lon, lat = random_points(4000, limit=85.0)
     if home := CONFORMAL[definition]:
         lon, lat = np.array([home[:2]]).T + home[2] * np.random.default_rng(1).uniform(-1, 1, (2, 500))
@@ -276,16 +227,14 @@ PUBLISHED = [
 
 @each(("code", "lat", "measure", "truth", "digits"), PUBLISHED)
 def test_published_figures(code, lat, measure, truth, digits):
-    """At 120 degrees west, to the digits in print."""
     assert value(measure, jacobian(make(code), -120.0, lat)) == pytest.approx(truth, abs=digits)
 
 
 @each("text", ["wintri", f"+proj=wintri +R={R}", "winkel-tripel"])
 def test_defect_1_lost_defaults(text):
     """Winkel Tripel at the centre has k = (1 + 2 / pi) / 2 = 0.8183; with get_factors' lost lat_1 it is 1."""
-    J = jacobian(make(text), 0.0, 0.0)
-    assert value("k", J) == pytest.approx((1 + 2 / math.pi) / 2, rel=1e-11)
-    assert value("h", J) == pytest.approx(1.0, rel=1e-11)
+    found = [value(name, jacobian(make(text), 0.0, 0.0)) for name in "kh"]
+    assert found == pytest.approx([(1 + 2 / math.pi) / 2, 1.0], rel=1e-11)
     # The defect is still there in pyproj, so that the detour is still needed.
     assert pyproj.Proj(f"+proj=wintri +R={R}").get_factors(0.0, 0.0).parallel_scale == pytest.approx(1.0, abs=1e-6)
 
@@ -295,33 +244,28 @@ def test_defect_2_web_mercator_is_not_conformal(lat):
     """EPSG:3857 is the sphere's Mercator of geodetic latitudes: h = a / (M cos), k = a / (N cos), and omega not 0."""
     h, k, omega = (value(name, jacobian(make("EPSG:3857"), 12.0, float(lat))) for name in ("h", "k", "omega"))
     assert (abs(np.subtract((h, k, omega), WEB_MERCATOR[lat])) <= (0.5e-6, 0.5e-6, 0.5e-4)).all()
-    M, N = WGS84.radii(lat)
-    truth = WGS84.a / np.array([M, N]) / math.cos(math.radians(lat))
+    truth = WGS84.a / np.array(WGS84.radii(lat)) / math.cos(math.radians(lat))
     np.testing.assert_allclose((h, k), truth, rtol=ACCURACY)
 
 
 @each("definition", ["ESRI:54009", "+proj=moll +ellps=WGS84"])
 def test_defect_3_spherical_formulas_on_an_ellipsoid(definition):
-    """Mollweide on WGS 84 has s = a^2 / (M N): 1.0067 at the equator, 0.9988 at 50 N, 0.9933 at the pole."""
+    """Mollweide on WGS 84 has s = a^2 / (M N)."""
     lat = np.array([0.0, 50.0, 89.9])
-    s = value("s", jacobian(make(definition), 3.0, lat))
-    np.testing.assert_allclose(s, [1.0067, 0.9988, 0.9933], atol=0.5e-4)
-    M, N = WGS84.radii(lat)
+    s, (M, N) = value("s", jacobian(make(definition), 3.0, lat)), WGS84.radii(lat)
     # Beyond 89 degrees the iteration for Mollweide's theta stops at 1e-7 or so.
     assert (np.abs(s / (WGS84.a**2 / (M * N)) - 1) <= [1e-8, 1e-8, 1e-5]).all()
 
 
-def test_defect_4_prime_meridian_of_paris():
-    """EPSG:27572 has no convergence and k = 0.99987742 at its origin, the meridian of Paris at 52 grads north."""
+def test_defect_4_prime_meridians():
+    """Maps that count from Paris and from Ferro."""
+    # EPSG:27572 has no convergence and k = 0.99987742 at its origin, the meridian of Paris at 52 grads north.
     J, east = (jacobian(make("EPSG:27572"), lon, 46.8) for lon in (2.33722917, 3.33722917))
     assert value("convergence", J) == pytest.approx(0.0, abs=1e-8)
     assert value("k", J) == pytest.approx(0.99987742, abs=1e-10)
     # A degree east it is sin(46.8 deg) of a degree: n of a cone tangent there is the sine of its latitude.
     assert value("convergence", east) == pytest.approx(math.sin(math.radians(46.8)), rel=1e-9)
-
-
-def test_defect_4_prime_meridian_of_ferro():
-    """EPSG:2065 (Krovak from Ferro) at Prague has the J of EPSG:5514 and scales within 150 ppm of 1, not 6,284 off."""
+    # EPSG:2065 (Krovak from Ferro) at Prague has the J of EPSG:5514 and scales within 150 ppm of 1, not 6,284 off.
     J, centre = (jacobian(make("EPSG:2065"), lon, 50.09) for lon in (14.42, 24 + 50 / 60))
     np.testing.assert_allclose(J, jacobian(make("EPSG:5514"), 14.42, 50.09), atol=1e-11)
     assert value("ppm", J) < 150
@@ -333,8 +277,7 @@ def test_defect_4_prime_meridian_of_ferro():
 
 def test_defect_5_seams():
     """k on the Goode seam at 40 W is 1 (sinusoidal) or Mollweide's, never 94,703."""
-    J = jacobian(make("igh"), -40.0, np.array([10.0, 30.0, 60.0, 80.0]))
-    k = value("k", J)
+    k = value("k", jacobian(make("igh"), -40.0, np.array([10.0, 30.0, 60.0, 80.0])))
     np.testing.assert_allclose(k[:2], 1.0, rtol=1e-9)
     # Mollweide: k = 2 sqrt(2) / pi cos(theta) / cos(lat), 2 theta + sin(2 theta) = pi sin(lat).
     for lat, here in zip((60.0, 80.0), k[2:], strict=True):
@@ -342,7 +285,6 @@ def test_defect_5_seams():
         theta = brentq(lambda t, sine=sine: 2 * t + math.sin(2 * t) - sine, 0, math.pi / 2, xtol=1e-14)
         truth = 2 * math.sqrt(2) / math.pi * math.cos(theta) / math.cos(math.radians(lat))
         assert here == pytest.approx(truth, rel=1e-7)
-    assert (value("a", J) < 5).all()
 
 
 # Parameters of those that have no map without, or whose default is degenerate.
@@ -404,14 +346,14 @@ def test_every_projection_of_proj_at_its_centre(name):
     lon, lat = CENTRES.get(name, (7, 12))
     result = derivatives(world_map(name), lon + np.array([0.3, 2.1]), lat + np.array([1.1, 3.7]))
     assert (result.quality <= Quality.ONE_SIDED).all(), result.quality
-    assert (value("a", result.jacobian) < 4).all()
-    assert (value("b", result.jacobian) > 0.25).all()
+    a, b = principal_scales(result.jacobian).T
+    assert ((a < 4) & (b > 0.25)).all()
 
 
 def test_the_hidden_side_of_a_satellite_view_is_outside_or_mirrored():
     """A geostationary satellite sees 81 degrees. On a sphere PROJ draws the far side too: mirrored, and it shows."""
     lon = [0.0, 75.0, 90.0, 180.0]
-    on_ellipsoid = derivatives(make("+proj=geos +h=35785831 +ellps=WGS84"), lon, 0.0)
-    assert list(on_ellipsoid.quality < Quality.SEAM) == [True, True, False, False]
+    quality = derivatives(make("+proj=geos +h=35785831 +ellps=WGS84"), lon, 0.0).quality
+    assert list(quality < Quality.SEAM) == [True, True, False, False]
     on_sphere = jacobian(make("+proj=geos +h=35785831 +R=6371000"), lon, 0.0)
     assert list(value("orientation", on_sphere)) == [1.0, 1.0, -1.0, -1.0]

@@ -4,21 +4,18 @@ import itertools
 import math
 from dataclasses import replace
 
-import mpmath
 import numpy as np
 import pytest
-from closed_errors import ASPECTS, CASES, FLOORS, PLATE_CARREE, TOLERANCES, TORN, R, summary_of, triple, truth_of
+from closed_errors import ASPECTS, CASES, FLOORS, TOLERANCES, TORN, R, summary_of, triple, truth_of
 from jacobians import recorded
 from tables import each
 
-from projdist import earth
+from projdist import earth, field_of, hessian, jacobian
 from projdist.answers.summaries import summarize
-from projdist.earth import SPHERE, WGS84
+from projdist.earth import SPHERE
 from projdist.field import panels, sample
-from projdist.field.at_points import jacobian
 from projdist.field.panels import Plan, plan_of
 from projdist.field.sampling import DEFAULT_TOLERANCE, field_resolving
-from projdist.field.stencils import hessian
 from projdist.matrices.measures import get_measure
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Box, Cap, PointSet, get_region
@@ -31,72 +28,25 @@ CHARTED += [("+proj=stere +lat_0=90 +ellps=WGS84", "cap:5,70,900")]
 ROUNDING = 1e-12  # of sums over 10^5 nodes, on either side
 # Slow where a singular point or a seam off the panels' sides makes a case cost a good part of a second.
 COSTLY = {case for case in CASES if case.endswith(("-equatorial", "-oblique"))}
-COSTLY |= {"stere-polar", "mercator-wgs84-cap", *(case.id for case in TORN)}
+COSTLY |= {"stere-polar", *(case.id for case in TORN)}
 ALL = [*itertools.product(CASES, TOLERANCES)]
 
 
 @each(("case_id", "tolerance"), [pytest.param(*one, marks=SLOW) if one[0] in COSTLY else one for one in ALL])
 def test_errors_and_their_estimates(case_id, tolerance):
     """The errors differ from the truth by three estimates at most, and these are the tolerance, or PROJ's floor."""
-    # The estimate of the affine error, which is not steered by, is twice the tolerance.
     found, truth, floor = summary_of(case_id, tolerance), truth_of(case_id), FLOORS.get(case_id, 0.0)
     np.testing.assert_allclose(triple(found), truth, rtol=0, atol=3 * found.error_estimate + ROUNDING)
-    assert found.error_estimate <= max(2 * tolerance, floor)
+    # The estimate of the affine error, which is not steered by, is twice the tolerance.
+    assert found.error_estimate <= max(2 * tolerance, floor if found.limit == "rounding" else 0.0)
     assert found.limit in ("", "rounding")
-    if found.limit == "":
-        assert found.error_estimate <= 2 * tolerance
     assert found.coverage == pytest.approx(1.0, abs=1e-9)
     if tolerance == DEFAULT_TOLERANCE:  # then smooth maps are right to 1e-8, interrupted and oblique ones to 1e-6
         atol = max(1e-6 if CASES[case_id] in TORN else 1e-8, floor)
         np.testing.assert_allclose(triple(found), truth, rtol=0, atol=atol)
 
 
-KNOWN = {  # (raw, scaled, affine) in closed form, None where none is known
-    "plate-carree": (PLATE_CARREE, None, 0.4213466110),
-    "mercator": (0.7371453308, 0.5958740917, 0.5958740917),
-    "lambert-cylindrical": (0.7371453308, 0.7371453308, 0.5958740917),
-    "eckert-4": (0.50701912122, 0.50701912122, None),
-    "laea-polar": (1.0, 1.0, 1.0),
-    "laea-oblique": (1.0, 1.0, 1.0),
-    "stere-polar": (2.0, math.sqrt(2), math.sqrt(2)),
-}
-
-
-@each("case_id", KNOWN)
-def test_the_quadrature_of_these_tests(case_id):
-    """The truths of this module agree with closed forms and with figures worked out elsewhere to ten digits."""
-    for value, known in zip(truth_of(case_id), KNOWN[case_id], strict=True):
-        assert known is None or value == pytest.approx(known, abs=1e-10)
-
-
-def test_the_quadrature_against_mpmath():
-    """Two of the truths again with 30 digits: the azimuthal equidistant globe, and the Lambert conformal box."""
-    with mpmath.workdps(30):
-        square = mpmath.quad(lambda c: mpmath.log(c / mpmath.sin(c)) ** 2 * mpmath.sin(c) / 2, [0, 1, 3, mpmath.pi])
-        assert truth_of("aeqd-polar")[0] == pytest.approx(float(mpmath.sqrt(square)), abs=1e-12)
-        e = mpmath.sqrt(mpmath.mpf(WGS84.f) * (2 - mpmath.mpf(WGS84.f)))
-
-        def m(phi):
-            return mpmath.cos(phi) / mpmath.sqrt(1 - (e * mpmath.sin(phi)) ** 2)
-
-        def t(phi):
-            sine = e * mpmath.sin(phi)
-            return mpmath.tan(mpmath.pi / 4 - phi / 2) / ((1 - sine) / (1 + sine)) ** (e / 2)
-
-        def weight(phi):
-            return mpmath.cos(phi) / (1 - (e * mpmath.sin(phi)) ** 2) ** 2
-
-        one, two, *limits = (mpmath.radians(lat) for lat in (33, 45, 25, 50))
-        n = mpmath.log(m(one) / m(two)) / mpmath.log(t(one) / t(two))
-
-        def square_logs(phi):
-            return 2 * mpmath.log(m(one) * (t(phi) / t(one)) ** n / m(phi)) ** 2 * weight(phi)
-
-        truth = mpmath.sqrt(mpmath.quad(square_logs, limits) / mpmath.quad(weight, limits))
-        assert truth_of("lcc-wgs84-box")[0] == pytest.approx(float(truth), abs=1e-13)
-
-
-@each("name", ["plate-carree", "natural-earth", "winkel-tripel"])
+@each("name", ["plate-carree", "aitoff", "winkel-tripel"])
 def test_the_tolerance_is_honest(name):
     """The error is below a tenth of each tolerance, and a hundred times finer costs less than ten times as much."""
     found = [summary_of(name, tolerance) for tolerance in TOLERANCES]
@@ -113,9 +63,9 @@ ENDING = {"ortho": (1, 1, 1e-300, 2, 1e-5), "gnom": (-3, 5, 4e-10 / math.pi, 10,
 
 
 @SLOW
-@pytest.mark.parametrize("tolerance", TOLERANCES)
-@pytest.mark.parametrize("aspect", ASPECTS)
-@pytest.mark.parametrize("name", ENDING)
+@each("tolerance", TOLERANCES)
+@each("aspect", ASPECTS)
+@each("name", ENDING)
 def test_maps_of_a_hemisphere(name, aspect, tolerance):
     """Orthographic and gnomonic maps of the globe have sqrt(2) and sqrt(10), and a coverage of one half."""
     lon, lat = ASPECTS[aspect]
@@ -129,44 +79,40 @@ def test_maps_of_a_hemisphere(name, aspect, tolerance):
     off = np.abs(np.subtract(triple(found), (raw, scaled, scaled)))
     assert off.max() <= min(3 * found.error_estimate + 1e-9, accuracy)
     assert found.coverage == pytest.approx(0.5, abs=1e-7)
-
-
-@SLOW
-def test_coverage_of_a_box():
-    """Of a box 60 degrees wide of which 15 lie beyond the horizon three quarters are covered."""
-    # The horizon of the equatorial orthographic map about 0 is the meridian 90 E.
-    found = summarize(f"+proj=ortho +R={R}", "box:45,-30,105,30", tolerance=1e-6)
-    assert found.coverage == pytest.approx(0.75, abs=1e-8)
+    if name == "ortho" and aspect == "equatorial":  # the horizon is the meridian 90 E: of 60 degrees 15 lie beyond it
+        found = summarize(f"+proj=ortho +R={R}", "box:45,-30,105,30", tolerance=1e-6)
+        assert found.coverage == pytest.approx(0.75, abs=1e-8)
 
 
 @each("region", REGIONS[:3])
 def test_evaluations(region):
-    """`evaluations` is the number of points that were projected."""
     plate_carree, calls = recorded(lambda lon, lat: (R * np.radians(lon), R * np.radians(lat)))
     found = field_resolving(Projection.from_function(plate_carree), region, tolerance=1e-6)
     assert found.evaluations == sum(lon.size for lon, _ in calls)
 
 
 # A budget is not exceeded; where the projection's own rounding forbids the tolerance, the search ends long before it.
-LIMITS = [
-    ("mercator", {"tolerance": 1e-12, "max_evaluations": 8_000}, "budget", 6_000, 8_000),
-    pytest.param("+proj=laea +R=6371000", {"tolerance": 1e-9}, "rounding", 0, 899_999, marks=SLOW),
-]
+LIMITS = [("mercator", {"tolerance": 1e-12, "max_evaluations": 8_000}, "budget", 6_000, 8_000)]
+LIMITS += [pytest.param("+proj=laea +R=6371000", {"tolerance": 1e-9}, "rounding", 0, 899_999, marks=SLOW)]
 
 
 @each(("projection", "given", "limit", "least", "most"), LIMITS)
 def test_limits(projection, given, limit, least, most):
-    """A search that ends before its tolerance is met says why."""
     found = field_resolving(Projection.from_user_input(projection), GLOBE, **given)
     assert found.limit == limit
     assert least < found.evaluations <= most
 
 
+def test_rounding_is_told():
+    """PROJ snaps Eckert's fourth map to its pole line, which keeps the error above the tolerance."""
+    found = summarize("eckert-4")
+    assert found.error_estimate > DEFAULT_TOLERANCE
+    assert found.limit == "rounding"
+
+
 @SLOW
-@pytest.mark.parametrize(
-    "region", ["globe", "box:-10,20,30,70", "cap:0,50,3000", "box:170,-20,-150,5", "cap:30,-90,2000"]
-)
-@pytest.mark.parametrize("projection", ["mollweide", "EPSG:3395"])
+@each("region", ["globe", "box:-10,20,30,70", "cap:0,50,3000", "box:170,-20,-150,5", "cap:30,-90,2000"])
+@each("projection", ["mollweide", "EPSG:3395"])
 def test_weights_are_areas(projection, region):
     """The weights sum up to the region's true area: on WGS 84 that of the region, on the sphere by its own formula."""
     projection = Projection.from_user_input(projection)
@@ -183,23 +129,13 @@ def test_weights_are_areas(projection, region):
     assert area == pytest.approx(truth, rel=1e-9)
 
 
-@SLOW
-def test_the_size_of_the_globe_does_not_matter():
-    """A torn map of the Moon, or of a globe of one metre, has the errors of the Earth's, for the same evaluations."""
-    on_earth, *others = (summarize(f"+proj=igh +R={radius}", tolerance=1e-3) for radius in (R, 1.0, 1_737_400.0))
-    for found in others:
-        assert found.evaluations == on_earth.evaluations
-        assert triple(found) == pytest.approx(triple(on_earth), rel=1e-10)
-
-
 @each("name", ["moll", "eqearth", "wintri"])
 def test_seams_beside_the_first_panels(name):
-    """The figure of the globe does not depend on the central meridian, wherever the seam then is."""
+    """The figure of the globe does not depend on the central meridian."""
     truth, *others = (summarize(f"+proj={name} +R={R} +lon_0={lon}") for lon in (0, 1e-5, 0.3, -1.5, 2.34, 179.9))
     for found in others:
-        error = abs(found.airy_kavrayskiy - truth.airy_kavrayskiy)
-        assert error <= 3.0 * (found.error_estimate + truth.error_estimate)
-        assert error < 2e-8
+        told = 3.0 * (found.error_estimate + truth.error_estimate)
+        assert abs(found.airy_kavrayskiy - truth.airy_kavrayskiy) <= min(told, 2e-8)
 
 
 @SLOW
@@ -207,8 +143,8 @@ def test_seams_beside_the_first_panels(name):
 @pytest.mark.parametrize(("name", "good"), [("sinu", 1e-8), ("igh", 1e-6)])
 def test_boxes_whose_edge_is_beside_a_seam(name, good, west):
     """A box across a seam has the mean of its parts."""
-    whole = summarize(name, Box(west, -60.0, -60.0, 60.0))
-    parts = [summarize(name, Box(west, -60.0, 180.0, 60.0)), summarize(name, Box(-180.0, -60.0, -60.0, 60.0))]
+    sides = ((west, -60.0), (west, 180.0), (-180.0, -60.0))
+    whole, *parts = (summarize(name, Box(left, -60.0, right, 60.0)) for left, right in sides)
     areas = np.array([part.region.area_km2 for part in parts])
     square = np.sum(areas * [part.airy_kavrayskiy**2 for part in parts]) / areas.sum()
     assert whole.airy_kavrayskiy == pytest.approx(np.sqrt(square), abs=good)
@@ -226,8 +162,9 @@ def test_second_derivatives_at_the_nodes(projection, region):
 def test_second_derivatives_at_points():
     """Over points with weights the mean flexion of Mercator's map is that of 2 / pi tan(lat)."""
     points = PointSet(np.array([10.0, 20.0]), np.array([45.0, 60.0]), np.array([1.0, 3.0]))
-    found = sample("mercator", points, measures=["flexion"]).mean("flexion")
-    assert found.value == pytest.approx(2 / math.pi * (1 + 3 * math.sqrt(3)) / 4, abs=1e-7)
+    J, H = (function("mercator", points.lon, points.lat) for function in (jacobian, hessian))
+    for field in (sample("mercator", points, measures=["flexion"]), field_of(J, points.weight, hessian=H)):
+        assert field.mean("flexion").value == pytest.approx(2 / math.pi * (1 + 3 * math.sqrt(3)) / 4, abs=1e-7)
 
 
 def test_what_is_not_known_counts_in_the_error():
@@ -281,8 +218,7 @@ def test_the_second_map_of_a_region_lays_nothing(region, monkeypatch):
     again = summarize("moll", region, tolerance=1e-4)
     other = summarize("sinu", region, tolerance=1e-2)
     assert counts == []
-    assert again.airy_kavrayskiy == first.airy_kavrayskiy
-    assert other.airy_kavrayskiy != first.airy_kavrayskiy
+    assert again.airy_kavrayskiy == first.airy_kavrayskiy != other.airy_kavrayskiy
 
 
 @each("region", REGIONS)
@@ -293,17 +229,18 @@ def test_a_plan_changes_no_figure(region, monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(panels, "plan_of", Plan)
             alone = field_resolving(Projection.from_user_input(name), region, tolerance=1e-6)
-        np.testing.assert_array_equal(kept.jacobian, alone.jacobian)
-        np.testing.assert_array_equal(kept.weight, alone.weight)
-        assert kept.evaluations == alone.evaluations
+        for what in ("jacobian", "weight", "evaluations"):
+            np.testing.assert_array_equal(getattr(kept, what), getattr(alone, what))
 
 
 def test_equal_regions_have_one_plan():
     """A region that equals one measured before, as a worker has it, is cut along the edge of a map as that is."""
     first, second = (Polygons(get_region("country:AQ").geometry, "Antarctica") for _ in range(2))
     one, other = (field_resolving(Projection.from_user_input("EPSG:8858"), region) for region in (first, second))
-    assert first is not second
     np.testing.assert_array_equal(one.jacobian, other.jacobian)
+    # Layouts are those of other maps, too, and cannot be changed.
+    with pytest.raises(ValueError, match="read-only"):
+        plan_of(GLOBE, SPHERE).first(earth.SMOOTH).layout.lon[0] = 0.0
 
 
 @each("region", REGIONS)
@@ -335,9 +272,3 @@ def test_a_plan_is_bounded(monkeypatch):
         plan_of(Box(0.0, 0.0, 1.0 + k, 10.0), SPHERE)
     assert len(plan._first) <= panels._WAYS
     assert plan_of.cache_info().currsize <= panels._REGIONS
-
-
-def test_layouts_cannot_be_changed():
-    """They are those of other maps, too."""
-    with pytest.raises(ValueError, match="read-only"):
-        plan_of(GLOBE, SPHERE).first(earth.SMOOTH).layout.lon[0] = 0.0

@@ -5,7 +5,6 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import pyproj
 import pytest
 from closed_errors import transverse_mercator_scale
 from jacobians import R, albers, arc_distance, lambert_conformal, m_of, t_of
@@ -18,14 +17,13 @@ from projdist import SPHERE, WGS84, Box, Cap, PointSet, Projection, get_measure,
 from projdist.field import extreme_bounds as bounds
 from projdist.field.at_points import measure_at
 from projdist.field.extreme_bounds import Polynomials
-from projdist.field.extremes import Extreme
 from projdist.numerics.polynomials import NODES
 from projdist.support import Notice
 
 SLOW = pytest.mark.slow
 UNBOUNDED = [("mercator", name) for name in ("s", "fisher", "flexion")]
 UNBOUNDED += [("mollweide", name) for name in ("a", "k", "fisher")]
-UNBOUNDED += [("plate-carree", "k"), ("plate-carree", "s"), ("equal-earth", "a")]
+UNBOUNDED += [("mercator", "k"), ("plate-carree", "k"), ("plate-carree", "s"), ("equal-earth", "a")]
 LAEA = "+proj=laea +lat_0=3.7 +lon_0=100"
 ARCHIPELAGOS = [("country:MV", "merc"), ("country:PW", LAEA)]
 OTHERS = [("country:MV", LAEA), ("country:PW", "merc"), ("country:MH", "merc"), ("country:MH", LAEA)]
@@ -72,7 +70,6 @@ def too_large(k_0, region, lon, lat):
 PPM, STERE, REDUCED = "scale_error_ppm", f"+proj=stere +lon_0=5 +lat_0=5 +R={R}", f"+proj=stere +k_0=0.9 +R={R}"
 OVER_10_DEGREES = 1e6 * (1 - 0.9 * 2 / (1 + math.cos(math.radians(10))))
 SHEAR = math.radians(30) * math.sin(math.radians(60))
-ANGLE = 3000e3 / R
 # Lambert's conformal map of the sphere is most too small where sin(latitude) = n (Snyder 1987, 15-3).
 M1, M2, T1, T2 = (f(SPHERE, math.radians(lat)) for f in (m_of, t_of) for lat in (33, 45))
 LEAST = math.asin(math.log(M1 / M2) / math.log(T1 / T2))
@@ -82,6 +79,8 @@ AEA = "+proj=aea +lat_1=-46.632 +lat_2=-45.022 +ellps=WGS84"
 BESIDE = np.max(albers(WGS84, np.radians(np.linspace(-46.974, -44.82, 2001)), -46.632, -45.022))
 SHEARED = f"+proj=sinu +lon_0={{}} +R={R}"
 NOWHERE, WIDE = (None, None), "box:-180,-89,180,89"
+COUNTRIES = [(f"country:{code}", np.abs(get_region(f"country:{code}").edges[:, 1]).max()) for code in ("CA", "FJ")]
+ANGLE = 3000e3 / R
 
 # Map, region, measure, truth, how near it; and the place, None where it is not known, to some degrees.
 MAXIMA = [
@@ -91,11 +90,11 @@ MAXIMA = [
     (SHEARED.format(170), "box:170,10,200,60", "omega", omega_of(SHEAR), 2e-8, (-160, 60), 1e-6),
     (SHEARED.format(-200), "box:-200,10,-170,60", "omega", omega_of(SHEAR), 2e-8, (-170, 60), 1e-6),
     too_large(0.9996, "box:-2.413,-60.23,2.413,-15.62", 2.413, -15.62),
-    too_large(0.9996, "box:-2.31,-60,2.31,60", 2.31, 0),
-    too_large(0.9996, "box:-2.336,4.34,2.336,64.08", 2.336, 4.34),
+    pytest.param(*too_large(0.9996, "box:-2.31,-60,2.31,60", 2.31, 0), marks=SLOW),
+    pytest.param(*too_large(0.9996, "box:-2.336,4.34,2.336,64.08", 2.336, 4.34), marks=SLOW),
     too_large(0.9996, "box:-3.017,39.69,3.017,80", 3.017, 39.69),
     too_large(0.9996, "box:-3,0,3,84", 3, 0),  # a zone of UTM
-    too_large(0.99992365, "box:-1,-80,1,80", 1, 0),
+    pytest.param(*too_large(0.99992365, "box:-1,-80,1,80", 1, 0), marks=SLOW),
     # Albers's map between close parallels on the ellipsoid: the side beyond them, not the middle, errs most.
     (AEA, "box:-20,-46.974,11,-44.82", "a", BESIDE, 1e-10, (None, -46.974), 1e-4),
     # The maximum is flat: 1e-11 of the value is 1e-4 degrees.
@@ -116,8 +115,11 @@ MAXIMA = [
     # The flexion of Mercator's map is 2 / pi tan(latitude).
     ("mercator", "box:0,10,30,60", "flexion", 2 / math.pi * math.sqrt(3), 1e-6, (None, 60), 1e-4),
     (f"+proj=laea +lat_0=20 +lon_0=8 +R={R}", "cap:8,20,2000", "a", 1 / math.cos(1e6 / R), 1e-9, NOWHERE, 0.0),
+    (f"+proj=stere +R={R}", "cap:0,0,3000", "s", sec(math.degrees(ANGLE / 2)) ** 4, 2e-9, NOWHERE, 0.0),
     # Of a box that reaches beyond the horizon only the part on this side counts: b is cos c, and c is nearly 45.
     pytest.param(f"+proj=ortho +R={R}", "box:45,-30,135,30", "b", math.sqrt(0.5), 7e-10, (45, 0), 1e-3, marks=SLOW),
+    # Mercator's scale in a country is largest at its vertex farthest from the equator.
+    *((f"+proj=merc +R={R}", region, "k", sec(lat), 1e-8 * sec(lat), NOWHERE, 0.0) for region, lat in COUNTRIES),
     # What is nothing but rounding is small: omega of a conformal map, the areal error of an equal-area one.
     ("mercator", "box:-10,35,40,70", "omega", 0.0, 1e-6, NOWHERE, 0.0),
     (f"+proj=cea +R={R}", "box:-10,35,40,70", "areal_error_ppm", 0.0, 1e-3, NOWHERE, 0.0),
@@ -139,37 +141,7 @@ def test_maxima(projection, region, measure, truth, within, place, near):
         assert found.error <= 1e-8 * max(1.0, truth) * UNITS.get(measure, 1.0)
 
 
-@each("centre", [(0, 90), (20, -35), (179, 10)])
-def test_rim_of_a_cap(centre):
-    """Azimuthal equidistant maps stretch most on the rim of a cap: a = c / sin c."""
-    lon, lat = centre
-    found = maximum(f"+proj=aeqd +lon_0={lon} +lat_0={lat} +R={R}", f"cap:{lon},{lat},3000", "a")
-    assert found.value == pytest.approx(ANGLE / math.sin(ANGLE), rel=1e-9)
-    assert float(arc_distance(found.lon, found.lat, lon, lat)) == pytest.approx(ANGLE, abs=1e-7)
-
-
-@each("code", ["CA", "FJ"])
-def test_maximum_of_a_country(code):
-    """The largest scale of Mercator's map in a country is at its vertex farthest from the equator."""
-    region = get_region(f"country:{code}")
-    truth = sec(np.abs(region.edges[:, 1]).max())
-    assert maximum(f"+proj=merc +R={R}", region, "k").value == pytest.approx(truth, rel=1e-8)
-
-
-@SLOW
-def test_vertices_of_many_islands_compete():
-    """Where islands have nearly the same distortion, no vertex has more than the largest, by PROJ's factors."""
-    definition = "+proj=aea +ellps=WGS84 +lat_0=49 +lon_0=-112 +lat_1=29.8031 +lat_2=67.2169"
-    region = get_region("country:US")
-    at_vertices = pyproj.Proj(definition).get_factors(region.edges[:, 0], region.edges[:, 1])
-    found = summarize(definition, region, measures=["omega", "a"]).measures
-    # PROJ's factors are good to 1e-8; between the vertices of a degree and less there is hardly more.
-    assert found["omega"].max == pytest.approx(at_vertices.angular_distortion.max(), rel=1e-6)
-    assert found["a"].max == pytest.approx(at_vertices.tissot_semimajor.max(), rel=1e-6)
-
-
-@each("width", [0.5, 0.05, 0.01])
-@each("lat", [-71.3, 0.2, 33.3])
+@each(("lat", "width"), [(-71.3, 0.5), (-71.3, 0.01), (0.2, 0.05), (33.3, 0.5), (33.3, 0.01)])
 def test_peaks_within(lat, width):
     """A cylindrical map that stretches by a fifth along a belt, some degrees or half a degree wide, peaks there."""
     centre = math.radians(lat)
@@ -189,6 +161,7 @@ def test_unbounded(projection, measure):
     """A measure that grows without bound towards the poles has the maximum infinity, near a pole."""
     found = maximum(projection, "globe", measure)
     assert found.value == math.inf
+    assert np.isnan(found.error)
     assert abs(found.lat) > 89
 
 
@@ -198,28 +171,27 @@ def test_errors_at_pole_lines(projection):
     """Towards a pole that is a line, or an end of Mollweide's, omega comes to 180 degrees: as its error says."""
     found = spread(projection, "globe", "omega")
     assert 180.0 - found.max <= found.max_error
-    if projection in OUTLINES:
-        assert (180.0 - found.max < 0.5) == (
-            projection != "mollweide"
-        )  # whose iteration in PROJ ends at 89.997 degrees
+    if projection in OUTLINES:  # Mollweide's iteration in PROJ ends at 89.997 degrees
+        assert (180.0 - found.max < 0.5) == (projection != "mollweide")
 
 
 def test_undefined():
     """A measure that is undefined everywhere has no maximum and no place, and no warning."""
-    found = maximum("mercator", "box:0,0,10,10", lambda J: np.full(J.shape[:-2], np.nan))
-    assert isinstance(found, Extreme)
-    assert np.isnan(found).all()
+    assert np.isnan(maximum("mercator", "box:0,0,10,10", lambda J: np.full(J.shape[:-2], np.nan))).all()
 
 
-def test_measure_at():
-    """Measures at points: s of Mercator's map is 1 / cos^2, its flexion 2 / pi tan in units per radian."""
+def test_measures_at_points():
+    """s of Mercator's map is 1 / cos^2, its flexion 2 / pi tan; extremes of points are theirs, and as good."""
     lon, lat = np.array([0.0, 50.0]), np.array([60.0, -45.0])
     np.testing.assert_allclose(value_at("mercator", "s", lon, lat), [4.0, 2.0], rtol=1e-11)
     flexion = 2 / math.pi * np.array([math.sqrt(3), 1.0])
     np.testing.assert_allclose(value_at("mercator", "flexion", lon, lat), flexion, rtol=1e-7)
+    found = spread("mercator", PointSet(lon, lat, np.ones(2)), "k")
+    assert (found.max, found.max_at) == (pytest.approx(2.0, rel=1e-11), (0.0, 60.0))
+    assert 0.0 < found.max_error < 1e-9
 
 
-NEAREST = 2 / (1 + math.cos(math.radians(10)) * math.cos(math.radians(5)))
+NEAREST = 2 / (1 + 1 / sec(10) / sec(5))
 MINIMA = [
     # k = 1 / cos(lat), least on the southern side of the box.
     ("mercator", "box:0,30,10,60", "k", sec(30), (None, 30), 2e-3),
@@ -242,8 +214,13 @@ def test_minima(projection, region, measure, truth, place, near):
     assert abs(found.min - truth) <= 3.0 * found.min_error <= 3e-8 * truth
 
 
-def test_unbounded_below():
-    """ln(ab) of a map that shrinks to nothing falls without bound; what is no less than 0 does not."""
+def test_ends_without_bound():
+    """They have no error, in JSON neither a value nor an error; the other end has both; what is at least 0 has one."""
+    found = spread("mercator", "globe", "k")
+    assert np.isnan(found.max_error)
+    assert found.to_dict()["max"] is found.to_dict()["max_error"] is None
+    assert found.min == pytest.approx(1.0, abs=3 * found.min_error + 1e-12)
+    # ln(ab) of a map that shrinks to nothing falls without bound.
     found = summarize(lambda lon, lat: (1e5 * lon**3, 1e5 * lat), Box(0.0, 0.0, 20.0, 20.0), measures=["ln(ab)", "s"])
     assert found.measures["ln(ab)"].min == -math.inf
     assert found.measures["s"].min >= 0.0
@@ -255,8 +232,8 @@ def test_islands_between_the_nodes(region, projection):
     place = get_region(region)
     J = jacobian(projection, place.edges[:, 0], place.edges[:, 1])
     found = summarize(projection, place, measures=["a", "b"], tolerance=1e-6).measures
-    largest, least = float(get_measure("a")(J).max()), float(get_measure("b")(J).min())
-    assert (found["a"].max, found["b"].min) == (pytest.approx(largest, rel=1e-9), pytest.approx(least, rel=1e-9))
+    truth = get_measure("a")(J).max(), get_measure("b")(J).min()
+    assert (found["a"].max, found["b"].min) == pytest.approx(truth, rel=1e-9)
     assert place.contains(*found["a"].max_at)
     assert place.contains(*found["b"].min_at)
 
@@ -287,14 +264,21 @@ def test_limits_at_the_pole_of_bonnes_map(lat_1, region):
         assert found.lat > 89.999
 
 
-@each("projection", ["sinusoidal", "quartic-authalic", "foucaut", "collignon", BONNE.format(45)])
+@each("centre", [(0, 90), (20, -35), (179, 10)])
+def test_rim_of_a_cap(centre):
+    """Azimuthal equidistant maps stretch most on the rim of a cap: a = c / sin c."""
+    found = maximum(f"+proj=aeqd +lon_0={centre[0]} +lat_0={centre[1]} +R={R}", "cap:{},{},3000".format(*centre), "a")
+    assert found.value == pytest.approx(ANGLE / math.sin(ANGLE), rel=1e-9)
+    assert float(arc_distance(found.lon, found.lat, *centre)) == pytest.approx(ANGLE, abs=1e-7)
+
+
+@each("projection", ["sinusoidal", "foucaut", "collignon"])
 def test_equal_areas_to_the_poles(projection):
     """Nodes crowd at a pole, and what polynomials make of their rounding there is not taken for certain."""
     field = sample(projection, "box:0,60,40,90", measures=["a", "h", "s"], tolerance=1e-5)
     rounding = 1e-8  # of PROJ, beside a pole
     for found in field.extremes(["s"])[0]:
-        assert abs(found.value - 1.0) <= found.error + rounding
-        assert found.value == pytest.approx(1.0, abs=1e-6)
+        assert abs(found.value - 1.0) <= min(found.error + rounding, 1e-6)
 
 
 def test_far_islets_among_noise():
@@ -305,37 +289,21 @@ def test_far_islets_among_noise():
     found = sample(f"+proj=tmerc +R={R} +x_0=1e11", region, measures=["a"]).maximum("a")
     lon, lat = np.radians(get_coordinates(region)).T
     truth = float((1.0 / np.sqrt(1.0 - (np.cos(lat) * np.sin(lon)) ** 2)).max())  # Snyder 1987, 8-4
-    assert found.value == pytest.approx(truth, abs=3e-9)
-    assert abs(found.value - truth) <= found.error < 1e-6
-
-
-def test_what_is_unbounded_has_no_error():
-    """An infinite extreme has no error, in JSON neither a value nor an error; the other end has both."""
-    found = spread("mercator", "globe", "k")
-    assert np.isnan(found.max_error)
-    assert found.to_dict()["max"] is found.to_dict()["max_error"] is None
-    assert found.min == pytest.approx(1.0, abs=3 * found.min_error + 1e-12)
-
-
-def test_points_have_the_errors_of_derivatives():
-    """Of a set of points the extremes are values at points: good to the rounding of derivatives."""
-    points = PointSet(np.array([0.0, 10.0]), np.array([60.0, 30.0]), np.ones(2))
-    found = spread("mercator", points, "k")
-    assert found.max == pytest.approx(2.0, rel=1e-11)
-    assert found.max_at == (0.0, 60.0)
-    assert 0.0 < found.max_error < 1e-9
+    assert abs(found.value - truth) <= min(found.error, 3e-9)
+    assert found.error < 1e-6
 
 
 ANYWHERE = pytest.mark.filterwarnings("ignore:.*outside its area of use:projdist.support.Notice")
 MEASURES = ["s", "h", "k", "a", "b", "omega", "theta", "fisher", "scale_error_ppm"]
-CRSS = [
-    *("EPSG:5224", "EPSG:3035", "EPSG:32633", "EPSG:2154", "EPSG:3857", "EPSG:2056", "EPSG:3034", "ESRI:54030"),
-    *("ESRI:54009", "winkel-tripel", "robinson", "eckert-4", "sinusoidal", "equal-earth", "hammer", "natural-earth"),
+CRSS = """EPSG:5224 EPSG:3035 EPSG:32633 EPSG:2154 EPSG:3857 EPSG:2056 EPSG:3034 ESRI:54030 ESRI:54009 winkel-tripel
+    robinson eckert-4 sinusoidal equal-earth hammer natural-earth""".split()
+CRSS += [
     "+proj=aea +lat_1=30 +lat_2=60 +lon_0=10 +ellps=GRS80",
     "+proj=omerc +lat_0=45 +lonc=15 +alpha=50 +ellps=GRS80",
+]
+CRSS += [
     "+proj=aeqd +lat_0=40 +lon_0=10 +R=6371000",
-    "+proj=poly +lon_0=10 +ellps=GRS80",
-    "+proj=cass +lon_0=10 +ellps=GRS80",
+    *(f"+proj={name} +lon_0=10 +ellps=GRS80" for name in ("poly", "cass")),
 ]
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from jacobians import ACCURACY, FORMS, R, arc_distance, make, matrices, recorded, value
+from jacobians import ACCURACY, FORMS, R, arc_distance, make, matrices, recorded
 from refusals import refuses
 from tables import each
 
@@ -107,16 +107,6 @@ def test_points_that_crowd():
         assert (found.quality == Quality.OK).all()
 
 
-@each("turn", [-360.0, 0.0, 360.0])
-def test_longitudes_of_other_turns(turn):
-    """The meridians may be counted from anywhere."""
-    lon, lat = scattered()
-    found = derivatives("sinusoidal", lon + turn, lat)
-    shear = np.radians(lon) * np.sin(np.radians(lat))
-    np.testing.assert_allclose(value("s", found.jacobian), 1.0, rtol=10 * ACCURACY)
-    np.testing.assert_allclose(found.jacobian[:, 0, 1], -shear, atol=1e-10)
-
-
 def test_seams_and_poles_among_many():
     """Points on the antimeridian have the derivative of their side, and a pole that is a line has none, as ever."""
     lon, lat = scattered()
@@ -139,7 +129,13 @@ def test_missing_points_among_many():
     k = 1 / np.cos(np.radians(lat[~missing]))
     np.testing.assert_allclose(principal_scales(found.jacobian[~missing]), k[:, None] * [1, 1], rtol=ACCURACY)
     assert (derivatives("mercator", np.full(MANY, np.nan), 0.0).quality == Quality.OUTSIDE).all()
-    assert np.isfinite(derivatives("mercator", np.linspace(-360.0, 539.0, MANY), 10.0).jacobian).all()
+    # The meridians may be counted from anywhere.
+    lon, lat = np.linspace(-360.0, 539.0, MANY), np.linspace(-60.0, 60.0, MANY)
+    J, shear = (
+        derivatives("sinusoidal", lon, lat).jacobian,
+        np.radians((lon + 180) % 360 - 180) * np.sin(np.radians(lat)),
+    )
+    np.testing.assert_allclose(J[:, 0, 1], -shear, atol=1e-10)
 
 
 @each(("size", "jump"), [(1.0, 0.0), (1e-3, 0.0), (1e-6, 0.0), (1e-9, 0.0), (1e-11, 0.0), (0.0, 1e6)])
@@ -183,7 +179,6 @@ def test_a_hill_within_a_panel(width, height):
 
 
 def test_a_hole_within_a_panel():
-    """Points in a hole are outside, those around it have J."""
     lon, lat = scattered()
     lon[:100], lat[:100] = 41.3 + np.linspace(-0.1, 0.1, 100), 17.7
 
@@ -226,8 +221,8 @@ def test_a_map_that_looks_at_all_its_points():
         x, y = smooth(lon, lat)
         return x - x.mean(), y
 
-    for found in (derivatives(centred, lon, lat), derivatives(centred, lon[:5000], lat[:5000])):
-        assert found.error.min() > 1e-10
+    for count in (MANY, 5000):
+        assert derivatives(centred, lon[:count], lat[:count]).error.min() > 1e-10
 
 
 def test_functions_are_asked_within_the_points():
@@ -236,21 +231,6 @@ def test_functions_are_asked_within_the_points():
     derivatives(recording, *points(MANY, (5.0, 45.0, 9.0, 49.0)))
     lon, lat = np.hstack(calls)
     assert np.nanmin([lon - 4.9, lat - 44.9, 9.1 - lon, 49.1 - lat]) > 0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["robinson", "igh", "goode", "EPSG:3035", "isea", "gnom"])
-def test_many_and_few_agree(name):
-    """Among many a point has the J that it has alone, within what is told of both."""
-    lon, lat = scattered()
-    many, few = derivatives(name, lon, lat), derivatives(name, lon[:3000], lat[:3000])
-    both = (many.quality[:3000] <= Quality.ONE_SIDED) & (few.quality <= Quality.ONE_SIDED)
-    gap = np.abs(many.jacobian[:3000] - few.jacobian)[both].sum(axis=(1, 2))
-    size = np.abs(few.jacobian[both]).sum(axis=(1, 2))
-    told = HONEST * (many.error[:3000] + few.error)[both] + ROUNDING
-    if name != "robinson":  # whose table has kinks that differences near them feel, and tell too little of
-        assert (gap <= told * size).all()
-    assert np.quantile(gap / size, 0.99) <= ACCURACY
 
 
 def test_values_and_derivatives():
@@ -329,5 +309,4 @@ def test_points_of_a_raster(name, lon, lat, atol):
 
 @each("lon", [[0.0, 1.0, 3.0], [[0.0, 1.0]]])
 def test_uneven_rasters_are_refused(lon):
-    """Neighbours are a stencil where they stand evenly."""
     refuses(r"^Invalid longitudes of a raster\. They must be evenly spaced", jacobian_grid, "merc", lon, [0.0, 1.0])

@@ -7,7 +7,6 @@ import pytest
 from tables import each
 
 from projdist.answers import index_terms
-from projdist.answers.published_indices import indices
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, WGS84
 from projdist.field.tears import cut_length, is_interrupted
 from projdist.projections import Projection
@@ -47,6 +46,7 @@ def test_cuts_in_regions():
     assert length("robin", "box:170,-20,-170,10") == pytest.approx(30 * degree, rel=1e-6)
     assert length("robin", "cap:180,30,1000") == pytest.approx(2000.0, rel=0.04)
     assert length("+proj=robin +R=1737400", "box:170,-20,-170,10") == pytest.approx(30 * moon, rel=1e-6)
+    assert index_terms.cut_length(Projection.from_user_input("aeqd")) == (0.0, 0.0)
     assert length("robin", "box:170,-20,180,10") == length("robin", "box:-180,-20,-170,10") == 0.0
     assert length("EPSG:3460", "box:177,-20,-178,-15") == 0.0
     assert length("igh", "box:-50,40,-30,60") == pytest.approx(20 * degree, rel=1e-6)
@@ -128,16 +128,3 @@ def test_two_disks(latitude):
     truth = 2 * math.pi * math.cos(math.radians(latitude))
     assert length == pytest.approx(truth, abs=3e-6)  # chords and their halves, extrapolated
     assert abs(length - truth) <= error <= 1e-4
-
-
-def test_no_cut():
-    """An azimuthal map is torn in one point only."""
-    assert index_terms.cut_length(Projection.from_user_input("aeqd")) == (0.0, 0.0)
-
-
-@pytest.mark.slow
-def test_the_index_is_of_the_globe():
-    """B is length over 4 pi; over a box, and on a map of a part of the globe, there is none."""
-    assert indices("mercator", names="B")["B"].value == pytest.approx(0.25, abs=EXACT)
-    assert math.isnan(indices("mercator", "box:0,0,10,10", "B")["B"].value)
-    assert math.isnan(indices("gnomonic", names="B", tolerance=1e-2)["B"].value)

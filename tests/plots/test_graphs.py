@@ -8,6 +8,7 @@ import shapely
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
+from refusals import refuses
 
 from projdist import local_corrections, plots, profile, sample
 from projdist.matrices.measures import angular_distortion
@@ -53,9 +54,8 @@ def test_the_front_and_what_labels_hide() -> None:
     assert pareto_front(points, 1e-9) == [0, 1, 3, 4, 5]
     # What boxes have in common, and outside of a frame, is as large as shapely has it; corners touch in none.
     boxes = [(0.0, 0.0, 2.0, 1.0), (1.0, -3.0, 5.0, 0.25), (2.0, 1.0, 3.0, 3.0), (-1.0, -1.0, 4.0, 4.0)]
-    common = overlaps(np.array(boxes), np.array(boxes))
+    common, shapes = overlaps(np.array(boxes), np.array(boxes)), [shapely.box(*box) for box in boxes]
     outside = areas(np.array(boxes))[:, None] - common
-    shapes = [shapely.box(*box) for box in boxes]
     with np.errstate(invalid="ignore"):  # Old GEOS sets this flag where nothing is left.
         assert common.tolist() == [[one.intersection(other).area for other in shapes] for one in shapes]
         assert outside.tolist() == [[one.difference(other).area for other in shapes] for one in shapes]
@@ -63,7 +63,6 @@ def test_the_front_and_what_labels_hide() -> None:
 
 @pytest.mark.slow
 def test_labels_do_not_overlap() -> None:
-    """Each map of the trade has its name, and none hides another."""
     maps = ["robin", "moll", "mercator", "eqearth", "eck4", "wag4", "hammer", "kav7", "winkel-tripel", "natearth"]
     figure = plots.distribution_figure(maps, "pareto", region="globe")
     boxes = [shapely.box(*text.get_window_extent().extents) for text in figure.axes[0].texts]
@@ -74,8 +73,7 @@ def test_labels_do_not_overlap() -> None:
 def test_curves_are_the_profile() -> None:
     """A panel for the scale, one for heights, one a measure; parts per million at the right are off 1."""
     found = profile("EPSG:32632", [(9, 48, 300), (10, 48, 500), (12, 49, 400)], measures=["convergence", "omega"])
-    figure = plots.profile_figure(found)
-    scale, ppm, height, convergence, _ = figure.axes
+    scale, ppm, height, convergence, _ = plots.profile_figure(found).axes
     np.testing.assert_array_equal(scale.get_lines()[0].get_data(), (found.distance_km, found.scale))
     np.testing.assert_array_equal(height.get_lines()[0].get_ydata(), found.height)
     np.testing.assert_array_equal(convergence.get_lines()[0].get_ydata(), found.measures["convergence"])
@@ -84,10 +82,9 @@ def test_curves_are_the_profile() -> None:
 
 
 def test_curves_end_where_the_map_is_torn() -> None:
-    """No line is drawn across the antimeridian, where Robinson's map is cut."""
     for line, gaps in ([(170, 10), (-170, 30)], 1), ([(150, 10), (170, 30)], 0):
-        figure = plots.profile_figure(profile("robin", line))
-        assert np.isnan(figure.axes[0].get_lines()[0].get_ydata()).sum() == gaps
+        scale = plots.profile_figure(profile("robin", line)).axes[0].get_lines()[0]
+        assert np.isnan(scale.get_ydata()).sum() == gaps
 
 
 def part(ax, label, kind):
@@ -96,21 +93,13 @@ def part(ax, label, kind):
     return found
 
 
-def drawn(projection, radius=300.0, **options):
-    """The axes of a field and its colours."""
-    ax = Figure().add_subplot()
-    return ax, plots.local_field(ax, projection, radius, region=EUROPE, **options)
-
-
 @pytest.mark.slow
 def test_lines_lie_along_the_stretch():
     """Each line has the azimuth of its place's correction, about its disc; the longest are equal."""
-    ax, _ = drawn("moll", step=5.0)
-    lines, discs = part(ax, "stretches", LineCollection), part(ax, "scales", PolyCollection)
-    segments = np.array(lines.get_segments())
-    centres = np.array([path.vertices[:-1].mean(axis=0) for path in discs.get_paths()])
-    np.testing.assert_allclose(segments.mean(axis=1), centres, atol=1e-3)
     figure, field = plots.local_figure("moll", 300.0, region=EUROPE, step=5.0)
+    segments = np.array(part(figure.axes[0], "stretches", LineCollection).get_segments())
+    discs = part(figure.axes[0], "scales", PolyCollection).get_paths()
+    np.testing.assert_allclose(segments.mean(axis=1), [path.vertices[:-1].mean(axis=0) for path in discs], atol=1e-3)
     ahead = segments[:, 1] - segments[:, 0]
     azimuth = np.mod(np.degrees(np.arctan2(ahead[:, 0], ahead[:, 1])), 180.0)
     np.testing.assert_allclose(azimuth, field.parts.stretch_azimuth, atol=1e-6)
@@ -138,24 +127,25 @@ def test_lines_of_closed_forms():
 @pytest.mark.slow
 def test_colours_are_scales():
     """The colours span the corrections' scales, to the neutral 1."""
-    _, scale = drawn("merc")
+    scale, stretch = (plots.local_field(Figure().add_subplot(), one, 300.0, region=EUROPE) for one in ("merc", "moll"))
     field = local_corrections("merc", 10.0, [38.0, 67.0], 300.0)
     low, high = scale.limits
     assert 0.8 * field.parts.scale[1] < low < field.parts.scale[1]
     assert field.parts.scale[0] < high <= 1.0
-    assert scale.label == "Scale of the local correction"
     # Where the scale is the same everywhere the colours are the stretches.
-    _, scale = drawn("moll")
-    assert scale.label == "Stretch of the local correction"
+    assert [one.label for one in (scale, stretch)] == [
+        f"{name} of the local correction" for name in ("Scale", "Stretch")
+    ]
     # Mollweide's map is undistorted at 40.7 N on its middle meridian, and stretched most in the box's north-east.
-    assert scale.limits[0] == pytest.approx(1.0, abs=0.05)
-    assert scale.limits[1] > 1.5
+    assert stretch.limits[0] == pytest.approx(1.0, abs=0.05)
+    assert stretch.limits[1] > 1.5
 
 
 def test_caps_that_are_not_on_the_map():
-    """Where no cap is on the map there is nothing to draw."""
-    with pytest.raises(ValueError, match="No cap of so many km"):
-        drawn(lambda lon, lat: (np.where(np.hypot(lon - 15, lat - 50) < 5, 1e5 * lon, np.nan), 1e5 * lat), 5000.0)
+    def small(lon, lat):
+        return np.where(np.hypot(lon - 15, lat - 50) < 5, 1e5 * lon, np.nan), 1e5 * lat
+
+    refuses("No cap of so many km", plots.local_field, Figure().add_subplot(), small, 5000.0, region="box:12,47,18,53")
 
 
 def hyperbolic(z, w):
@@ -175,8 +165,7 @@ def test_points_of_the_disc_and_lines_between_them():
     np.testing.assert_allclose(disc_points(3.0 * A), z, atol=1e-12)
     # A stretch by 3 at 30 degrees lies at twice the angle, (3 - 1) / (3 + 1) from the middle.
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
-    stretched = np.array([[c, -s], [s, c]]) @ np.diag([3.0, 1.0])
-    assert disc_points(stretched) == pytest.approx(0.5 * np.exp(1j * np.pi / 3))
+    assert disc_points(np.array([[c, -s], [s, c]]) @ np.diag([3.0, 1.0])) == pytest.approx(0.5 * np.exp(1j * np.pi / 3))
     assert np.isnan(disc_points(np.zeros((2, 2))))
     # Geodesics are as long as the distance of their ends, which no other curve is.
     start, end = 0.3 + 0.2j, -0.1 + 0.8j
@@ -188,8 +177,7 @@ def test_points_of_the_disc_and_lines_between_them():
 
 def test_ellipses_about_the_rim():
     """Each stands where the disc has the matrices that make it of a circle."""
-    ax = Figure().add_subplot()
-    draw_glyphs(ax, 0.5)
+    draw_glyphs(ax := Figure().add_subplot(), 0.5)
     found = [patch for patch in ax.patches if isinstance(patch, Ellipse)]
     assert len(found) == 8
     for one in found:

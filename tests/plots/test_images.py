@@ -1,5 +1,7 @@
 """Pictures of old maps and mosaics."""
 
+import functools
+
 import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
@@ -8,6 +10,7 @@ from mosaic_pictures import HEIGHT, WIDTH, cut, maps
 from mosaic_sets import SIZES, affine_maps, common_points, moved
 from PIL import Image
 from refusals import refuses
+from scipy.spatial.transform import Rotation
 from tables import each
 
 from projdist import plots
@@ -16,7 +19,10 @@ from projdist.applications.oldmaps import ControlPoints, old_map
 from projdist.matrices.measures import principal_scales
 from projdist.plots.images import read_scan
 
+FIGURES, NONE = (plots.old_map_figure, plots.mosaic_figure), ([], ["mdt", "middle"])
 
+
+@functools.cache
 def sheet(flip=1.0, shift=0.0, **options):
     """An old map 400 by 300 units large of a known quadratic map."""
     x, y = np.stack(np.meshgrid(np.linspace(20.0, 380.0, 6), np.linspace(20.0, 280.0, 5)), axis=-1).reshape(-1, 2).T
@@ -80,8 +86,8 @@ def test_scans(flip, shift, extent, scan):
     south_east = found.points.new @ [1.0, -1.0]
     for k, brightness in ((np.argmin(south_east), 20 / 240), (np.argmax(south_east), 1.0)):
         x, y = found.points.old[k]
-        shown = read.brightness(np.array([x, 390.0, 395.0, 399.0]), np.array([y]))
-        assert shown[0, 0] == pytest.approx(brightness, abs=0.01)
+        shown = read.brightness(np.array([x, 390.0, 395.0, 399.0]), np.array([y]))[0, 0]
+        assert shown == pytest.approx(brightness, abs=0.01)
 
 
 @pytest.mark.slow
@@ -105,7 +111,7 @@ def test_rotation_has_one_sign():
     old = truth @ np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) / 50.0
     found = old_map(ControlPoints(old, truth), model="affine")
     assert {round(one["rotation"], 9) for one in found.to_dict()["rectifications"].values()} == {10.0}
-    texts = [text.get_text() for ax in plots.old_map_figure(found, draw=["rotation"]).axes for text in ax.findobj(Text)]
+    texts = [text.get_text() for text in plots.old_map_figure(found, draw=["rotation"]).findobj(Text)]
     assert any("clockwise from the mean, which is 10.00" in text for text in texts), texts
 
 
@@ -113,12 +119,12 @@ def test_no_image(tmp_path, scan):
     """A file that is no picture, one that is not there, and one in whose pixels the points are not: one is named."""
     path = tmp_path / "x.jpg"
     path.write_text("no picture", encoding="utf-8")
-    said = r"Invalid image '.*x\.jpg'\. It cannot be read: cannot identify image file"
-    refuses(said, plots.old_map_figure, sheet(), image=path)
-    said = r"It cannot be read: No such file or directory\."
-    refuses(said, plots.old_map_figure, sheet(), image=tmp_path / "none.jpg")
-    said = r"It has 400 by 300 pixels, and 30 of 30 control points lie outside, as '1'\."
-    refuses(said, plots.old_map_figure, sheet(-1.0, 900.0), image=scan)
+    for found, image, said in (
+        (sheet(), path, r"Invalid image '.*x\.jpg'\. It cannot be read: cannot identify image file"),
+        (sheet(), tmp_path / "none.jpg", r"It cannot be read: No such file or directory\."),
+        (sheet(-1.0, 900.0), scan, r"It has 400 by 300 pixels, and 30 of 30 control points lie outside, as '1'\."),
+    ):
+        refuses(said, read_scan, image, found)
 
 
 @pytest.mark.slow
@@ -144,19 +150,16 @@ def test_folds_are_marked():
     assert any("pink: the fit folds" in text.get_text() for text in ax.texts)
 
 
-@each(("options", "message"), [
-    ({"draw": []}, r"Invalid panels ''\. They must be of tissot, heatmap, rotation, scale, grid\."),
-    ({"draw": ["map"]}, r"Invalid panels 'map'\."),
-    ({"measure": "h"}, r"Invalid measure 'h' of an old map\. It must be fisher or areal_scale\."),
-    ({"size": (0, 3)}, r"Invalid size '\(0, 3\)'\. It must be a width and a height in inches"),
-    ({"size": (1, 1)}, r"Invalid size '1,1'\. It has no room for 4 panels\."),
+@each(("call", "options", "message"), [
+    (plots.old_map_figure, {"draw": []}, r"Invalid panels ''\. They must be of tissot, heatmap, rotation, scale, gr"),
+    (plots.old_map_figure, {"draw": ["map"]}, r"Invalid panels 'map'\."),
+    (plots.old_map_figure, {"measure": "h"}, r"Invalid measure 'h' of an old map\. It must be fisher or areal_scale\."),
+    (plots.old_map_figure, {"size": (1, 1)}, r"Invalid size '1,1'\. It has no room for 4 panels\."),
+    *((call, {"size": (0, 3)}, r"Invalid size '\(0, 3\)'\. It must be a width and a height in") for call in FIGURES),
+    *((plots.mosaic_figure, {"frames": frames}, "^Invalid frames '.*'. They must be of first, la") for frames in NONE),
 ])  # fmt: skip
-def test_wrong_options(options, message):
-    """What makes no picture is refused."""
-    refuses(message, plots.old_map_figure, sheet(), **options)
-
-
-FRAMES = ["first", "last", "central", "best", "mdt"]
+def test_wrong_options(found, call, options, message):
+    refuses(message, call, found if call is plots.mosaic_figure else sheet(), **options)
 
 
 def texts(ax):
@@ -169,19 +172,12 @@ def found():
     return mosaic(common_points(affine_maps(np.random.default_rng(1))))
 
 
-def test_refused_frames(found):
-    """Frames that are none, and sizes."""
-    for frames in ([], ["mdt", "middle"]):
-        refuses("^Invalid frames '.*'. They must be of first, last, ce", plots.mosaic_figure, found, frames=frames)
-    refuses(r"Invalid size '\(0, 3\)'", plots.mosaic_figure, found, size=(0, 3))
-
-
 @pytest.mark.slow
 def test_rims(found):
     """Without pictures each panel has the rims of the images in its frame, and says what the frame is worth."""
     figure = plots.mosaic_figure(found)
     assert len(figure.axes) == 5
-    for ax, name in zip(figure.axes, FRAMES, strict=True):
+    for ax, name in zip(figure.axes, ("first", "last", "central", "best", "mdt"), strict=True):
         frame = found.frames[name]
         assert ax.get_title().lower().startswith(name)
         assert f"Sum of Dist_F² = {frame.figure:.4g}" in texts(ax)
@@ -197,7 +193,6 @@ def test_rims(found):
 
 @pytest.mark.slow
 def test_pictures():
-    """With pictures these are drawn, in the frames that are asked for."""
     pytest.importorskip("cv2")
     H = maps(np.random.default_rng(3))[:2]
     points = common_points(H, np.array([[float(WIDTH), float(HEIGHT)]] * 2))
@@ -209,14 +204,11 @@ def test_pictures():
 def test_impossible_frames():
     """A plane that sends an image through infinity has a title, and no picture."""
     K = np.array([[320.0, 0.0, 150.0], [0.0, 320.0, 100.0], [0.0, 0.0, 1.0]])
-    H = []
-    for t in np.radians([-55.0, -20.0, 20.0, 55.0]):  # a camera that turns, with a field of view of 50 degrees
-        R = np.array([[np.cos(t), 0.0, np.sin(t)], [0.0, 1.0, 0.0], [-np.sin(t), 0.0, np.cos(t)]])
-        H.append(K @ R @ np.linalg.inv(K))
-    found = mosaic(common_points(np.stack(H), SIZES[:4]), model="homography")
+    # A camera that turns, with a field of view of 50 degrees.
+    turns = Rotation.from_rotvec(np.outer([-55.0, -20.0, 20.0, 55.0], [0, 1, 0]), degrees=True).as_matrix()
+    found = mosaic(common_points(K @ turns @ np.linalg.inv(K), SIZES[:4]), model="homography")
     assert found.frames["first"] is None
-    figure = plots.mosaic_figure(found, frames=["first", "mdt"])
-    first, mdt = figure.axes
+    first, mdt = plots.mosaic_figure(found, frames=["first", "mdt"]).axes
     assert texts(first) == ["First", "Impossible: the plane sends an image to infinity"]
     assert not first.collections
     assert f"Mean of Dist_F² = {found.frames['mdt'].figure:.4g}" in texts(mdt)
