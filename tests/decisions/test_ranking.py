@@ -1,7 +1,9 @@
 """The order of maps, whose land a region is, what is made for it, zones, and what fifty mapping agencies use."""
 
 import csv
+import itertools
 import math
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 from pyproj import CRS, Proj
 from pyproj.database import query_crs_info
+from refusals import refuses
 from tables import each
 
 from projdist import FIGURES, recommend
@@ -20,12 +23,15 @@ from projdist.projections.database import AUTHORITIES, CrsRecord, crs_records, f
 from projdist.regions import get_region
 
 # Figures are made up: of its country alone, on a new datum.
-OWN = Candidate(
-    code="EPSG:1", name="", method="", datum="New", keeps=(), area_of_use=(-180.0, -90.0, 180.0, 90.0), area_name="",
-    trial=None, share=1.0, national=True, datum_since=2010,
-)  # fmt: skip
-OLD = replace(OWN, datum_since=1950, datum="Old")
-OTHER = replace(OWN, national=False)
+USED = {
+    "code": "EPSG:1",
+    "area_of_use": (-180.0, -90.0, 180.0, 90.0),
+    "share": 1.0,
+    "datum": "New",
+    "datum_since": 2010,
+}
+OWN = Candidate(**USED, name="", method="", keeps=(), area_name="", trial=None, national=True)
+OLD, OTHER = replace(OWN, datum_since=1950, datum="Old"), replace(OWN, national=False)
 RECORDS = {record.code: record for record in crs_records(AUTHORITIES)}
 
 
@@ -68,15 +74,12 @@ def test_preferred(maps, order):
 
 def test_wide():
     """The world is wide for a country, a continent for a part of it and not for itself; a zone of six degrees never."""
-
-    def record(*area):
-        return CrsRecord("EPSG:1", "", "", area, "")
-
-    world, europe, zone = record(-180, -90, 180, 90), record(-30, 34, 50, 85), record(6, 0, 12, 84)
+    areas = (-180, -90, 180, 90), (-30, 34, 50, 85), (6, 0, 12, 84), (170, -20, -170, -10), (-10, -20, 10, -10)
+    world, europe, zone, fiji, greenwich = (CrsRecord("EPSG:1", "", "", area, "") for area in areas)
     assert world.extent_km2 == pytest.approx(510.06e6, rel=1e-4)
     wide = is_wide(world, 357e3), is_wide(europe, 357e3), is_wide(europe, 26e6), is_wide(zone, 10.0)
     assert wide == (True, True, False, False)
-    assert record(170, -20, -170, -10).extent_km2 == pytest.approx(record(-10, -20, 10, -10).extent_km2)
+    assert fiji.extent_km2 == pytest.approx(greenwich.extent_km2)
 
 
 @each(("code", "home", "own"), [
@@ -103,20 +106,17 @@ def test_close_is_a_share_of_the_figure(key, least, expected):
 
 def test_purposes():
     """Each purpose takes what keeps it; a compromise keeps nothing, and any takes all."""
+    suits = ranking.suits
     for name in ranking.PURPOSES[1:-1]:
-        assert ranking.suits((name,), name)
-        assert not ranking.suits((), name)
-        assert not ranking.suits((name,), "compromise")
-    assert ranking.suits((), "compromise")
-    assert ranking.suits((), "any")
-    with pytest.raises(ValueError, match=r"^Invalid purpose 'conformel'. Did you mean conformal\? It must be any"):
-        ranking.get_purpose("conformel")
+        assert (suits((name,), name), suits((), name), suits((name,), "compromise")) == (True, False, False)
+    assert (suits((), "compromise"), suits((), "any")) == (True, True)
+    refuses(r"^Invalid purpose 'conformel'. Did you mean conformal\? It must be any", ranking.get_purpose, "conformel")
 
 
-def tried(codes, region, **usage):
+def tried(codes, region, figure="airy_kavrayskiy", **usage):
     """Candidates as they are measured in a region, with what each is used for."""
     probe = probe_of(get_region(region))
-    found = [try_crs(RECORDS[code], probe, FIGURES["airy_kavrayskiy"]) for code in codes]
+    found = [try_crs(RECORDS[code], probe, FIGURES[figure]) for code in codes]
     assert all(isinstance(one, Candidate) for one in found)
     return [replace(one, **usage.get(one.code, {})) for one in found]
 
@@ -138,12 +138,11 @@ def tried(codes, region, **usage):
     ("box:168,-47,174,-40", "EPSG:2134", "EPSG:32759 EPSG:27259"),
 ])  # fmt: skip
 def test_the_known_name_comes_first(region, known, others):
-    """Whatever the order in which they are found."""
     (group,) = ranking.grouped(tried([*others.split(), known], region))
     for holds in (True, False):
         used = [replace(one, holds=holds) for one in group]
-        assert ranking.by_usage(used, RECORDS)[0].code == known
-        assert ranking.by_usage(used[::-1], RECORDS) == ranking.by_usage(used, RECORDS)
+        first, *_ = found = ranking.by_usage(used, RECORDS)
+        assert (first.code, ranking.by_usage(used[::-1], RECORDS)) == (known, found)
 
 
 # Maps that are in force on the datum of the first code, which replaced those of the others.
@@ -164,12 +163,14 @@ def test_the_datum_in_force_comes_first(region, known, others):
 
 def test_national_crss_and_those_for_the_whole_region_come_first():
     """Kenya's own UTM zone before that of the world, which is on a newer datum; the only one for the whole region."""
-    usage = {"EPSG:21037": {"national": True, "datum_since": 1960}, "EPSG:32737": {"datum_since": 1984}}
-    group = tried(["EPSG:32737", "EPSG:21037"], "box:36,-4,41,4", **usage)
-    assert [one.code for one in ranking.by_usage(group, RECORDS)] == ["EPSG:21037", "EPSG:32737"]
-    codes = ["EPSG:3003", "EPSG:3064", "EPSG:25832"]
-    group = tried(codes, "box:6.1,40,11.9,50", **{"EPSG:3003": {"holds": True}})
-    assert ranking.by_usage(group, RECORDS)[0].code == "EPSG:3003"
+    kenyan = {"EPSG:32737": {"datum_since": 1984}, "EPSG:21037": {"national": True, "datum_since": 1960}}
+    italian = {"EPSG:3003": {"holds": True}, "EPSG:3064": {}, "EPSG:25832": {}}
+    for usage, region, first in (
+        (kenyan, "box:36,-4,41,4", "EPSG:21037"),
+        (italian, "box:6.1,40,11.9,50", "EPSG:3003"),
+    ):
+        found = ranking.by_usage(tried(usage, region, **usage), RECORDS)
+        assert (found[0].code, len(found)) == (first, len(usage))
 
 
 @each(("datum", "root"), [
@@ -248,7 +249,7 @@ def part_of(home, region):
     (USA, "box:-83.5,39.5,-82.5,40.5", "", False),  # a tenth of it
     (USA, "state:AK", "Alaska", False), (USA, "state:HI", "Hawaii", True),
     (USA, "box:-161,18,-154,23", "", True),  # most of it is sea
-    (USA, "country:US@main", "", False), pytest.param(USA, "country:US@all", "", False, marks=pytest.mark.slow),
+    *(pytest.param(USA, f"country:US@{part}", "", False, marks=pytest.mark.slow) for part in ("main", "all")),
     (SPAIN, "country:ES & box:-18.5,27,-13,30", "", True),
     (SPAIN, "country:ES & box:0,38,5,41", "", False),  # the Balearic Islands are near
     ("Germany", "country:DE", "", False),
@@ -256,8 +257,7 @@ def part_of(home, region):
 def test_parts(home, region, state, is_far):
     """States by nine tenths of the region in half of a state; what is far by the main part of the outlines."""
     part = part_of(home, region)
-    assert part.state == state
-    assert (part.middle is not None) == (is_far and not state)
+    assert (part.state, part.middle is not None) == (state, is_far and not state)
 
 
 def test_what_is_made_for_a_part():
@@ -318,7 +318,7 @@ def measured(region, *codes):
 def test_zones_over_their_parts():
     """Zones 32 and 33 have two thirds and one of the box, with the scales that PROJ has there."""
     found = measured(BOX, *CODES)
-    assert found.name == "WGS 84 / UTM zone 32N to UTM zone 33N"
+    assert (found.name, found.national) == ("WGS 84 / UTM zone 32N to UTM zone 33N", True)
     assert [zone.share for zone in found.zones] == pytest.approx([2 / 3, 1 / 3], rel=1e-6)
     for zone, west, east in zip(found.zones, (8, 12), (12, 14), strict=True):
         k = Proj(zone.code).get_factors(*np.meshgrid(np.linspace(west, east, 81), [50.0, 50.5, 51.0])).meridional_scale
@@ -326,12 +326,11 @@ def test_zones_over_their_parts():
         assert zone.value == pytest.approx(0.0, abs=1e-5)  # conformal
     assert found.max_scale_error_ppm == max(zone.max_scale_error_ppm for zone in found.zones)
     assert found.value == max(zone.value for zone in found.zones)
-    assert (found.share, found.national) == (pytest.approx(1.0), True)
+    assert found.share == pytest.approx(1.0)
     assert found.to_dict()["zones"][0]["share_in_area_of_use"] == found.zones[0].share
     # A zone that does not meet the region is none of the system's, of which only so much is held.
     part = measured(BOX, "EPSG:32631", "EPSG:32632")
-    assert [zone.code for zone in part.zones] == ["EPSG:32632"]
-    assert part.share == pytest.approx(2 / 3, abs=0.01)
+    assert ([zone.code for zone in part.zones], part.share) == (["EPSG:32632"], pytest.approx(2 / 3, abs=0.01))
     assert math.isfinite(part.value)
 
 
@@ -347,10 +346,7 @@ def test_what_is_a_system_of_zones(region, count):
     (("EPSG:32632", "EPSG:3035"), 1e5, False),  # equal-area
 ])  # fmt: skip
 def test_zones_are_conformal_and_good_enough(codes, above, serves):
-    """All of them, by their trials."""
-    probe = probe_of(get_region("box:8,50,10,51"))
-    found = {code: try_crs(RECORDS[code], probe, FIGURES["max_scale_error_ppm"]) for code in codes}
-    assert all(isinstance(one, Candidate) for one in found.values())
+    found = dict(zip(codes, tried(codes, "box:8,50,10,51", "max_scale_error_ppm"), strict=True))
     system = _System(tuple(RECORDS[code] for code in codes), np.ones((2, 1), dtype=bool), 0, "WGS 84", False)
     assert _serves(system, found, above) == serves
 
@@ -361,13 +357,13 @@ def test_areas_of_use_of_one_map_count_together():
     records = [replace(RECORDS[code], area_of_use=part) for code, part in parts.items()]
     place = get_region("box:8,50,12,51")
     pool = candidate_crs.CandidatePool(place, records, "contains")
-    assert set(pool.records) == {"EPSG:25832", "EPSG:32632"}
-    assert [one.code for one in pool.rejected] == ["EPSG:23032"]
+    assert ([*pool.records], [one.code for one in pool.rejected]) == (["EPSG:25832", "EPSG:32632"], ["EPSG:23032"])
     assert candidate_crs.CandidatePool(place, records[:1], "contains").records == {}
 
 
-FILE = Path(__file__).parents[1] / "data/national_systems.csv"
-SYSTEMS = list(csv.DictReader(FILE.read_text("utf-8").splitlines()))
+SYSTEMS = list(
+    csv.DictReader((Path(__file__).parents[1] / "data/national_systems.csv").read_text("utf-8").splitlines())
+)
 QUESTIONS = {(row["region"], row["purpose"]): [] for row in SYSTEMS}
 for row in SYSTEMS:
     QUESTIONS[row["region"], row["purpose"]].append(row)
@@ -378,26 +374,25 @@ def title(row):
 
 
 def test_fifty_countries_of_all_continents():
-    """Each with the use of its system and a source, zones and single ones in number; for three another is advised."""
-    assert len({row["iso"] for row in SYSTEMS}) == 50
-    assert all(row["use"] and row["source"] for row in SYSTEMS)
-    kinds = [row["kind"] for row in SYSTEMS]
-    assert min(kinds.count("zones"), kinds.count("single")) >= 20
-    assert {*kinds, "zones", "single"} == {"zones", "single"}
-    assert {row["purpose"] for row in SYSTEMS} == {"conformal", "equal-area"}
-    assert sum((row["kind"], row["purpose"]) == ("single", "conformal") for row in SYSTEMS) > 20
-    assert {*OTHERWISE, *OFFICIAL_OTHERWISE} <= {title(row) for row in SYSTEMS}
-    assert len({name.partition(" ")[0] for name in OTHERWISE}) <= 3
+    """Each with the use of its system and a source, zones and single ones in number; for three another is advised.
 
-
-def test_codes():
-    """Every code is in the database, not deprecated, and on a datum that is named."""
+    Every code is in the database, not deprecated, and on a datum that is named.
+    """
     names = {f"EPSG:{info.code}" for info in query_crs_info("EPSG", "PROJECTED_CRS")}
     for row in SYSTEMS:
         codes = row["codes"].split()
         assert len(codes) > (row["kind"] == "zones"), row
         assert set(codes) <= names, row
         assert CRS(codes[0]).geodetic_crs.name.startswith(tuple(row["datum"].split("; "))), row
+        assert row["use"], row
+        assert row["source"], row
+    kinds = Counter((row["kind"], row["purpose"]) for row in SYSTEMS)
+    assert {*kinds} <= {*itertools.product(("zones", "single"), ("conformal", "equal-area"))}
+    assert kinds["single", "conformal"] > 20 <= kinds["zones", "conformal"] + kinds["zones", "equal-area"]
+    assert kinds["single", "equal-area"]
+    assert len({row["iso"] for row in SYSTEMS}) == 50
+    assert {*OTHERWISE, *OFFICIAL_OTHERWISE} <= {title(row) for row in SYSTEMS}
+    assert len({name.partition(" ")[0] for name in OTHERWISE}) <= 3
 
 
 # What the advice is not, with what it says in place of it.
@@ -418,7 +413,7 @@ OFFICIAL_OTHERWISE = {
 # These are even first.
 FIRST = {
     "country:CH": "EPSG:2056", "country:AT": "EPSG:3416", "country:GB": "EPSG:27700", "country:CZ": "EPSG:5514",
-    "country:FR & box:-6,41,10,52": "EPSG:2154",
+    "country:FR & box:-6,41,10,52": "EPSG:2154", "country:NO & box:4,57,32,72": "EPSG:25832",
 }  # fmt: skip
 
 

@@ -1,10 +1,12 @@
 """A CRS for data and for frames: on their datum, for their country, with little convergence, and with messages."""
 
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pyproj
 import pytest
+from refusals import refuses
 from shapely import box
 from tables import each
 
@@ -16,7 +18,6 @@ from projdist.regions import Box
 
 geopandas = pytest.importorskip("geopandas")
 
-# What is there, by any atlas: the country of each place.
 PLACES = {
     "Freiburg": (7.80, 47.97), "Colmar": (7.35, 48.08), "Basel": (7.59, 47.55), "Oslo": (10.7, 59.9),
     "Utrecht": (5.1, 52.1), "Madrid": (-3.7, 40.4), "Nairobi": (36.8, -1.3), "Christchurch": (172.6, -43.5),
@@ -87,8 +88,7 @@ def test_the_convergence_of_a_zone():
 def test_no_shift_is_no_ballpark():
     """What PROJ knows no way for is not known, and not 0; one datum is no change."""
     assert datum_transformation("EPSG:4258", "EPSG:25832", 8.0, 48.0) is None
-    assert keeps_datum("EPSG:4258", "EPSG:3035")
-    assert not keeps_datum("EPSG:4326", "EPSG:3035")
+    assert [keeps_datum(source, "EPSG:3035") for source in ("EPSG:4258", "EPSG:4326")] == [True, False]
     found = datum_transformation(pyproj.CRS("+proj=longlat +ellps=intl +type=crs"), "EPSG:25832", 8.0, 48.0)
     assert np.isnan(found.metres)
     assert str(found).endswith("by how much is not known to PROJ here.")
@@ -103,17 +103,16 @@ def test_no_shift_is_no_ballpark():
 ])  # fmt: skip
 def test_data_keep_their_datum(place, crs, datum):
     """Data that state a datum get a CRS on it, without a word about any change; the box of its use holds the data."""
-    found = estimate_crs(parcels(place, crs), authorities=["EPSG"])
+    found, (lon, lat) = estimate_crs(parcels(place, crs), authorities=["EPSG"]), PLACES[place]
     assert found.geodetic_crs.name == datum
-    area, (lon, lat) = found.area_of_use, PLACES[place]
-    assert area.west <= lon <= area.east
-    assert area.south <= lat <= area.north
+    west, south, east, north = found.area_of_use.bounds
+    assert (west <= lon <= east, south <= lat <= north) == (True, True)
 
 
 def _sited(place, crs, purpose="any", **options):
-    west, south, east, north = parcels(place, "EPSG:4326").total_bounds
-    lon, lat = np.array([west, east, east, west]), np.array([south, south, north, north])
-    return crs_for_data(crs, Box(west, south, east, north), lon, lat, purpose=purpose, authorities=["EPSG"], **options)
+    bounds = parcels(place, "EPSG:4326").total_bounds
+    lon, lat = bounds[[0, 2, 2, 0]], bounds[[1, 1, 3, 3]]
+    return crs_for_data(crs, Box(*bounds), lon, lat, purpose=purpose, authorities=["EPSG"], **options)
 
 
 @pytest.mark.slow
@@ -155,26 +154,18 @@ def test_a_change_of_datum_is_told():
 
 
 def candidate(code, area_name, value=1.0):
-    """What is asked of a candidate."""
     usual = {"same": (), "share": 1.0, "wide": False, "national": True, "since": 1989}
     return SimpleNamespace(code=code, codes=(code,), area_name=area_name, value=value, **usual)
 
 
 def sited(monkeypatch, place, crs, answers, **options):
     """The CRS for a box about a place, when `recommend` has these answers; and what it was asked."""
-    lon, lat = PLACES[place]
-    asked, left = [], list(answers)
-
-    def recommend(region, **words):
-        asked.append(words)
-        answer = left.pop(0)
-        if isinstance(answer, Exception):
-            raise answer
-        return SimpleNamespace(results=tuple(answer))
-
+    effects = [one if isinstance(one, Exception) else SimpleNamespace(results=tuple(one)) for one in answers]
+    recommend = Mock(side_effect=effects)
     monkeypatch.setattr("projdist.decisions.data_checks.recommend", recommend)
-    corners = np.array([lon - 0.1, lon + 0.1]), np.array([lat - 0.1, lat + 0.1])
-    return crs_for_data(crs, Box(lon - 0.1, lat - 0.1, lon + 0.1, lat + 0.1), *corners, **options), asked
+    (west, east), (south, north) = corners = np.add.outer(PLACES[place], [-0.1, 0.1])
+    found = crs_for_data(crs, Box(west, south, east, north), *corners, **options)
+    return found, [call.kwargs for call in recommend.call_args_list]
 
 
 def test_where_a_crs_is_sought(monkeypatch):
@@ -187,8 +178,7 @@ def test_where_a_crs_is_sought(monkeypatch):
         assert (found.code, ["datum" in one for one in asked]) == ("EPSG:25832", [True, False])
     assert sited(monkeypatch, "Freiburg", "EPSG:4258", [[], []])[0] is None
     assert "datum" not in sited(monkeypatch, "Freiburg", "EPSG:4326", [[german]])[1][0]
-    with pytest.raises(ValueError, match="Invalid purpose"):
-        sited(monkeypatch, "Freiburg", "EPSG:4258", [ValueError("Invalid purpose.")])
+    refuses("Invalid purpose", sited, monkeypatch, "Freiburg", "EPSG:4258", [ValueError("Invalid purpose.")])
 
 
 @pytest.mark.slow
@@ -196,8 +186,8 @@ def test_the_best_of_the_country(monkeypatch):
     """The first may be of the country beside, whose box reaches there; where there is nothing else it is said."""
     french = candidate("EPSG:2154", "France - onshore.", value=0.5)
     german = candidate("EPSG:25832", "Germany - onshore.", value=5.0)
-    assert sited(monkeypatch, "Freiburg", "EPSG:4326", [[french, german]])[0].code == "EPSG:25832"
-    assert sited(monkeypatch, "Colmar", "EPSG:4326", [[french, german]])[0].code == "EPSG:2154"
+    for place, code in (("Freiburg", "EPSG:25832"), ("Colmar", "EPSG:2154")):
+        assert sited(monkeypatch, place, "EPSG:4326", [[french, german]])[0].code == code
     foreign, _ = sited(monkeypatch, "Freiburg", "EPSG:4326", [[french]])
     said = "None was found for the country of the data; this one is for France - onshore."
     assert (foreign.code, foreign.foreign) == ("EPSG:2154", said)
@@ -248,8 +238,6 @@ def test_purpose():
 
 
 def test_refused():
-    """Data without a CRS, or without geometry."""
-    placeless, empty = geopandas.GeoSeries.from_wkt(["POINT(1 2)"]), frame("POINT EMPTY")
-    for data, must in ((placeless, "a CRS"), (empty, "a geometry")):
-        with pytest.raises(ValueError, match=rf"^Invalid data. It must have {must}"):
-            estimate_crs(data)
+    for text, crs, must in (("POINT(1 2)", None, "a CRS"), ("POINT EMPTY", "EPSG:4326", "a geometry")):
+        data = geopandas.GeoSeries.from_wkt([text], crs=crs)
+        refuses(rf"^Invalid data. It must have {must}", estimate_crs, data)

@@ -14,8 +14,6 @@ from projdist.surfaces import surface_of
 from projdist.web import draw_maps
 from projdist.web.frames import Grid, _as_bytes, _rings_around, _simplified, interpolated
 
-STEPS = 65535
-
 
 class Decoded:
     """A frame by the description of its format."""
@@ -30,13 +28,10 @@ class Decoded:
 
     def at(self, row: int, column: int, s: float, t: float) -> tuple[float, float, np.ndarray]:
         """u, v and the four numbers at shares of a cell, by polynomials through the nodes around it."""
-        u, v = self.arrays["u"], self.arrays["v"]
-        steps = range(-1, 3) if self.cubic[row, column] else range(2)
+        u, v, steps = self.arrays["u"], self.arrays["v"], range(-1, 3) if self.cubic[row, column] else range(2)
         columns, rows = [column + step for step in steps], [row + step for step in steps]
-        width = u.size
-        us = [u[k % width] + 360.0 * (k // width) for k in columns]
-        vs = [v[k] for k in rows]
-        here = steps.index(0)
+        width, here = u.size, steps.index(0)
+        us, vs = [u[k % width] + 360.0 * (k // width) for k in columns], v[rows]
         place = us[here] + s * (us[here + 1] - us[here]), vs[here] + t * (vs[here + 1] - vs[here])
         fields = self.arrays["fields"][:, : self.shape[0] * width].astype(float).reshape(4, *self.shape)
         table = fields[:, rows][:, :, [k % width for k in columns]].copy()
@@ -46,7 +41,6 @@ class Decoded:
 
 @functools.cache
 def drawn(given: str, region: str) -> Decoded:
-    """The frame of a map."""
     return Decoded(draw_maps([given], titles=["A"], region=region).frames[0])
 
 
@@ -135,12 +129,10 @@ def test_figures_beside_cuts_are_those_of_the_map(given: str) -> None:
 
 @pytest.mark.parametrize("given", ["winkel-tripel", pytest.param("EPSG:2048", marks=pytest.mark.slow)])
 def test_places_are_those_of_the_map(given: str) -> None:
-    """Nodes lie where PROJ has them, to half a step."""
     region = "globe" if given == "winkel-tripel" else "box:16,-35,22,-30"
     frame = drawn(given, region)
     rows, columns = np.nonzero(frame.whole)
-    u, v = frame.arrays["u"][columns], frame.arrays["v"][rows]
-    lon, lat = geographic(frame.header, u, v)
+    lon, lat = geographic(frame.header, frame.arrays["u"][columns], frame.arrays["v"][rows])
     x, y = projdist.Projection.from_user_input(given)(lon, lat)
     west, south, step = frame.header["grid"]
     node = rows * frame.shape[1] + columns
@@ -151,13 +143,10 @@ def test_places_are_those_of_the_map(given: str) -> None:
 @pytest.mark.usefixtures("few_cells")
 def test_scales_are_on_the_ground() -> None:
     """By the elevation factor R / (R + h) of a sphere, which is 1 / 1.0001 at a ten-thousandth of its radius."""
-    given = "+proj=merc +R=6000000"
-    fields = [
-        Decoded(draw_maps([given], titles=["A"], region="box:0,0,9,9", height=height).frames[0]).arrays["fields"]
-        for height in (0.0, 600.0)
-    ]
-    assert np.allclose(fields[1][0] - fields[0][0], -np.log(1.0001), atol=2e-7)
-    assert np.array_equal(fields[1][1:], fields[0][1:])
+    made = [draw_maps(["+proj=merc +R=6000000"], titles=["A"], region="box:0,0,9,9", height=h) for h in (0.0, 600.0)]
+    low, high = (Decoded(one.frames[0]).arrays["fields"] for one in made)
+    assert np.allclose(high[0] - low[0], -np.log(1.0001), atol=2e-7)
+    assert np.array_equal(high[1:], low[1:])
 
 
 @pytest.mark.usefixtures("few_cells")
@@ -166,26 +155,20 @@ def test_marks_are_where_they_are() -> None:
     square, line = shapely.box(2, 2, 6, 6), shapely.LineString([(1, 1), (1, 3)])
     marks = {"A": shapely.GeometryCollection([shapely.MultiPolygon([square]), line])}
     frame = Decoded(draw_maps(["+proj=eqc +R=6371000"], titles=["A"], region="box:0,0,9,9", marks=marks).frames[0])
-    west, south, step = frame.header["grid"]
-    degrees = np.degrees((np.array([west, south]) + step * frame.arrays["marks"]) / 6371000.0)
+    *origin, step = frame.header["grid"]
+    degrees = np.degrees((np.array(origin) + step * frame.arrays["marks"]) / 6371000.0)
     assert sorted(frame.arrays["marksSizes"]) == [2, 5]
     for corner in ((2, 2), (6, 2), (6, 6), (2, 6), (1, 1), (1, 3)):
         assert np.abs(degrees - corner).max(axis=1).min() < 1e-3
     ((name, x, y),) = frame.header["names"]
-    middle = np.degrees((np.array([west, south]) + step * np.array([x, y])) / 6371000.0)
     assert name == "A"
-    assert np.allclose(middle, 4.0, atol=1e-3)
+    assert np.degrees((np.array(origin) + step * np.array([x, y])) / 6371000.0) == pytest.approx([4.0, 4.0], abs=1e-3)
 
 
 @pytest.mark.slow
-def test_conformal_maps_have_no_other_part() -> None:
-    """q / p vanishes, so that omega is 0 wherever one points."""
+def test_conformal_and_mirrored_maps_are_told() -> None:
+    """q / p vanishes, so that omega is 0 wherever one points; numbers of a mirror image are those of the map."""
     assert np.nanmax(np.abs(drawn("mercator", "globe").arrays["fields"][2:])) < 1e-6
-
-
-@pytest.mark.slow
-def test_a_map_that_mirrors_is_told() -> None:
-    """Its numbers are those of its mirror image."""
     given = ("+proj=moll +R=6371000", "+proj=pipeline +step +proj=moll +R=6371000 +step +proj=affine +s11=-1")
     plain, turned = (Decoded(draw_maps([one], titles=["A"]).frames[0]) for one in given)
     assert (plain.header["mirrored"], turned.header["mirrored"]) == (False, True)
@@ -198,11 +181,9 @@ def test_lines_and_areas_hold_what_they_say() -> None:
     frame = drawn("EPSG:3035", "country:DE")
     for name in ("graticule", "outline", "border", "coast", "borders", "region", "land"):
         assert frame.arrays[f"{name}Sizes"].sum() == len(frame.arrays[name])
-    points, start, area = frame.arrays["region"].astype(float) * frame.header["grid"][2], 0, 0.0
-    for size in frame.arrays["regionSizes"]:
-        x, y = points[start : start + size].T
-        area += 0.5 * (x[:-1] @ y[1:] - y[:-1] @ x[1:])
-        start += size
+    points = frame.arrays["region"].astype(float) * frame.header["grid"][2]
+    rings = np.split(points, np.cumsum(frame.arrays["regionSizes"])[:-1])
+    area = sum(0.5 * (x[:-1] @ y[1:] - y[:-1] @ x[1:]) for x, y in (ring.T for ring in rings))
     assert abs(area) / 1e6 == pytest.approx(projdist.get_region("country:DE").area_km2, rel=5e-3)
 
 
@@ -217,15 +198,21 @@ def test_errors_are_never_stated_too_small() -> None:
 
 
 def test_lagrange_weights_are_exact_for_cubics() -> None:
-    """What the stated errors come from takes cubic fields as they are."""
-    surface = surface_of("mercator", "box:0,0,20,20", 1.0)
-    u, v = surface.u, surface.v
-    fields = np.stack([u**3 - v**2 * u, u * v / 1e3, v**3, u + v], axis=-1)
-    rows, columns = np.array([3, 8]), np.array([4, 9])
-    place = np.array([4.1, 9.3]), np.array([2.9, 8.0])
-    found = interpolated(surface, fields, rows, columns, *place, np.array([True, True]))
-    a, b = place
-    assert np.allclose(found, np.stack([a**3 - b**2 * a, a * b / 1e3, b**3, a + b], axis=-1), rtol=1e-11)
+
+    def fields(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return np.stack([u**3 - v**2 * u, u * v / 1e3, v**3, u + v], axis=-1)
+
+    surface, place = surface_of("mercator", "box:0,0,20,20", 1.0), np.array([[4.1, 9.3], [2.9, 8.0]])
+    rows, columns, is_cubic = np.array([3, 8]), np.array([4, 9]), np.array([True, True])
+    found = interpolated(surface, fields(surface.u, surface.v), rows, columns, *place, is_cubic)
+    assert np.allclose(found, fields(*place), rtol=1e-11)
+
+
+def rings_around(squares: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
+    """Rings, which are closed, and the number of their steps."""
+    rings = list(_rings_around(squares, Grid(0.0, 0.0, 1.0)))
+    assert all((ring[0] == ring[-1]).all() for ring in rings)
+    return rings, sum(len(ring) - 1 for ring in rings)
 
 
 def test_rings_are_around_what_polygons_cover() -> None:
@@ -233,9 +220,7 @@ def test_rings_are_around_what_polygons_cover() -> None:
     rng = np.random.default_rng(3)
     corners = np.argwhere(rng.random((30, 30)) < 0.6).astype(float)
     squares = [corner + np.array([[0, 0], [1, 0], [1, 1], [0, 1]])[:: rng.choice([-1, 1])] for corner in corners]
-    rings = list(_rings_around(squares, Grid(0.0, 0.0, 1.0)))
-    assert all((ring[0] == ring[-1]).all() for ring in rings)
-    steps = sum(len(ring) - 1 for ring in rings)
+    rings, steps = rings_around(squares)
     union = shapely.union_all([shapely.polygons(square) for square in squares])
     assert steps == shapely.length(union)
     # By even and odd, as a page fills it; a ring that touches itself is made valid so.
@@ -246,9 +231,7 @@ def test_rings_are_around_what_polygons_cover() -> None:
 def test_what_lies_upon_each_other_has_closed_rings() -> None:
     """A square that is there twice beside one that is not: an edge between them is left, and two about the former."""
     squares = [np.array([[x, 0], [x + 1, 0], [x + 1, 1], [x, 1]], dtype=float) for x in (0.0, 0.0, 1.0)]
-    rings = list(_rings_around(squares, Grid(0.0, 0.0, 1.0)))
-    assert all((ring[0] == ring[-1]).all() for ring in rings)
-    assert sum(len(ring) - 1 for ring in rings) == 2 * 3 + 1 + 3
+    assert rings_around(squares)[1] == 2 * 3 + 1 + 3
 
 
 def test_the_smallest_islands_are_dots() -> None:

@@ -105,12 +105,12 @@ def truth(given: str, lon: float, lat: float) -> Mapping[str, float]:
     return {name: float(value) for name, value in named.items()}
 
 
-def check_told(given: str, told: str) -> None:
-    """To the last digit that is shown."""
+def check_told(given: str, told: str, least: int = 1) -> None:
+    """To the last digit that is shown, behind so many decimals."""
     lon, lat, figures = read(told)
     for name, value in truth(given, lon, lat).items():
         decimals = len(figures[name].partition(".")[2])
-        assert decimals >= 1
+        assert decimals >= least
         assert abs(float(figures[name]) - value) <= 1.01 * 10.0**-decimals, name
 
 

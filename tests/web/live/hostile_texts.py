@@ -18,14 +18,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-MARK = "h0stile"
-"""What all names of files have."""
+MARK = "h0stile"  # in all names of files
 
 PATHS = [
     *("/h0stile/a.gsb", "h0stile.gsb", "@h0stile.gsb", "./h0stile.gsb", "../h0stile.tif", "~/h0stile.gsb"),
     *("https://h0stile.invalid/a.tif", "/vsicurl/https://h0stile.invalid/a.tif", "h0stile.gsb,@null"),
     *("@null,h0stile.gsb", '"h0stile.gsb"', "file:///h0stile/a.gsb", "C:\\h0stile\\a.gsb", "h0stile"),
 ]
+# Operations with files, without what begins a parameter, what is before a value, and the path.
 READERS = [
     *("merc {0}nadgrids{1}{2}", "merc {0}geoidgrids{1}{2}", "merc {0}datum{1}NAD27 {0}nadgrids{1}{2}"),
     *("hgridshift {0}grids{1}{2}", "vgridshift {0}grids{1}{2} {0}multiplier{1}1", "gridshift {0}grids{1}{2}"),
@@ -33,8 +33,6 @@ READERS = [
     *("deformation {0}t_epoch{1}2000 {0}grids{1}{2}", "deformation {0}dt{1}1 {0}xy_grids{1}{2} {0}z_grids{1}{2}"),
     *("merc {0}init{1}{2}:1", "utm {0}zone{1}32 {0}catalog{1}{2}", "ob_tran {0}o_proj{1}hgridshift {0}grids{1}{2}"),
 ]
-"""Operations with files, without what begins a parameter, what is before a value, and the path."""
-
 SEPARATORS = [
     *(" +", " ", "+", ";", " ;", ";+", " ; ", "\t", "\n+", "\r\n", "\v", "\f", "\x1c", "\x85", "\u00a0", "\u2003"),
     *("\u3000", " ++", " + ", ", ", " ,+", ' "', "\u200b+", "|", "&", "\\n", "\u2028", " \ufeff+", "%20", "/"),
@@ -62,23 +60,19 @@ def _wkt2(conversion: str = _MERC2, last: str = "") -> str:
     return _WKT2.format(conversion=conversion, last=last)
 
 
+def _axes(subtype: str, unit: str) -> dict[str, object]:
+    axes = [{"name": name, "abbreviation": name, "direction": name, "unit": unit} for name in ("east", "north")]
+    return {"subtype": subtype, "axis": axes}
+
+
 def _json(method: str, remarks: str = "") -> str:
     ellipsoid = {"name": "s", "semi_major_axis": 6378137, "inverse_flattening": 298.257}
     datum = {"type": "GeodeticReferenceFrame", "name": "d", "ellipsoid": ellipsoid}
-    degrees = [
-        {"name": "Longitude", "abbreviation": "lon", "direction": "east", "unit": "degree"},
-        {"name": "Latitude", "abbreviation": "lat", "direction": "north", "unit": "degree"},
-    ]
-    system = {"subtype": "ellipsoidal", "axis": degrees}
-    base = {"type": "GeographicCRS", "name": "g", "datum": datum, "coordinate_system": system}
-    axes = [
-        {"name": name, "abbreviation": name[0], "direction": direction, "unit": "metre"}
-        for name, direction in (("Easting", "east"), ("Northing", "north"))
-    ]
+    base = {"type": "GeographicCRS", "name": "g", "datum": datum, "coordinate_system": _axes("ellipsoidal", "degree")}
     conversion = {"name": "c", "method": {"name": method}, "parameters": []}
     crs = {"type": "ProjectedCRS", "name": "x", "base_crs": base, "conversion": conversion}
-    crs |= {"coordinate_system": {"subtype": "Cartesian", "axis": axes}}
-    return json.dumps(crs | ({"remarks": remarks} if remarks else {}))
+    crs |= {"coordinate_system": _axes("Cartesian", "metre")} | ({"remarks": remarks} if remarks else {})
+    return json.dumps(crs)
 
 
 def _bound(path: str, form: str) -> str:
@@ -98,6 +92,11 @@ def _quoted(text: str) -> str:
     return text.replace('"', '""')
 
 
+def _own(words: str) -> str:
+    return _wkt2(f'CONVERSION["c",METHOD["PROJ {_quoted(words)}"]]')
+
+
+# What is made of an operation with its parameters.
 WRAPS = {
     "string": lambda words: f"+proj={words}",
     "bare": lambda words: f"proj={words}",
@@ -119,13 +118,11 @@ WRAPS = {
     "underscores": lambda words: _wkt1(
         f'PROJECTION["PROJ-based_operation_method:_+proj={_quoted(words)}"]'.replace(" ", "_")
     ),
-    "own": lambda words: _wkt2(f'CONVERSION["c",METHOD["PROJ {_quoted(words)}"]]'),
+    "own": _own,
     "own-1": lambda words: _wkt1(f'PROJECTION["PROJ {_quoted(words)}"]'),
     "split": lambda words: _wkt2(f'CONVERSION["c",METHOD["PROJ ""{_quoted(words)}"]]'),
-    "round": lambda words: (
-        _wkt2(f'CONVERSION["c",METHOD["PROJ {_quoted(words)}"]]').replace("[", "(").replace("]", ")")
-    ),
-    "small": lambda words: _wkt2(f'CONVERSION["c",METHOD["PROJ {_quoted(words)}"]]').replace("METHOD", "method"),
+    "round": lambda words: _own(words).replace("[", "(").replace("]", ")"),
+    "small": lambda words: _own(words).replace("METHOD", "method"),
     "extension": lambda words: _wkt1(last=f',EXTENSION["PROJ4","+proj={_quoted(words)}"]'),
     "extension-bare": lambda words: _wkt1(last=f',EXTENSION["PROJ4","proj={_quoted(words)}"]'),
     "extension-2": lambda words: _wkt2(last=f',EXTENSION["PROJ4","proj={_quoted(words)}"]'),
@@ -144,17 +141,13 @@ WRAPS = {
         f'COMPD_CS["x",{_wkt1()},VERT_CS["v",VERT_DATUM["d",2005,EXTENSION["PROJ4_GRIDS","{_quoted(words)}"]],UNIT["metre",1]]]'
     ),
 }
-"""What is made of an operation with its parameters."""
 
 
 def hostile_texts() -> list[str]:
     """Every wrap of every operation with every path, of two operations with every separator and sign, and others."""
-    return list(dict.fromkeys([*_of_paths(), *_of_spellings(), *_others()]))
-
-
-def _of_paths() -> Iterator[str]:
-    for wrap, words, path in itertools.product(WRAPS.values(), READERS, PATHS):
-        yield wrap(words.format("+", "=", path))
+    ways = itertools.product(WRAPS.values(), READERS, PATHS)
+    of_paths = [wrap(words.format("+", "=", path)) for wrap, words, path in ways]
+    return list(dict.fromkeys([*of_paths, *_of_spellings(), *_others()]))
 
 
 def _of_spellings() -> Iterator[str]:
@@ -181,12 +174,10 @@ def _others() -> Iterator[str]:
 
 
 # ---- in a process of its own ------------------------------------------------------------------
+# Folders of PATHS: absolute, of the process and the one above, the user's, and that of his grids.
 _PLACES = ("h0stile", "work", "work/here", "home", "user")
-"""Folders of PATHS: absolute, of the process and the one above, the user's, and that of his grids."""
-
 _NAMES = ("a.gsb", "h0stile.gsb", "h0stile.tif", "h0stile", "C:\\h0stile\\a.gsb")
-_IN_OPEN = 0x20  # of inotify(7)
-_EVENT = struct.Struct("iIII")
+_IN_OPEN, _EVENT = 0x20, struct.Struct("iIII")  # of inotify(7)
 
 
 class Watch:

@@ -68,11 +68,12 @@ def right_nodes(
     return whole.size / (rows * columns), ((off < within) & (np.abs(b - true.b) < within * true.a)).mean()
 
 
-def until(reached: Callable[[], bool], seconds: float = 10.0) -> None:
-    """Wait until something is so, or for so long."""
+def until(reached: Callable[[], object], seconds: float = 10.0) -> bool:
+    """Wait until something is so, or for so long; whether it is."""
     deadline = time.monotonic() + seconds
-    while not reached() and time.monotonic() < deadline:
+    while not (is_so := bool(reached())) and time.monotonic() < deadline:
         time.sleep(0.01)
+    return is_so
 
 
 @dataclass(frozen=True)
@@ -91,25 +92,17 @@ class Traps(InputPolicy):
         if word == "proj":
             raise ProjectionError(json.dumps([is_network_enabled(), get_user_data_dir()]))
         if word in ("forks", "forks-and-dies"):
-            self._fork()
-        if word in ("killed", "forks-and-dies") or (word == "killed-once" and self._is_first(word)):
+            child = os.fork()
+            if child == 0:
+                time.sleep(600.0)
+            Path(self.folder, "child").write_text(str(child))
+        mark = Path(self.folder, word)
+        if word in ("killed", "forks-and-dies") or (word == "killed-once" and not mark.exists()):
+            mark.touch()
             os.kill(os.getpid(), signal.SIGKILL)
         if word == "forks":
             time.sleep(600.0)
         return super().projection("robinson" if word in _TRAPS else text)
-
-    def _fork(self) -> None:
-        child = os.fork()
-        if child == 0:
-            time.sleep(600.0)
-        Path(self.folder, "child").write_text(str(child))
-
-    def _is_first(self, word: str) -> bool:
-        try:
-            Path(self.folder, word).touch(exist_ok=False)
-        except FileExistsError:
-            return False
-        return True
 
 
 @dataclass
@@ -122,9 +115,14 @@ class Hearing:
         """Keep a reply."""
         self.blocks.put(block)
 
-    def next(self, timeout: float = 60.0) -> dict[str, Any]:
+    def next(self) -> dict[str, Any]:
         """The header of the next reply."""
-        return header_of(self.blocks.get(timeout=timeout))
+        return header_of(self.blocks.get(timeout=60.0))
+
+    def ask(self, found: Worker, number: int, projection: str = "robinson") -> dict[str, Any]:
+        """The header of the reply to a request for the texts of a map, or for a trap."""
+        found.ask("page", "a", wanted(number, projection), self)
+        return self.next()
 
 
 @contextlib.contextmanager
@@ -139,27 +137,25 @@ def wanted(number: int, projection: str = "robinson") -> Request:
     return Request(id=number, kind="texts", projection=projection)
 
 
+def listed(*words: str) -> str:
+    """What ps tells."""
+    return subprocess.run(["ps", *words], capture_output=True, text=True, check=False).stdout
+
+
 def is_running(pid: int) -> bool:
     """Whether there is a process of this number that has not ended."""
-    state = subprocess.run(["ps", "-o", "stat=", "-p", str(pid)], capture_output=True, text=True, check=False).stdout
+    state = listed("-o", "stat=", "-p", str(pid))
     return bool(state) and not state.startswith("Z")
 
 
 def ended(pids: Sequence[int], seconds: float = 3.0) -> bool:
     """Whether processes have ended before so much time has passed."""
-    deadline = time.monotonic() + seconds
-    while any(map(is_running, pids)):
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.02)
-    return True
+    return until(lambda: not any(map(is_running, pids)), seconds)
 
 
 def descendants(pid: int) -> list[int]:
     """Processes that a process has started, and those that these have."""
-    table = subprocess.run(["ps", "-e", "-o", "pid=,ppid="], capture_output=True, text=True, check=True).stdout
-    pairs = [tuple(map(int, line.split())) for line in table.splitlines()]
-    found = [pid]
+    pairs, found = [tuple(map(int, line.split())) for line in listed("-e", "-o", "pid=,ppid=").splitlines()], [pid]
     for one in found:
         found += [child for child, parent in pairs if parent == one]
     return found[1:]
@@ -199,22 +195,20 @@ def served(site: Any) -> Iterator[int]:
 
     from projdist.web.live.server import open_socket, serve
 
-    servers: list[uvicorn.Server] = []
+    made, servers = uvicorn.Server, list[uvicorn.Server]()
 
-    class Server(uvicorn.Server):
-        def __init__(self, config: uvicorn.Config) -> None:
-            super().__init__(config)
-            servers.append(self)
+    def server(config: uvicorn.Config) -> uvicorn.Server:
+        servers.append(made(config))
+        return servers[0]
 
     with pytest.MonkeyPatch.context() as patch, open_socket() as listening:
-        patch.setattr(uvicorn, "Server", Server)
+        patch.setattr(uvicorn, "Server", server)
         thread = threading.Thread(target=serve, args=(site, listening))
         thread.start()
         try:
             yield listening.getsockname()[1]
         finally:
-            while not servers:
-                time.sleep(0.01)
+            until(lambda: servers)
             servers[0].should_exit = True
             thread.join()
             site.close()
@@ -240,7 +234,6 @@ def connected(port: int, **options: Any) -> Any:
 def asked(socket: Any, timeout: float = 60.0, **request: Any) -> dict[str, Any]:
     """The header of the reply to a request, after those of progress."""
     socket.send(json.dumps({"id": 1, "projection": "robinson"} | request))
-    while True:
-        header = header_of(socket.recv(timeout=timeout))
-        if "progress" not in header:
-            return header
+    while "progress" in (header := header_of(socket.recv(timeout=timeout))):
+        pass
+    return header

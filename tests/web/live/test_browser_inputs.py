@@ -8,16 +8,10 @@ from browser_pages import GERMANY, Opener, check_told, press
 pytestmark = pytest.mark.slow
 
 
-# ---- parameters -----------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("given", "name", "value"),
-    [
-        ("+proj=lcc +lat_1=30 +lat_2=60", "lat_1", "44"),
-        *(("+proj=omerc +lonc=10 +lat_0=50 +alpha=30", "alpha", "60"), ("+proj=nsper +h=5000000", "h", "9000000")),
-        ("+proj=natearth2", "lon_0", "25"),
-    ],
-    ids=str,
-)
+@pytest.mark.parametrize(("given", "name", "value"), [
+    ("+proj=lcc +lat_1=30 +lat_2=60", "lat_1", "44"), ("+proj=omerc +lonc=10 +lat_0=50 +alpha=30", "alpha", "60"),
+    ("+proj=nsper +h=5000000", "h", "9000000"), ("+proj=natearth2", "lon_0", "25"),
+], ids=str)  # fmt: skip
 def test_number_boxes_set_parameters(given: str, name: str, value: str, live: Opener) -> None:
     page = live(given, region=GERMANY)
     number = page.page.locator(f"input[type=number][data-name={name}]")
@@ -59,21 +53,16 @@ def test_a_value_that_no_map_has_is_said(live: Opener) -> None:
     assert page.said() == ""
 
 
-# ---- typing ---------------------------------------------------------------------------------
 WKT = 'PROJCRS["x",BASEGEOGCRS["WGS 84",DATUM["World Geodetic System 1984",ELLIPSOID["WGS 84",6378137,298.257223563]]],'
 WKT += 'CONVERSION["y",METHOD["Mercator (variant A)"],PARAMETER["Longitude of natural origin",0],'
 WKT += 'PARAMETER["Scale factor at natural origin",1]],CS[Cartesian,2],AXIS["e",east],AXIS["n",north],'
 WKT += 'LENGTHUNIT["metre",1]]'
 
 
-@pytest.mark.parametrize(
-    ("typed", "shown"),
-    [
-        *(("mollweide", "Mollweide"), ("EPSG:2154", "EPSG:2154")),
-        *(("+proj=lcc +lat_1=44 +lat_2=49 +lon_0=3", "Lambert"), ("  +proj=eqc   +lat_ts=40 ", "qui"), (WKT, "x")),
-    ],
-    ids=lambda text: str(text)[:20],
-)
+@pytest.mark.parametrize(("typed", "shown"), [
+    ("mollweide", "Mollweide"), ("EPSG:2154", "EPSG:2154"), ("+proj=lcc +lat_1=44 +lat_2=49 +lon_0=3", "Lambert"),
+    ("  +proj=eqc   +lat_ts=40 ", "qui"), (WKT, "x"),
+], ids=lambda text: str(text)[:20])  # fmt: skip
 def test_projections_are_typed(typed: str, shown: str, live: Opener) -> None:
     page = live("robinson", region="country:FR")
     before = page.picture()
@@ -86,10 +75,9 @@ def test_projections_are_typed(typed: str, shown: str, live: Opener) -> None:
     assert page.said() == ""
 
 
-@pytest.mark.parametrize(
-    "typed",
-    ["robinsn", "EPSG:1", "+proj=nix", "+proj=lcc, +lat_1=4,", "file.prj", "+proj=hgridshift +grids=/etc/passwd"],
-)
+@pytest.mark.parametrize("typed", [
+    "robinsn", "EPSG:1", "+proj=nix", "+proj=lcc, +lat_1=4,", "file.prj", "+proj=hgridshift +grids=/etc/passwd",
+])  # fmt: skip
 def test_a_wrong_projection_is_said_at_its_map(typed: str, live: Opener) -> None:
     """The picture before stays, with its own figures, in the address, too, and can be dragged on."""
     page = live("robinson", "mollweide", region=GERMANY)
@@ -98,9 +86,8 @@ def test_a_wrong_projection_is_said_at_its_map(typed: str, live: Opener) -> None
     page.until("document.querySelector('.card .said').textContent !== ''")
     assert "nvalid" in page.said()
     assert page.said(1) == ""
-    assert page.page.locator(".name input").first.get_attribute("aria-invalid") == "true"
-    assert page.page.locator(".name input").first.input_value() == typed
-    assert page.picture() == before
+    name = page.page.locator(".name input").first
+    assert (name.get_attribute("aria-invalid"), name.input_value(), page.picture()) == ("true", typed, before)
     page.page.mouse.move(*page.place(0.5, 0.5))
     check_told("robinson", page.told())
     page.map().focus()
@@ -132,7 +119,6 @@ def test_a_wrong_region_is_said_beside_it(typed: str, live: Opener) -> None:
     assert page.settled()["region"] == [GERMANY]
 
 
-# ---- drawing regions ------------------------------------------------------------------------
 def test_a_box_is_drawn(live: Opener) -> None:
     page = live("+proj=eqc")
     press(page, "Draw a box")
@@ -140,8 +126,7 @@ def test_a_box_is_drawn(live: Opener) -> None:
     page.until("document.getElementById('region').value.startsWith('box:')")
     west, south, east, north = map(float, page.page.locator("#region").input_value()[4:].split(","))
     assert (west, south) == pytest.approx((0.0, 0.0), abs=1.0)
-    assert east > 10.0
-    assert north > 5.0
+    assert (east > 10.0, north > 5.0) == (True, True)
     page.until("location.hash.includes('region=box')")
     page.rest()
     assert page.page.get_by_role("button", name="Draw a box").get_attribute("aria-pressed") == "false"
@@ -155,9 +140,7 @@ def test_a_circle_is_drawn_with_the_keys(live: Opener) -> None:
         page.page.keyboard.press(key)
     page.until("document.getElementById('region').value.startsWith('cap:')")
     lon, lat, km = map(float, page.page.locator("#region").input_value()[4:].split(","))
-    assert abs(lat) < 1.0
-    assert 0.0 < lon < 10.0
-    assert km > 1000.0
+    assert (abs(lat) < 1.0, 0.0 < lon < 10.0, km > 1000.0) == (True, True, True)
     page.rest()
 
 
@@ -178,7 +161,6 @@ def test_the_region_is_moved_until_escape(live: Opener) -> None:
 
 
 def test_the_region_is_moved_by_keys(live: Opener) -> None:
-    """Enter takes it, arrows move it."""
     page = live("mercator", region="country:FR")
     press(page, "Move the region")
     page.until("document.getElementById('status').textContent.includes('France')")

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
+import shapely
 from browser_pages import GERMANY, Opener, press
 
 import projdist
@@ -14,7 +15,6 @@ import projdist
 pytestmark = pytest.mark.slow
 
 
-# ---- maps -----------------------------------------------------------------------------------
 def test_maps_are_added_doubled_and_removed(live: Opener) -> None:
     """Six at most, one at least."""
     page = live("robinson", region=GERMANY)
@@ -54,7 +54,6 @@ def test_maps_are_corrected_and_designed_beside(live: Opener) -> None:
     assert "Degree" in page.said(1)
 
 
-# ---- what leaves the page -------------------------------------------------------------------
 def test_texts_are_copied(live: Opener) -> None:
     page = live("robinson", region=GERMANY, permissions=["clipboard-read", "clipboard-write"])
     page.card().get_by_text("Copy and save").click()
@@ -70,13 +69,10 @@ def test_texts_are_copied(live: Opener) -> None:
     page.until("[...document.querySelectorAll('.copied pre')].some((one) => one.textContent.includes('+lon_0=5'))")
 
 
-@pytest.mark.parametrize(
-    ("button", "start"),
-    [
-        *(("Save what is seen", b"\x89PNG"), ("Save PNG", b"\x89PNG"), ("Save SVG", b"<?xml"), ("Save PDF", b"%PDF")),
-        ("Save HTML", b"<!DOCTYPE html>"),
-    ],
-)
+@pytest.mark.parametrize(("button", "start"), [
+    ("Save what is seen", b"\x89PNG"), ("Save PNG", b"\x89PNG"), ("Save SVG", b"<?xml"), ("Save PDF", b"%PDF"),
+    ("Save HTML", b"<!DOCTYPE html>"),
+])  # fmt: skip
 def test_files_are_saved(button: str, start: bytes, live: Opener) -> None:
     page = live("robinson", region=GERMANY, accept_downloads=True)
     page.card().get_by_text("Copy and save").click()
@@ -85,14 +81,10 @@ def test_files_are_saved(button: str, start: bytes, live: Opener) -> None:
     assert Path(download.value.path()).read_bytes().startswith(start)
 
 
-def square(name: str, x: float, y: float) -> dict[str, object]:
-    """A feature of two degrees."""
-    ring = [[x, y], [x + 2, y], [x + 2, y + 2], [x, y + 2], [x, y]]
-    shape = {"type": "Polygon", "coordinates": [ring]}
-    return {"type": "Feature", "properties": {"name": name}, "geometry": shape}
-
-
-SQUARES = {"type": "FeatureCollection", "features": [square("south", 10.0, 0.0), square("north", 10.0, 60.0)]}
+SQUARES = [
+    {"type": "Feature", "properties": {"name": name}, "geometry": shapely.box(10, lat, 12, lat + 2).__geo_interface__}
+    for name, lat in (("south", 0.0), ("north", 60.0))
+]
 
 
 def test_the_best_maps_are_found_shown_and_pointed_at(live: Opener) -> None:
@@ -138,7 +130,7 @@ def test_the_search_is_stopped(live: Opener) -> None:
 def test_data_are_checked(way: str, live: Opener, tmp_path: Path) -> None:
     page = live("mercator")
     path = tmp_path / "squares.geojson"
-    path.write_text(json.dumps(SQUARES), encoding="utf-8")
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": SQUARES}), encoding="utf-8")
     if way == "chosen":
         page.page.locator("#file").set_input_files(path)
     else:

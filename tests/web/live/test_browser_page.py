@@ -22,11 +22,10 @@ def test_the_address_restores_the_view(live: Opener) -> None:
     view = page.settled()
     page.page.reload()
     assert page.settled() == view
-    assert page.page.locator("#region").input_value() == GERMANY
-    assert page.page.locator("#measure").input_value() == "areal_scale"
+    for name, value in (("region", GERMANY), ("measure", "areal_scale"), ("spacing", "80")):
+        assert page.page.locator(f"#{name}").input_value() == value
     assert page.page.get_by_label("Indicatrices").is_checked()
     assert not page.page.get_by_label("Isolines").is_checked()
-    assert page.page.locator("#spacing").input_value() == "80"
     assert page.page.locator(".name input").nth(1).input_value() == "EPSG:3035"
 
 
@@ -84,13 +83,10 @@ def test_two_pages_do_not_know_of_each_other(live: Opener) -> None:
         check_told(definition, page.told())
 
 
-SCREENS: list[dict[str, Any]] = [
-    *({}, {"color_scheme": "dark"}, {"viewport": {"width": 390, "height": 800}}, {"forced_colors": "active"}),
+@pytest.mark.parametrize("screen", [
+    {}, {"color_scheme": "dark"}, {"viewport": {"width": 390, "height": 800}}, {"forced_colors": "active"},
     {"reduced_motion": "reduce"},
-]
-
-
-@pytest.mark.parametrize("screen", SCREENS, ids=str)
+], ids=str)  # fmt: skip
 def test_the_page_is_accessible(screen: dict[str, Any], live: Opener, axe: Callable[[Any], list[str]]) -> None:
     """With all panels open; every control has its turn with Tab, and is seen to; nothing is wider than the screen."""
     page = live("robinson", "EPSG:3035", region="country:LU", **screen)
@@ -144,9 +140,7 @@ def test_nothing_is_said_while_the_mouse_moves(live: Opener) -> None:
 def test_what_is_printed_is_the_maps(live: Opener) -> None:
     page = live("robinson", color_scheme="dark")
     page.page.emulate_media(media="print")
-    assert not page.page.locator(".name").first.is_visible()
-    assert not page.page.locator("header button").first.is_visible()
-    assert page.map().is_visible()
-    assert page.page.locator(".figures").is_visible()
+    for name, is_printed in ((".name", False), ("header button", False), ("canvas.map", True), (".figures", True)):
+        assert page.page.locator(name).first.is_visible() is is_printed
     colour = page.page.evaluate("getComputedStyle(document.querySelector('.projdist-explore')).backgroundColor")
     assert np.mean([int(part) for part in re.findall(r"\d+", colour)[:3]]) == 255

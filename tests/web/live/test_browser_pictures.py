@@ -29,9 +29,8 @@ def test_measures_isolines_and_indicatrices_change_the_picture(live: Opener) -> 
     changes()
     page.page.get_by_label("Isolines").uncheck()
     changes()
-    view = page.settled()
-    shown = [view[name] for name in ("measure", "ellipses", "isolines", "spacing")]
-    assert shown == [["areal_scale"], ["1"], ["0"], ["120"]]
+    shown = {"measure": ["areal_scale"], "ellipses": ["1"], "isolines": ["0"], "spacing": ["120"]}
+    assert page.settled().items() >= shown.items()
 
 
 def test_indicatrices_lie_about_the_middle_and_none_is_cut_off(live: Opener) -> None:
@@ -73,19 +72,14 @@ FORTY = {
     "pseudocylindrical": ("robinson", "mollweide", "equal-earth", "natural-earth", "sinusoidal", "winkel-tripel"),
     "interrupted": ("igh", "igh_o", "+proj=imoll", "+proj=imoll_o", "interrupted-mollweide", "goode-homolosine"),
     "polyhedral": ("healpix", "rhealpix", "isea", "peirce_q", "adams_ws1", "van-der-grinten"),
-    "oblique": (
-        *("mollweide@45,-100", "robinson@30,60", "+proj=omerc +lat_0=40 +alpha=30 +lonc=10", "EPSG:3078", "EPSG:3375"),
-        "+proj=ob_tran +o_proj=eck4 +o_lat_p=30 +R=6371000",
-    ),
-    "azimuthal": (
-        *("+proj=laea +lat_0=50", "+proj=aeqd +lat_0=40", "gnomonic@40,20", "+proj=ortho +lat_0=-30", "EPSG:3413"),
-    ),
-    "conic": (
-        *("+proj=lcc +lat_1=30 +lat_2=60", "+proj=aea +lat_1=20 +lat_2=50", "+proj=bonne +lat_1=45", "+proj=poly"),
-        "EPSG:2154",
-    ),
+    "oblique": ("mollweide@45,-100", "robinson@30,60", "+proj=omerc +lat_0=40 +alpha=30 +lonc=10", "EPSG:3078",
+                "EPSG:3375", "+proj=ob_tran +o_proj=eck4 +o_lat_p=30 +R=6371000"),
+    "azimuthal": ("+proj=laea +lat_0=50", "+proj=aeqd +lat_0=40", "gnomonic@40,20", "+proj=ortho +lat_0=-30",
+                  "EPSG:3413"),
+    "conic": ("+proj=lcc +lat_1=30 +lat_2=60", "+proj=aea +lat_1=20 +lat_2=50", "+proj=bonne +lat_1=45", "+proj=poly",
+              "EPSG:2154"),
     "transverse": ("+proj=tmerc", "+proj=tcc", "EPSG:32632", "EPSG:27700", "EPSG:2193", "IAU_2015:49910"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", FORTY)
@@ -104,12 +98,9 @@ def test_forty_maps_are_seen(kind: str, live: Opener) -> None:
         assert page.map(number).evaluate(coloured) > 0.2
 
 
-# ---- pointing -------------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("maps", "region"),
-    [(("robinson", "+proj=laea +lat_0=30 +lon_0=20"), "globe"), (("EPSG:3857", "EPSG:25832"), GERMANY)],
-    ids=str,
-)
+@pytest.mark.parametrize(("maps", "region"), [
+    (("robinson", "+proj=laea +lat_0=30 +lon_0=20"), "globe"), (("EPSG:3857", "EPSG:25832"), GERMANY),
+], ids=str)  # fmt: skip
 def test_the_pointer_tells_the_factors_of_all_maps(maps: tuple[str, ...], region: str, live: Opener) -> None:
     page = live(*maps, region=region)
     for across, down in ((0.5, 0.5), (0.45, 0.4), (0.53, 0.61)):
@@ -150,8 +141,7 @@ def test_arrow_keys_point(live: Opener) -> None:
     page.map().focus()
     page.page.keyboard.press("ArrowRight")
     lon, lat, _ = read(page.told())
-    assert 0.0 < lon < 10.0
-    assert abs(lat) < 1.0
+    assert (0.0 < lon < 10.0, abs(lat) < 1.0) == (True, True)
     assert page.page.locator("#spoken").text_content() == ""
     page.page.keyboard.press("Shift+ArrowUp")
     further, higher, _ = read(page.told())
@@ -169,7 +159,6 @@ def test_a_finger_points_where_it_touches(live: Opener) -> None:
     check_told("robinson", page.told())
 
 
-# ---- dragging -------------------------------------------------------------------------------
 def test_dragging_turns_a_map(live: Opener) -> None:
     """By longitude, and where the map has one by latitude, with the hand; the figures are those of the new one."""
     page = live("+proj=ortho +lat_0=50 +lon_0=10")
@@ -177,8 +166,7 @@ def test_dragging_turns_a_map(live: Opener) -> None:
     definition = page.settled()["map"][0]
     parameters = dict(re.findall(r"\+(\w+)=([^ ]+)", definition))
     assert parameters["proj"] == "ortho"
-    assert float(parameters["lon_0"]) > 11.0
-    assert float(parameters["lat_0"]) > 51.0
+    assert (float(parameters["lon_0"]) > 11.0, float(parameters["lat_0"]) > 51.0) == (True, True)
     assert page.page.locator("[data-name=lon_0]").nth(1).input_value() == parameters["lon_0"]
     page.page.mouse.move(*page.place(0.5, 0.4))
     check_told(definition, page.told())
@@ -203,7 +191,6 @@ def test_pictures_follow_the_hand(live: Opener) -> None:
 
 
 def test_alt_and_arrows_turn(live: Opener) -> None:
-    """By 5 degrees."""
     page = live("+proj=laea +lat_0=50 +lon_0=10")
     page.map().focus()
     page.page.keyboard.press("Alt+ArrowRight")

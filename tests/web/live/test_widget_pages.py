@@ -56,13 +56,11 @@ class Notebook:
         self.widget, self.replies = widget, queue.Queue[tuple[Any, bytes]]()
         monkeypatch.setattr(widget, "send", lambda content, buffers: self.replies.put((content["view"], buffers[0])))
         monkeypatch.setattr(widget, "send_state", self._put)
-        known = ("projections", "region", "measure", "_words")
-        state = json.dumps({name: getattr(widget, name) for name in known})
+        state = json.dumps({name: getattr(widget, name) for name in ("projections", "region", "measure", "_words")})
         script = widget._esm.replace("export default { render };", MODEL.replace("STATE", state))
         path.write_text(
-            '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>A notebook</title></head>'
-            f'<body data-jp-theme-light="false"><div id="cell"></div>'
-            f'<script type="module">{script}</script></body></html>',
+            '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>A notebook</title></head><body '
+            f'data-jp-theme-light="false"><div id="cell"></div><script type="module">{script}</script></body></html>',
             encoding="utf-8",
         )
         self.states: list[tuple[str, Any]] = []
@@ -98,6 +96,15 @@ def notebook(open_page: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.
     widget.close()
 
 
+def drag(page: Any, canvas: Any, down: float) -> None:
+    """Draw a map by its middle to the right and down, and hold it."""
+    box = canvas.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 80, y + down, steps=4)
+
+
 def test_what_is_dragged_is_set_and_what_is_set_is_shown(notebook: Notebook, axe: Callable[[Any], list[str]]) -> None:
     """With the figures of `sample`; in the colours of the notebook, without keys for it, and with an end."""
     page, widget = notebook.page, notebook.widget
@@ -106,13 +113,8 @@ def test_what_is_dragged_is_set_and_what_is_set_is_shown(notebook: Notebook, axe
     error = projdist.sample("robinson", "globe").airy_kavrayskiy.raw
     assert f"over the globe: {error:.3f}" in figures.inner_text()
     colour = page.locator(".projdist-explore").evaluate("(node) => getComputedStyle(node).backgroundColor")
-    assert colour == "rgb(20, 24, 29)"
-    assert axe(page) == []
-    box = canvas.bounding_box()
-    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(*middle)
-    page.mouse.down()
-    page.mouse.move(middle[0] + 80, middle[1], steps=4)
+    assert (colour, axe(page)) == ("rgb(20, 24, 29)", [])
+    drag(page, canvas, 0)
     notebook.until(lambda: "(a preview)" in figures.inner_text())
     page.mouse.up()
     notebook.until(lambda: widget.projection != "robinson")
@@ -221,11 +223,7 @@ def test_what_is_dragged_is_in_python_and_what_python_sets_is_shown(page: Any) -
     figures.get_by_text("each ±").wait_for()
     error = projdist.sample("robinson", "country:DE").airy_kavrayskiy.raw
     assert f"over Germany (DE): {error:.6f}" in figures.inner_text()
-    place = page.locator(".card canvas.map").first.bounding_box()
-    middle = place["x"] + place["width"] / 2, place["y"] + place["height"] / 2
-    page.mouse.move(*middle)
-    page.mouse.down()
-    page.mouse.move(middle[0] + 80, middle[1] + 20, steps=4)
+    drag(page, page.locator(".card canvas.map").first, 20)
     figures.get_by_text("(a preview)").wait_for()
     page.mouse.up()
     page.get_by_text(re.compile("Python has robinson@.* over country:DE")).wait_for()
