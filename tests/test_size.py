@@ -14,21 +14,21 @@ SOURCES = {path: path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rgl
 # Lines and modules, `__init__` included. A feature makes something that is there more general; the budget grows only
 # with a reason in the commit, and shrinks with each simplification.
 BUDGET = {
-    "answers": (3_430, 10),
+    "answers": (3_270, 10),
     "applications": (5_770, 20),
-    "cli": (5_835, 17),
+    "cli": (5_790, 17),
     "decisions": (4_600, 14),
     "designs": (3_260, 10),
-    "earth": (620, 3),
-    "field": (4_730, 13),
+    "earth": (580, 3),
+    "field": (4_590, 13),
     "gis": (1_630, 7),
-    "matrices": (2_540, 9),
-    "numerics": (620, 4),
-    "plots": (4_040, 12),
-    "projections": (4_640, 15),
-    "regions": (2_905, 10),
-    "support": (1_020, 7),
-    "surfaces": (1_760, 7),
+    "matrices": (2_530, 9),
+    "numerics": (610, 4),
+    "plots": (3_990, 12),
+    "projections": (4_580, 15),
+    "regions": (2_900, 10),
+    "support": (1_010, 7),
+    "surfaces": (1_730, 7),
     "web": (2_910, 11),
 }
 LONGEST = 600  # lines of a module

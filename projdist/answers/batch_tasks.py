@@ -167,13 +167,8 @@ class Job:
             raise ValueError(
                 f"Invalid options of a batch. They must be text, numbers, and lists of them: {error}."
             ) from error
-        header = {
-            "projdist": version,
-            "PROJ": projections.proj_version(),
-            "function": self.name,
-            "options": options,
-            "tasks": len(tasks),
-        }
+        header: dict[str, Any] = {"projdist": version, "PROJ": projections.proj_version(), "function": self.name}
+        header |= {"options": options, "tasks": len(tasks)}
         text = json.dumps([header, tasks], sort_keys=True)
         return {**header, "digest": hashlib.sha256(text.encode()).hexdigest()}
 

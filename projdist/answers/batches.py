@@ -87,11 +87,9 @@ def batch(
     ----------
     function : callable
         `function(region, **options)`, or `function(projection, region, **options)` with projections, as
-        `projdist.recommend` and `projdist.summarize`; for other processes one that can be imported. It returns an
-        answer of projdist or a value for JSON.
+        `projdist.summarize`; for other processes one that can be imported. It returns an answer or a value for JSON.
     regions : RegionLike, or a list of them
-        `"countries"`, `"continents"`, `"states"`, a file or frame whose features are the regions, or anything that
-        `get_region` takes except points.
+        `"countries"`, `"continents"`, `"states"`, a file or frame of them, or what `get_region` takes except points.
     projections : ProjectionLike or iterable of ProjectionLike, optional
         Anything that `Projection.from_user_input` takes and that has a text, which is sent to workers: no function.
     options : mapping, optional
@@ -100,8 +98,7 @@ def batch(
         `"processes:N"`, `"processes"` (one per core), `"dask://HOST:PORT"`, or any executor; by default this process.
         A script that uses processes must guard itself by `if __name__ == "__main__"`.
     partial : path, optional
-        File of JSON lines to which results are added as they come. If it exists, from the same job, only missing
-        results are computed.
+        JSON lines to which results are added as they come; if it exists, from the same job, the rest is computed.
     progress : callable, optional
         Called with the number of results and the number of tasks.
 
@@ -115,8 +112,7 @@ def batch(
     ValueError
         For an unknown region, options that are no text or numbers, or a partial file of another job.
     ImportError, OSError
-        Without Dask, and if nothing answers at its address, also later (ConnectionError); for a partial file that
-        cannot be written.
+        Without Dask; if nothing answers, also later (ConnectionError); if the partial file cannot be written.
 
     References
     ----------
@@ -262,12 +258,8 @@ def _results(text: bytes, header: Mapping[str, Any], path: Path) -> dict[int, di
     if "digest" not in found:
         raise _refused(path, "It is none; take another name.")
     if found["digest"] != header["digest"]:
-        words = {
-            "projdist": "of another version of projdist",
-            "PROJ": "with another version of PROJ",
-            "function": "of another function",
-            "options": "with other options",
-        }
+        words = {"projdist": "of another version of projdist", "PROJ": "with another version of PROJ"}
+        words |= {"function": "of another function", "options": "with other options"}
         how = next((words[key] for key in words if found.get(key) != header[key]), "of other regions or maps")
         raise _refused(path, f"It belongs to another job, {how}. Take another name, or remove it.")
     results = [_parsed(line, path, number) for number, line in enumerate(lines[1:], start=2)]
@@ -355,9 +347,8 @@ class _Run:
             with support.answering():
                 future = self._executor.submit(run_tasks, self._job, group)
         except BrokenExecutor:  # for good: the caller's pool of processes
-            self._executor = self._stack.enter_context(
-                support.Processes(max(support.places_in(self._executor) // 2, 1))
-            )
+            number = max(support.places_in(self._executor) // 2, 1)
+            self._executor = self._stack.enter_context(support.Processes(number))
             future = self._executor.submit(run_tasks, self._job, group)
         self._under_way[future] = group
         future.add_done_callback(self._ended.put)

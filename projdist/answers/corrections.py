@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike
 
 from projdist import earth, matrices, projections, regions, support
 from projdist._typing import BoolArray, FloatArray
-from projdist.answers.summaries import summary_of
 from projdist.field import Spread, field_resolving, jacobian, sample
 
 # The matrix is as good as the integrals: near the minimum the cost changes in second order, its gradient in first.
@@ -47,16 +46,7 @@ _FISHER, _FISHER_AFFINE, _FISHER_CORRECTED = (
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Correction(support.Answer):
-    """A projection, the linear map that corrects it, and the corrected map.
-
-    x, y in metres are multiplied by `matrix` (2, 2), whose `parts` are scale, stretch and its azimuth on the map, shear
-    and rotation. The Airy-Kavrayskiy errors are those of the projection as it is, after the best uniform scale, after
-    the best linear map, and that of `corrected`, measured anew; `error_estimate` bounds the error of all four.
-    `matrix_error` is the error of the logarithms of the matrix's scales. `parameters` is the corrected map by the
-    projection's own parameters, `pipeline` its PROJ pipeline, `wkt` its WKT2; each is None if there is none, with the
-    `wkt_reason`. With the criterion "median" the three spreads, else None, have the mean and the median of the Fisher
-    distortion by area: of the projection as it is, after the best linear map (the MDT), and corrected.
-    """
+    """A projection, the linear map that corrects it, and the corrected map."""
 
     given: str = field(metadata=support.schema("projection"))
     projection: projections.Projection = field(metadata=support.schema(of=("name", "definition"), spread=True))
@@ -65,23 +55,24 @@ class Correction(support.Answer):
     constraint: str
     keep_north: bool
     coverage: float
-    matrix: FloatArray
+    matrix: FloatArray  # (2, 2), by which x, y in metres are multiplied
     corrected: projections.Projection = field(metadata=support.HIDDEN)
-    airy_kavrayskiy: float
-    airy_kavrayskiy_scaled: float
-    airy_kavrayskiy_affine: float
-    airy_kavrayskiy_corrected: float
-    error_estimate: float
-    matrix_error: float
+    airy_kavrayskiy: float  # of the projection as it is
+    airy_kavrayskiy_scaled: float  # after the best uniform scale
+    airy_kavrayskiy_affine: float  # after the best linear map
+    airy_kavrayskiy_corrected: float  # of the corrected map, measured anew
+    error_estimate: float  # bound of the error of all four
+    matrix_error: float  # of the logarithms of the matrix's scales
+    # The mean and the median of the Fisher distortion by area, with the criterion "median" only.
     spread: Spread | None = field(metadata=_FISHER)
     spread_affine: Spread | None = field(metadata=_FISHER_AFFINE)
     spread_corrected: Spread | None = field(metadata=_FISHER_CORRECTED)
-    parts: matrices.Decomposition = field(metadata=support.schema(spread=True))
+    parts: matrices.Decomposition = field(metadata=support.schema(spread=True))  # of the matrix
     note: str
-    parameters: str | None
-    pipeline: str | None
-    wkt: str | None
-    wkt_reason: str | None
+    parameters: str | None  # the corrected map by the projection's own parameters, if possible
+    pipeline: str | None  # as a pipeline of PROJ, if possible
+    wkt: str | None  # WKT2, if possible
+    wkt_reason: str | None  # why it is not
 
     @property
     def words(self) -> str:
@@ -130,13 +121,11 @@ def correct(
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     region : RegionLike, optional
         Anything that `get_region` takes; by default the area of use of a CRS, or the globe for other projections.
     criterion : {"mean", "median"}, default "mean"
-        "mean" minimises the mean square of the Fisher distortion, which is the Airy-Kavrayskiy error; "median" its
-        mean, by the geometric median of the Jacobians, good to 1e-5 to 1e-4. With the median the better half of the
-        area mostly has less distortion, and the worst places, as about poles, have more.
+        "mean" minimises the mean square of the Fisher distortion, the Airy-Kavrayskiy error; "median" its mean, by the
+        geometric median of the Jacobians, good to 1e-5 to 1e-4: less in the better half, more in the worst places.
     constraint : {"affine", "stretch", "scale"}, default "affine"
         "affine" allows any linear map, "stretch" those of determinant 1 (an equal-area map stays equal-area at its
         scale), "scale" uniform scales. With the median only "affine"; it leaves conformal maps conformal and
@@ -154,11 +143,9 @@ def correct(
 
     Raises
     ------
-    ProjectionError
-        For an unknown projection, if no point of the region can be projected, and without `keep_north` for a map that
-        mirrors a part of the region.
-    ValueError
-        For an unknown region, criterion or constraint, another constraint than "affine" with the median, a `keep_north`
+    ProjectionError, ValueError
+        For an unknown projection, if no point can be projected, and without `keep_north` if the map mirrors a part; for
+        an unknown region, criterion or constraint, another constraint than "affine" with the median, a `keep_north`
         that is neither True nor False, or a tolerance that is not positive.
 
     References
@@ -190,8 +177,9 @@ def correct(
     given = projection if isinstance(projection, str) else None
     projection = projections.Projection.from_user_input(projection)
     place = regions.region_for(region, [projection])
-    before = summary_of(projection, place, tolerance)
-    T, matrix_error, notes, field = before.mdt, before.error_estimate, [], None
+    before = sample(projection, place, tolerance=tolerance)
+    AK, notes, field = before.airy_kavrayskiy, [], None
+    T, matrix_error = AK.mdt, AK.error
     if before.mirrored > _TURNED_OVER:
         notes.append(f"The map mirrors {100.0 * before.mirrored:.4g} % of the region; no distortion sees that.")
     if criterion == "median":
@@ -204,12 +192,12 @@ def correct(
         rotation = _rotation(projection, place, T, tolerance)
         matrix = rotation.q @ matrix
         notes.append(rotation.note)
-    matrix = _without_noise(matrix, max(tolerance, before.error_estimate, matrix_error))
+    matrix = _without_noise(matrix, max(tolerance, AK.error, matrix_error))
     name = f"{projection.name}, corrected"
     corrected = projections.compose(projection, matrix, name)
-    after = summary_of(corrected, place, tolerance)
-    error = max(before.error_estimate, after.error_estimate)
-    if error > _POOR * before.airy_kavrayskiy:
+    after = sample(corrected, place, tolerance=tolerance).airy_kavrayskiy
+    error = max(AK.error, after.error)
+    if error > _POOR * AK.raw:
         notes.append("The errors are hardly known, and neither is the matrix.")
     matrix.setflags(write=False)
     base, total = projections.uncomposed(projection, matrix)
@@ -225,14 +213,14 @@ def correct(
         matrix=matrix,
         parts=matrices.decompose(matrix),
         corrected=corrected,
-        airy_kavrayskiy=before.airy_kavrayskiy,
-        airy_kavrayskiy_scaled=before.airy_kavrayskiy_scaled,
-        airy_kavrayskiy_affine=before.airy_kavrayskiy_affine,
-        airy_kavrayskiy_corrected=after.airy_kavrayskiy,
+        airy_kavrayskiy=AK.raw,
+        airy_kavrayskiy_scaled=AK.scaled,
+        airy_kavrayskiy_affine=AK.affine,
+        airy_kavrayskiy_corrected=after.raw,
         error_estimate=error,
         matrix_error=error if field is None else matrix_error,
         spread=None if field is None else field.spread(),
-        spread_affine=None if field is None else field.spread(before.mdt),
+        spread_affine=None if field is None else field.spread(AK.mdt),
         spread_corrected=None if field is None else field.spread(np.linalg.inv(matrix)),
         note=" ".join(filter(None, notes)),
         parameters=projections.parameters_of(base, total),
@@ -276,27 +264,19 @@ def _rotation(
 # smooth maps the corrections are good to 1e-6; on caps with a pole line, a seam or an edge to a few per cent.
 _AZIMUTHS, _RINGS = 12, 5
 _NODES, _GAUSS = np.polynomial.legendre.leggauss(_RINGS)
-
-
 # Poorer rules, as weights relative to the whole one: half of the azimuths, the other half, and three rings, the first,
 # the middle and the last node at -t, 0 and t with the weights that are exact for parabolas.
 _EVEN = np.tile(np.arange(_AZIMUTHS) % 2 == 0, _RINGS)
 _OUTER = 1.0 / (3.0 * _NODES[-1] ** 2)
-_POORER = np.stack(
-    [_EVEN, ~_EVEN, np.repeat(np.array([_OUTER, 0.0, 2.0 - 2.0 * _OUTER, 0.0, _OUTER]) / _GAUSS, _AZIMUTHS)]
-)
+_THREE = np.array([_OUTER, 0.0, 2.0 - 2.0 * _OUTER, 0.0, _OUTER]) / _GAUSS
+_POORER = np.stack([_EVEN, ~_EVEN, np.repeat(_THREE, _AZIMUTHS)])
 _ENOUGH = 0.5  # share of a cap's area that must be on the map
 _LARGEST = 10_000.0  # km, nearly half of the globe: a larger correction is hardly local
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class LocalCorrections(support.Answer):
-    """The corrections at points, for caps of `radius_km` about them.
-
-    `matrix` (..., 2, 2) is symmetric and positive definite, NaN where less than half of a cap is on the map; its
-    `parts` are scale, and stretch with its azimuth on the map. `error` (...) estimates its relative error, by its
-    change with fewer nodes.
-    """
+    """Corrections at points, for caps of `radius_km` about them; NaN where less than half of a cap is on the map."""
 
     projection: projections.Projection = field(
         metadata=support.schema(of={"projection": "label", "name": "name", "definition": "definition"}, spread=True)
@@ -307,8 +287,8 @@ class LocalCorrections(support.Answer):
     parts: matrices.Decomposition = field(
         metadata=support.schema(of=("scale", "stretch", "stretch_azimuth"), column=True, spread=True)
     )
-    error: FloatArray = field(metadata=support.COLUMN)
-    matrix: FloatArray = field(metadata=support.HIDDEN)
+    error: FloatArray = field(metadata=support.COLUMN)  # estimate of the relative error, by the change with fewer nodes
+    matrix: FloatArray = field(metadata=support.HIDDEN)  # (..., 2, 2), symmetric and positive definite
 
     def take(self, keep: BoolArray) -> LocalCorrections:
         """The corrections at some of the points."""
@@ -334,7 +314,6 @@ def local_corrections(
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     lon, lat : array_like (...)
         Centres of the caps in degrees, of shapes that broadcast.
     radius_km : float
@@ -343,21 +322,17 @@ def local_corrections(
     Returns
     -------
     LocalCorrections
-        Its `matrix` (..., 2, 2) is the symmetric (T T^T)^-1/2, which turns nothing, with the mean distorting
-        transformation T of the cap; NaN where less than half of a cap is on the map. `error` (...) estimates its
-        relative error.
+        Its `matrix` (..., 2, 2) is the symmetric (T T^T)^-1/2, which turns nothing, T the cap's mean distorting
+        transformation; NaN where less than half of a cap is on the map. `error` (...) is its relative error.
 
     Raises
     ------
-    ProjectionError
-        For an unknown projection.
-    ValueError
-        For a radius that is not above 0 and at most 10,000 km, or shapes that do not broadcast.
+    ProjectionError, ValueError
+        For an unknown projection; for a radius not above 0 and at most 10,000 km, or shapes that do not broadcast.
 
     References
     ----------
-    D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications: the mean distorting
-    transformation.
+    D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications: the MDT.
 
     Examples
     --------
@@ -387,14 +362,9 @@ def local_corrections(
         matrix[known] = (U / scales[:, None, :]) @ np.swapaxes(U, 1, 2)
         error[known] = _change(T, J, weights)
     matrix = matrix.reshape(*lon.shape, 2, 2)
+    parts, places = matrices.decompose(matrix), {"lon": lon, "lat": lat}
     return LocalCorrections(
-        projection=projection,
-        radius_km=radius_km,
-        lon=lon,
-        lat=lat,
-        matrix=matrix,
-        parts=matrices.decompose(matrix),
-        error=error.reshape(lon.shape),
+        projection=projection, radius_km=radius_km, **places, matrix=matrix, parts=parts, error=error.reshape(lon.shape)
     )
 
 
@@ -404,9 +374,8 @@ def _change(T: FloatArray, J: FloatArray, weights: FloatArray) -> FloatArray:
     for rule in _POORER:
         part = weights * rule
         some = part.sum(axis=-1) > 0
-        change[some] = np.maximum(
-            change[some], 0.5 * matrices.factor_distance(T[some], matrices.mdt(J[some], part[some]).T)
-        )
+        other = matrices.mdt(J[some], part[some]).T
+        change[some] = np.maximum(change[some], 0.5 * matrices.factor_distance(T[some], other))
         change[~some] = np.inf
     return change
 

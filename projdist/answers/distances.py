@@ -22,11 +22,7 @@ _TOLERANCE = 5e-3  # of the value, for polygons; on whole globes the first sets 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class FiniteDistortion(support.Answer):
-    """A measure of finite distortion, its standard error, and the number of `pairs` of points; NaN if undefined.
-
-    `coverage` is the share of the region's area that is on the map, of `great_circle_bending` that of geodesics; pairs
-    beyond it do not count.
-    """
+    """A measure of finite distortion, its standard error, and the number of `pairs` of points; NaN if undefined."""
 
     given: str = field(metadata=support.schema("projection"))
     projection: Projection = field(metadata=support.schema(of=("name", "definition"), spread=True))
@@ -35,7 +31,7 @@ class FiniteDistortion(support.Answer):
     value: float
     error: float
     pairs: int
-    coverage: float
+    coverage: float  # share of the area, or of the geodesics, that is on the map; pairs beyond it do not count
 
     def _line(self) -> str:
         return f"{self.projection.name} over {self.region.name}: {self.measure} {self.value:.4g} ± {self.error:.1g}"
@@ -65,8 +61,7 @@ def peters(ratio: FloatArray, weight: FloatArray) -> float:
 def canters(ratio: FloatArray, weight: FloatArray) -> float:
     """Mean finite scale factor K1 = (1 + D) / (1 - D) of Canters 2002, with D the index of Peters."""
     # It is K for a map whose distances are all K times the true ones, or all 1 / K times. Canters chose other
-    # distances: on land without Antarctica his pseudocylindrical map with six coefficients has 1.143, and over all
-    # pairs there 1.18.
+    # distances: on land without Antarctica his map with six coefficients has 1.143, and over all pairs 1.18.
     index = peters(ratio, weight)
     return (1.0 + index) / (1.0 - index) if index < 1.0 else np.inf
 
@@ -135,15 +130,13 @@ def distance_distortion(
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     region : RegionLike, optional
         Anything that `get_region` takes, also a `PointSet`; by default the area of use of a CRS, or the globe.
     measure : str or callable, default "gott"
-        A name of `DISTANCE_MEASURES`, or a function that gives a number for the ratios d_map / d_globe (n,) and their
-        weights (n,), whose sum is 1.
+        A name of `DISTANCE_MEASURES`, or a function of the ratios d_map / d_globe (n,) and their weights (n,) of sum 1.
     map_distance : callable, optional
-        Function of x0, y0, x1, y1 in metres, which broadcast, that gives distances on the map in metres, if these are
-        not straight lines: `worldmaps.distance_around_edge` for maps with two sides.
+        Function of x0, y0, x1, y1, which broadcast, for distances on the map that are not straight, all in metres:
+        `worldmaps.distance_around_edge` for maps with two sides.
     tolerance : float, default 5e-3
         Standard error, relative to the value, that is small enough.
     seed : int, default 0
@@ -156,11 +149,8 @@ def distance_distortion(
 
     Raises
     ------
-    ProjectionError
-        For an unknown projection.
-    ValueError
-        For an unknown region or measure, a `map_distance` that is no function, a tolerance that is not positive, or a
-        seed that is no whole number.
+    ProjectionError, ValueError
+        For an unknown projection, region or measure, or an invalid `map_distance`, tolerance or seed.
 
     References
     ----------
@@ -179,10 +169,8 @@ def distance_distortion(
     >>> round(distance_distortion("plate-carree", points).value, 8)
     1.33558958
     """
-    (found,) = distance_distortions(
-        projection, region, [measure], map_distance=map_distance, tolerance=tolerance, seed=seed
-    )
-    return found
+    options: dict[str, Any] = {"map_distance": map_distance, "tolerance": tolerance, "seed": seed}
+    return distance_distortions(projection, region, [measure], **options)[0]
 
 
 def distance_distortions(
@@ -196,9 +184,7 @@ def distance_distortions(
 ) -> list[FiniteDistortion]:
     """Several measures of the same pairs; the first decides whether more pairs are needed."""
     functions = [measure if callable(measure) else DISTANCE_MEASURES.named(measure) for measure in measures]
-    names = [
-        getattr(measure, "__name__", type(measure).__name__) if callable(measure) else measure for measure in measures
-    ]
+    names = [getattr(one, "__name__", type(one).__name__) if callable(one) else one for one in measures]
     if map_distance is not None and not callable(map_distance):
         raise ValueError(f"Invalid map_distance {support.quoted(map_distance)}. It must be a function.")
     figures = functools.partial(_over_pairs, functions, map_distance or _straight)
@@ -272,12 +258,10 @@ def great_circle_bending(
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     region : RegionLike, optional
         Anything that `get_region` takes, also a `PointSet`; by default the area of use of a CRS, or the globe.
     tolerance : float, default 5e-3
-        Standard error, relative to the value, that is small enough; if it is larger, four times as many geodesics are
-        taken.
+        Standard error, relative to the value; if it is larger, four times as many geodesics are taken.
     seed : int, default 0
         Seed of the random geodesics.
 
@@ -288,20 +272,16 @@ def great_circle_bending(
 
     Raises
     ------
-    ProjectionError
-        For an unknown projection.
-    ValueError
-        For an unknown region, a tolerance that is not positive, or a seed that is no whole number.
+    ProjectionError, ValueError
+        For an unknown projection or region, a tolerance that is not positive, or a seed that is no whole number.
 
     References
     ----------
-    Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth, Cartographica 42:297, section 3:
-    flexion.
+    Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth, Cartographica 42:297, section 3.
 
     Examples
     --------
-    From 170 to 190 degrees east the equator lies beyond the ends of the straight line, which is 340 degrees long: up to
-    10 degrees from them, 5 on average.
+    From 170 to 190 degrees east the equator lies 5 degrees, on average, beyond the ends of a line of 340 degrees.
 
     >>> import numpy as np
     >>> from projdist import PointSet
@@ -309,8 +289,7 @@ def great_circle_bending(
     >>> round(great_circle_bending("plate-carree", points).value, 4)
     0.0147
     """
-    (found,) = _answers(projection, region, ["bending"], _over_geodesics, _GREAT_CIRCLE_SIZES, tolerance, seed)
-    return found
+    return _answers(projection, region, ["bending"], _over_geodesics, _GREAT_CIRCLE_SIZES, tolerance, seed)[0]
 
 
 def _over_geodesics(
@@ -401,19 +380,10 @@ def _answers(
             errors = values.std(axis=0, ddof=1) / np.sqrt(_DRAWS)
             if not errors[0] > tolerance * abs(found.values[0]):
                 break
-    return [
-        FiniteDistortion(
-            given=given or projection.label,
-            projection=projection,
-            region=place,
-            measure=measure,
-            value=value,
-            error=error,
-            pairs=found.pairs,
-            coverage=found.coverage,
-        )
-        for measure, value, error in zip(measures, found.values.tolist(), errors.tolist(), strict=True)
-    ]
+    shared: dict[str, Any] = {"given": given or projection.label, "projection": projection, "region": place}
+    shared |= {"pairs": found.pairs, "coverage": found.coverage}
+    figures_of = zip(measures, found.values.tolist(), errors.tolist(), strict=True)
+    return [FiniteDistortion(measure=name, value=value, error=error, **shared) for name, value, error in figures_of]
 
 
 def _groups(

@@ -252,9 +252,8 @@ def searched(figure: Figure) -> Callable[[ScaleField], float]:
         if not math.isfinite(field.mean(term).value):
             return math.nan
         middle = math.log(BEST_SCALES["logarithms"](field))
-        return math.exp(
-            numerics.least_between(lambda x: field.sum(term, math.exp(x)), middle - _REACH, middle + _REACH)
-        )
+        ends = middle - _REACH, middle + _REACH
+        return math.exp(numerics.least_between(lambda x: field.sum(term, math.exp(x)), *ends))
 
     return best
 
@@ -400,15 +399,12 @@ class _CutCells:
 
 def pairs(field: ScaleField, scale: float) -> list[numerics.Estimate]:
     """Gott's and Peters' measures at a scale, and ln of the scale that minimises the latter, all of the same pairs."""
-    found = distances.distance_distortions(
-        field.projection,
-        field.region,
-        [
-            distances.gott,
-            lambda ratio, weight: distances.peters(scale * ratio, weight),
-            distances.best_scale_of_distances,
-        ],
-    )
+
+    def peters(ratio: FloatArray, weight: FloatArray) -> float:
+        return distances.peters(scale * ratio, weight)
+
+    measures = [distances.gott, peters, distances.best_scale_of_distances]
+    found = distances.distance_distortions(field.projection, field.region, measures)
     return [numerics.Estimate(one.value, one.error) for one in found]
 
 

@@ -15,20 +15,14 @@ from projdist._typing import AnyArray, FloatArray, IntArray
 from projdist.field import Quality, check_declared_property, derivatives, measure_at, named_measures
 from projdist.projections import Projection, ProjectionLike
 
+_OF_MAP = {"projection": "definition", "name": "name"}  # what JSON has of a projection
+
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Factors(support.Answer):
-    """Distortion at points: arrays of one shape, NaN where undefined.
+    """Distortion at points: arrays of one shape, NaN where undefined."""
 
-    `quality` holds the labels of `Quality`; `error` is the estimated relative error of the Jacobian; `extra` are the
-    further measures by name.
-    """
-
-    projection: Projection = field(
-        metadata=support.schema(
-            of={"projection": "definition", "name": "name", "definition": "definition"}, spread=True
-        )
-    )
+    projection: Projection = field(metadata=support.schema(of=_OF_MAP | {"definition": "definition"}, spread=True))
     lon: FloatArray = field(metadata=support.COLUMN)
     lat: FloatArray = field(metadata=support.COLUMN)
     x: FloatArray = field(metadata=support.COLUMN)
@@ -42,9 +36,9 @@ class Factors(support.Answer):
     theta: FloatArray = field(metadata=support.COLUMN)
     convergence: FloatArray = field(metadata=support.COLUMN)
     fisher: FloatArray = field(metadata=support.COLUMN)
-    quality: np.typing.NDArray[np.str_] = field(metadata=support.COLUMN)
-    extra: dict[str, FloatArray] = field(metadata=support.schema(column=True, spread=True))
-    error: FloatArray = field(metadata=support.HIDDEN)
+    quality: np.typing.NDArray[np.str_] = field(metadata=support.COLUMN)  # labels of `Quality`
+    extra: dict[str, FloatArray] = field(metadata=support.schema(column=True, spread=True))  # further measures, by name
+    error: FloatArray = field(metadata=support.HIDDEN)  # estimated relative error of the Jacobian
     jacobian: FloatArray = field(metadata=support.HIDDEN)
 
     def _line(self) -> str:
@@ -75,10 +69,8 @@ def factors(
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     lon : array_like, DataFrame or GeoDataFrame
-        Longitudes in degrees, of any shape; or a pandas DataFrame with the columns `lon` and `lat`, or a GeoDataFrame
-        of points in any CRS.
+        Longitudes in degrees; or a DataFrame with columns `lon` and `lat`, or a GeoDataFrame of points in any CRS.
     lat : array_like, optional
         Latitudes in degrees, which broadcast with `lon`. Not with a frame.
     measures : iterable of str or Measure, or one of them
@@ -94,17 +86,14 @@ def factors(
 
     Raises
     ------
-    ProjectionError
-        For an unknown projection.
-    ValueError
-        For an unknown measure, shapes that do not broadcast, arrays of xarray along different dimensions (for
-        `projdist.gis.factor_arrays`), rows of a frame that are no points, latitudes beside a frame, a prefix without a
-        frame, or columns that the frame has already.
+    ProjectionError, ValueError
+        For an unknown projection or measure, shapes that do not broadcast, arrays of xarray along different dimensions
+        (for `projdist.gis.factor_arrays`), rows of a frame that are no points, latitudes beside a frame, a prefix
+        without a frame, or columns that the frame has already.
 
     References
     ----------
-    - J. P. Snyder 1987, Map Projections: A Working Manual, USGS Professional Paper 1395, chapter 4; equations 4-9
-      (omega) and 4-14 (theta).
+    - J. P. Snyder 1987, Map Projections: A Working Manual, USGS Professional Paper 1395, equations 4-9 and 4-14.
     - D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications: the Fisher distortion.
 
     Examples
@@ -115,7 +104,7 @@ def factors(
     2.0
     """
     projection = Projection.from_user_input(projection)
-    if projections.is_frame(lon):
+    if isinstance(lon, projections.FrameLike):
         if lat is not None:
             raise ValueError("Invalid latitudes beside a frame. It must be alone: it has its own.")
         at_rows = factors(projection, *projections.places(projection, lon), measures=measures)
@@ -213,9 +202,8 @@ def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: earth.Ellipso
     0.99974744
     """
     support.check_instance("ellipsoid", ellipsoid, earth.Ellipsoid, "an Ellipsoid of projdist")
-    lat, height = support.check_degrees(
-        support.check_numbers("latitudes", lat), support.check_numbers("heights", height)
-    )
+    lat, height = support.check_numbers("latitudes", lat), support.check_numbers("heights", height)
+    lat, height = support.check_degrees(lat, height)
     meridian, vertical = ellipsoid.radii(lat)
     radius = np.sqrt(meridian * vertical)
     return np.asarray(radius / (radius + height))
@@ -223,38 +211,26 @@ def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: earth.Ellipso
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Profile(support.Answer):
-    """A map along a line: arrays (n,) with a value for each point; NaN where undefined.
+    """A map along a line: arrays (n,) of its points, NaN where undefined, and figures; None is what needs heights."""
 
-    `distance_km` is the distance along the line; `azimuth` the line's direction in degrees clockwise from north, at a
-    vertex the direction of the next edge; `scale` the point scale in this direction. `vertices` (m,) are the distances
-    of the line's vertices in km. `height` is in metres, `elevation_factor` R / (R + h), `combined_factor` the scale
-    times that; None without heights. `measures` are the other measures by name.
-
-    Figures of the whole line: `length_m` on the ellipsoid, `map_length_m` of its image, `mean_scale`, their ratio, with
-    its `error`; `grid_distance_m`, the sum of straight distances on the map from vertex to vertex; `ground_length_m`
-    and `mean_combined_factor`, None without heights.
-    """
-
-    projection: Projection = field(
-        metadata=support.schema(of={"projection": "definition", "name": "name"}, spread=True)
-    )
-    vertices: FloatArray = field(metadata=support.HIDDEN)
-    distance_km: FloatArray = field(metadata=support.COLUMN)
+    projection: Projection = field(metadata=support.schema(of=_OF_MAP, spread=True))
+    vertices: FloatArray = field(metadata=support.HIDDEN)  # (m,), distances of the line's vertices in km
+    distance_km: FloatArray = field(metadata=support.COLUMN)  # along the line
     lon: FloatArray = field(metadata=support.COLUMN)
     lat: FloatArray = field(metadata=support.COLUMN)
     x: FloatArray = field(metadata=support.COLUMN)
     y: FloatArray = field(metadata=support.COLUMN)
-    azimuth: FloatArray = field(metadata=support.COLUMN)
-    scale: FloatArray = field(metadata=support.COLUMN)
-    height: FloatArray | None = field(metadata=_IF_KNOWN)
-    elevation_factor: FloatArray | None = field(metadata=_IF_KNOWN)
-    combined_factor: FloatArray | None = field(metadata=_IF_KNOWN)
-    measures: dict[str, FloatArray] = field(metadata=support.schema(column=True, spread=True))
-    length_m: float
-    map_length_m: float
-    mean_scale: float
-    error: float
-    grid_distance_m: float
+    azimuth: FloatArray = field(metadata=support.COLUMN)  # degrees clockwise from north, at a vertex of the next edge
+    scale: FloatArray = field(metadata=support.COLUMN)  # in this direction
+    height: FloatArray | None = field(metadata=_IF_KNOWN)  # metres
+    elevation_factor: FloatArray | None = field(metadata=_IF_KNOWN)  # R / (R + h)
+    combined_factor: FloatArray | None = field(metadata=_IF_KNOWN)  # the scale times that
+    measures: dict[str, FloatArray] = field(metadata=support.schema(column=True, spread=True))  # the others, by name
+    length_m: float  # on the ellipsoid
+    map_length_m: float  # of the image
+    mean_scale: float  # their ratio
+    error: float  # of the mean scale
+    grid_distance_m: float  # sum of straight distances on the map from vertex to vertex
     ground_length_m: float | None
     mean_combined_factor: float | None
 
@@ -285,7 +261,6 @@ def profile(
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     line : str, path, array_like, geometry
         Vertices (n, 2) in degrees, or (n, 3) with ellipsoidal heights in metres; a text "LON,LAT,LON,LAT,..."; a line
         of shapely, a GeoSeries or GeoDataFrame, in its CRS; GeoJSON; or the path of a vector file, perhaps with
@@ -304,16 +279,13 @@ def profile(
 
     Raises
     ------
-    ProjectionError
-        For an unknown projection.
-    ValueError
-        For input that is no line, an unknown measure, a spacing that is not positive, or impossible heights.
+    ProjectionError, ValueError
+        For an unknown projection; for what is no line, an unknown measure, a spacing below 0, or impossible heights.
 
     References
     ----------
     - J. P. Snyder 1987, Map Projections: A Working Manual, USGS Professional Paper 1395, pages 20 to 26.
-    - J. E. Stem 1989, State Plane Coordinate System of 1983, NOAA Manual NOS NGS 5, section 4: the line's scale factor
-      and the combined factor.
+    - J. E. Stem 1989, State Plane Coordinate System of 1983, NOAA Manual NOS NGS 5, section 4: factors of lines.
 
     Examples
     --------

@@ -61,8 +61,7 @@ def goldberg_gott_score(values: Mapping[str, float], normalisers: Mapping[str, f
     values : mapping of str to float
         The map's indices by symbol: isotropy I, area A, flexion F, skewness S, distances D, boundary cuts B.
     normalisers : mapping of str to float, optional
-        The indices of the plate carree, by default as Goldberg & Gott (2007) print them, rounded; the published scores
-        are made with these.
+        The indices of the plate carree, by default `NORMALISERS`.
 
     Returns
     -------
@@ -77,8 +76,7 @@ def goldberg_gott_score(values: Mapping[str, float], normalisers: Mapping[str, f
     References
     ----------
     - Gott, Goldberg & Vanderbei 2021, Flat Maps that improve on the Winkel Tripel, arXiv 2102.08176: the score.
-    - Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth, Cartographica 42:297: the plate
-      carree's row.
+    - Goldberg & Gott 2007, Cartographica 42:297: the plate carree's row.
 
     Examples
     --------
@@ -117,14 +115,8 @@ def _of_figure(
 
 _RESOLVED = ("fisher", "kavrayskiy")  # measures that all samples resolve
 _FLEXION, _SKEWNESS = terms.second_order("flexion"), terms.second_order("skewness")
-_SCORE = {
-    "I": terms.value_of(FIGURES["isotropy"]),
-    "A": terms.deviation_of_log_area,
-    "F": _FLEXION,
-    "S": _SKEWNESS,
-    "D": lambda field, _: field.once(terms.pairs)[0],
-    "B": terms.boundary_cuts,
-}
+_SCORE: dict[str, Value] = {"I": terms.value_of(FIGURES["isotropy"]), "A": terms.deviation_of_log_area}
+_SCORE |= {"F": _FLEXION, "S": _SKEWNESS, "D": lambda field, _: field.once(terms.pairs)[0], "B": terms.boundary_cuts}
 
 
 def _score(field: ScaleField, scale: float) -> Estimate:
@@ -271,7 +263,6 @@ def indices(
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     region : RegionLike, optional
         Anything that `get_region` takes; by default the area of use of a CRS, or the globe for other projections.
     names : str or iterable of str, default "all"
@@ -282,15 +273,13 @@ def indices(
     Returns
     -------
     IndexSummary
-        An `IndexValue` for each, by name or symbol: the index of the map as it is, and at the best scale, each with its
-        error.
+        An `IndexValue` for each, by name or symbol: of the map as it is, and at the best scale, each with its error.
 
     Raises
     ------
-    ProjectionError
-        For an unknown projection, or if no point of the region can be projected.
-    ValueError
-        For an unknown region or index, no index at all, or a tolerance that is not positive.
+    ProjectionError, ValueError
+        For an unknown projection, or if no point of the region can be projected; for an unknown region or index, no
+        index at all, or a tolerance that is not positive.
 
     References
     ----------
@@ -340,14 +329,8 @@ def _field(
 
     means = dict.fromkeys(term for index in chosen for term in index.terms)
     bent = dict.fromkeys(name for index in chosen for name in index.second_order)
-    field = field_resolving(
-        projection,
-        region,
-        [functools.partial(integrand, term) for term in means],
-        [matrices.get_measure(name) for name in bent],
-        tolerance=tolerance,
-        max_evaluations=_MAX_EVALUATIONS,
-    )
+    resolved = [functools.partial(integrand, term) for term in means], [matrices.get_measure(name) for name in bent]
+    field = field_resolving(projection, region, *resolved, tolerance=tolerance, max_evaluations=_MAX_EVALUATIONS)
     return ScaleField(projection, region, field)
 
 

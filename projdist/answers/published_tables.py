@@ -112,9 +112,8 @@ def figure_of_others(row: Printed, value: float) -> float:
         figures = {one.measure: one.value for one in printed("goldberg-gott") if one.definition == row.definition}
         return goldberg_gott_score(figures)
     if row.convention == "over-the-edge":  # the score of a map with two sides, which has no cuts
-        figures = {
-            symbol: one.value for symbol, one in index_figures(row.definition, regions.GLOBE, tuple("IAFS")).items()
-        }
+        found = index_figures(row.definition, regions.GLOBE, tuple("IAFS"))
+        figures = {symbol: one.value for symbol, one in found.items()}
         edge = functools.partial(projections.distance_around_edge, edge=0.5 * math.pi * earth.MEAN_EARTH_RADIUS)
         distances = distance_distortion(row.definition, map_distance=edge)
         return goldberg_gott_score(figures | {"D": distances.value, "B": 0.0})
@@ -136,23 +135,17 @@ _ROUNDING = 1e-9  # of half a unit of the last decimal
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedRow(support.Record):
-    """A printed figure, ours with its estimated error, and the figure by the convention that explains the difference.
-
-    `difference` is our figure less the printed one; `reproduced` is True if they agree to half a unit of the last
-    printed decimal; `explained` if the figure by the other convention does, with the allowed difference of the
-    convention; that figure is NaN if there is none. `explanation` is the convention or sampling by which the printed
-    figure comes out, if it does not by ours; else "".
-    """
+    """A printed figure, ours, its estimated error, and the figure by the convention that explains a difference."""
 
     printed: Printed = field(metadata=support.schema(spread=True))
     value: float
     error: float
-    difference: float
-    reproduced: bool
+    difference: float  # our figure less the printed one
+    reproduced: bool  # they agree to half a unit of the last printed decimal
     convention: str
-    value_by_convention: float
-    explained: bool
-    explanation: str
+    value_by_convention: float  # NaN if there is none
+    explained: bool  # that and the printed one agree, with the allowed difference of the convention
+    explanation: str  # convention or sampling by which the printed figure comes out, "" if it does by ours
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -176,14 +169,12 @@ def tables(name: str) -> PublishedTable:
     Parameters
     ----------
     name : str
-        "goldberg-gott", "gott-goldberg-vanderbei", "gott-mugnolo-colley", "canters-decleir", "capek", "francula",
-        "kunimune", "snyder" or "proj".
+        One of `TABLES`, as "goldberg-gott" or "snyder".
 
     Returns
     -------
     PublishedTable
-        A `PublishedRow` for each printed figure: it, ours with its estimated error, and the figure by the convention
-        that explains the difference, if there is one.
+        A `PublishedRow` for each printed figure: it, ours, and that by the convention that explains a difference.
 
     Raises
     ------

@@ -22,14 +22,8 @@ GROUPS = (
 )
 """The groups of published indices."""
 SORTS = (
-    "given",
-    "name",
-    "coverage",
-    "evaluations",
-    "error_estimate",
-    "airy_kavrayskiy",
-    "airy_kavrayskiy_scaled",
-    "airy_kavrayskiy_affine",
+    *("given", "name", "coverage", "evaluations", "error_estimate"),
+    *("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine"),
 )
 """Orders of a comparison, besides its indices and measures."""
 _FINEST_INDICES = 1e-6  # smallest tolerance of the means of published indices
@@ -60,27 +54,20 @@ class MeasureSummary(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Summary(Answer):
-    """A projection over a region.
-
-    `airy_kavrayskiy` is the RMS Fisher distortion, sqrt(mean of ln^2 a + ln^2 b) by true area; `..._scaled` after the
-    best uniform scale, `..._affine` after the best linear map. `error_estimate` bounds the error of all three. `limit`
-    says why the tolerance was not met, "" if it was. `mdt` is the inverse T of that linear map, shape (2, 2), the mean
-    distorting transformation; `mirrored` the share of the covered area that the map mirrors. `modes` are the principal
-    components of the distortion about the MDT, if requested.
-    """
+    """A projection over a region."""
 
     given: str = field(metadata=schema("projection"))
     projection: Projection = field(metadata=schema(of=("name", "definition"), spread=True))
     region: regions.Place = field(metadata=HIDDEN)
     coverage: float
-    airy_kavrayskiy: float
-    airy_kavrayskiy_scaled: float
-    airy_kavrayskiy_affine: float
-    error_estimate: float
+    airy_kavrayskiy: float  # RMS Fisher distortion, sqrt(mean of ln^2 a + ln^2 b) by true area
+    airy_kavrayskiy_scaled: float  # after the best uniform scale
+    airy_kavrayskiy_affine: float  # after the best linear map
+    error_estimate: float  # bound of the error of all three
     evaluations: int
-    limit: str = field(metadata=HIDDEN)
-    mdt: FloatArray = field(metadata=HIDDEN)
-    mirrored: float = field(metadata=HIDDEN)
+    limit: str = field(metadata=HIDDEN)  # why the tolerance was not met, "" if it was
+    mdt: FloatArray = field(metadata=HIDDEN)  # (2, 2), mean distorting transformation, the inverse of that linear map
+    mirrored: float = field(metadata=HIDDEN)  # share of the covered area that the map mirrors
     measures: dict[str, MeasureSummary] = field(metadata=schema(spread=True))
     indices: answers.IndexSummary | None = field(default=None, metadata=schema(of="values", optional=True))
     modes: matrices.Modes | None = field(default=None, metadata=schema(of="rows", optional=True))
@@ -154,11 +141,9 @@ def summarize(
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes: a name, a PROJ string, the code of a CRS, WKT, a file, a
-        function.
+        Anything that `Projection.from_user_input` takes: a name, PROJ string, code of a CRS, WKT, file or function.
     region : RegionLike, optional
-        Anything that `get_region` takes: text, bounds (W, S, E, N) in degrees, a geometry, a region; by default the
-        area of use of a CRS, or the globe for other projections.
+        Anything that `get_region` takes; by default the area of use of a CRS, or the globe for other projections.
     measures : iterable of str or Measure, or one of them
         Measures for statistics, which are named by the given text.
     indices : str or iterable of str
@@ -166,8 +151,8 @@ def summarize(
     modes : bool, default False
         Whether to find the principal components of the distortion.
     tolerance : float, default 1e-8
-        Largest error of the Airy-Kavrayskiy errors, as far as the projection's own rounding and the largest number of
-        evaluations allow. Measures are resolved as by `sample`, indices to max(tolerance, 1e-6).
+        Largest error of the Airy-Kavrayskiy errors, as far as the map's own rounding and the work allowed permit.
+        Measures are resolved as by `sample`, indices to max(tolerance, 1e-6).
 
     Returns
     -------
@@ -177,16 +162,14 @@ def summarize(
 
     Raises
     ------
-    ProjectionError
-        For an unknown projection, or if no point of the region can be projected.
-    ValueError
-        For an unknown region, measure or index, `modes` neither True nor False, or a tolerance that is not positive.
+    ProjectionError, ValueError
+        For an unknown projection, or if no point of the region can be projected; for an unknown region, measure or
+        index, `modes` neither True nor False, or a tolerance that is not positive.
 
     References
     ----------
     - V. V. Kavrayskiy 1934, Matematicheskaya kartografiya.
-    - D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications: the errors without the
-      factor 1/2 under the root, and the mean distorting transformation.
+    - D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications: no 1/2 under the root, MDT.
     - Fletcher, Lu, Pizer & Joshi 2004, IEEE Transactions on Medical Imaging 23: the modes.
 
     Examples
@@ -201,26 +184,6 @@ def summarize(
     >>> summarize("mollweide", modes=True).modes
     Modes(51 % shear; 49 % shape)
     """
-    found = summary_of(projection, region, tolerance, measures, indices, modes)
-    use = found.projection.area_of_use
-    if use is not None and (share := regions.share_in(regions.Box(*use), found.region)) < _MOSTLY:
-        part = f"{100.0 * share:.2g} %" if share else "nothing"
-        tell(
-            f"{found.projection.label} is for {regions.Box(*use).name}, where {part} of {shown(found.region.name)} "
-            "lies: its figures are mostly of places outside its area of use."
-        )
-    return found
-
-
-def summary_of(
-    projection: ProjectionLike,
-    region: regions.RegionLike | None,
-    tolerance: float,
-    measures: Iterable[str | matrices.Measure] = (),
-    indices: str | Iterable[str] = (),
-    modes: bool = False,
-) -> Summary:
-    """The summary of `summarize`, without a notice on the area of use."""
     given = projection if isinstance(projection, str) else None
     projection = Projection.from_user_input(projection)
     place = regions.region_for(region, [projection])
@@ -229,8 +192,7 @@ def summary_of(
     field = sample(projection, place, measures=measures, tolerance=tolerance)
     found = field.airy_kavrayskiy
     extremes = field.extremes(field.measures.values())
-    least = max(tolerance, _FINEST_INDICES)
-    return Summary(
+    summary = Summary(
         projection=projection,
         given=given or projection.label,
         region=place,
@@ -244,9 +206,17 @@ def summary_of(
         mdt=found.mdt,
         mirrored=field.mirrored,
         measures={name: _statistics(field, name, *pair) for name, pair in zip(field.measures, extremes, strict=True)},
-        indices=answers.indices(projection, place, names, tolerance=least) if names else None,
+        indices=answers.indices(projection, place, names, tolerance=max(tolerance, _FINEST_INDICES)) if names else None,
         modes=field.modes if with_modes else None,
     )
+    use = projection.area_of_use
+    if use is not None and (share := regions.share_in(regions.Box(*use), place)) < _MOSTLY:
+        part = f"{100.0 * share:.2g} %" if share else "nothing"
+        tell(
+            f"{projection.label} is for {regions.Box(*use).name}, where {part} of {shown(place.name)} "
+            "lies: its figures are mostly of places outside its area of use."
+        )
+    return summary
 
 
 def _statistics(field: Field, name: str, bottom: Extreme, top: Extreme) -> MeasureSummary:
@@ -280,16 +250,14 @@ def compare(
 ) -> Comparison:
     """Summaries of several projections over one region, best first.
 
-    A projection that fails is among the `failures`; the others have results. A notice names each CRS whose area of use
-    has less than half of the region.
+    What fails is among the `failures`. A notice names each CRS whose area of use has less than half of the region.
 
     Parameters
     ----------
     projections : ProjectionLike or iterable of ProjectionLike
         Anything that `summarize` takes, one or several.
     region : RegionLike, optional
-        Anything that `get_region` takes, the same for all; by default the area of use if all are CRSs with the same
-        one, else the globe.
+        Anything that `get_region` takes; by default the area of use that all maps have in common, else the globe.
     measures : iterable of str or Measure, or one of them
         Measures for statistics.
     indices : str or iterable of str

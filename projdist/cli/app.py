@@ -46,11 +46,6 @@ def _one_line(command: str) -> Iterator[None]:
 class Command(TyperCommand):
     """A command; unknown options that reach its arguments are refused, unless they are numbers."""
 
-    def invoke(self, ctx: Any) -> Any:
-        """Run the command; notices of the library are printed in one line each."""
-        with notices_said():
-            return super().invoke(ctx)
-
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """`[OPTIONS] REGION [NAME...]`, the same in all versions of typer."""
         arguments = [one for one in self.get_params(ctx) if one.param_type_name == "argument"]
@@ -303,7 +298,8 @@ def _with_groups(function: Any) -> Any:
         if words.get("details") and words["format"] in (None, "table"):  # the other formats have all
             words["format"] = "details"
         made = {name: group(**{one.name: words[one.name] for one in fields(group)}) for name, group in groups.items()}
-        function(**{name: words[name] for name in own}, **made)
+        with notices_said():
+            function(**{name: words[name] for name in own}, **made)
 
     command.__signature__ = inspect.Signature([*parameters.values()])  # type: ignore[attr-defined]
     command.__annotations__ = {name: one.annotation for name, one in parameters.items()}

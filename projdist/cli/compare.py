@@ -22,6 +22,7 @@ _CONVENTION = (
     "With a half under the root, as in much of the literature, it is 1/sqrt(2) of that.",
     "Scaled: after the best uniform scale; affine: after the best linear map (MDT).",
 )
+_AK = "airy_kavrayskiy"
 _LEAST_SHARE = 0.005  # of a map's distortion: modes that have less are not shown
 _LAST_OF_INDICES = 1e-5
 _MAP = Column("projection", of=lambda row: say.label_of(row["projection"], row["name"]), left=True)
@@ -114,7 +115,10 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
     maps = [one.projection for one in found.results]
     titles = [say.caption(say.label_of(one.given, one.projection.name), one.projection.name) for one in found.results]
     bars = answers.sort_column(sort, measures, [index.name for index in found.published])
-    tables = [Table(rows, _columns(measures, found.published), bars=bars)]
+    columns = [*_columns(measures, found.published)]
+    tables = [Table(rows, columns, bars=bars)]
+    wanted = {"projection", _AK, *(f"{name}_{what}" for name in measures for what in ("mean", "max"))}
+    first_columns = sorted(columns, key=lambda column: column.key not in wanted)
     modes = [
         {"projection": one.given, "name": one.projection.name, **mode}
         for one in found.results
@@ -122,13 +126,9 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
         if mode["share"] >= _LEAST_SHARE or k == 0
     ]
     if modes:
-        columns = [
-            _MAP,
-            Column("share", show=lambda share: f"{100.0 * share:.1f} %"),
-            Column("words", "mode", left=True),
-            Column("rms", "RMS", "{:.4f}".format),
-        ]
-        tables.append(Table(modes, columns, "Modes, after the best linear map", keys=3))
+        share = Column("share", show=lambda share: f"{100.0 * share:.1f} %")
+        of_modes = [_MAP, share, Column("words", "mode", left=True), Column("rms", "RMS", "{:.4f}".format)]
+        tables.append(Table(modes, of_modes, "Modes, after the best linear map", keys=3))
     best = min(found.results, key=lambda one: one.airy_kavrayskiy)
     drawn = [one.given for one in found.results[:_DRAWN]]
     draw = shlex.join(["projdist", "compare", *drawn, "-r", found.region.name, "-o", "maps.png"])
@@ -136,7 +136,7 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
     advice = f"projdist recommend {say.typed(found.region)}"
     return Report(
         answer=[*_answer(found, best, bars)],
-        brief=[Table(rows, _brief_columns(measures, found.published), bars=bars), *tables[1:]],
+        brief=[Table(rows, first_columns, bars=bars), *tables[1:]],
         next={draw: "To see where they distort"} | ({} if elsewhere else {advice: "For the best CRS"}),
         title=f"{found.region.name} ({say.size_text(found.region)}), by {sort}",
         heading=f"Distortion of maps over {say.region_words(found.region)}",
@@ -169,14 +169,6 @@ def _answer(found: answers.Comparison, best: answers.Summary, column: str) -> It
     for one in found.results:
         if one.coverage < say.WHOLE:
             yield f"{names[id(one)]} shows {say.per_cent(one.coverage)} of it only."
-
-
-def _brief_columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> list[Column]:
-    """The columns in the order in which they are wanted where there is no room for all."""
-    columns = {column.key: column for column in _columns(measures, indices)}
-    first = ["projection", "airy_kavrayskiy", *(f"{name}_{what}" for name in measures for what in ("mean", "max"))]
-    chosen = [columns.pop(key) for key in first]
-    return [*chosen, *columns.values()]
 
 
 def _columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> Iterator[Column]:
@@ -234,7 +226,6 @@ def _rounded_index(value: float, error: float | None) -> str:
 # ---- many regions --------------------------------------------------------------------------------
 
 
-_AK = "airy_kavrayskiy"
 _NO_FIGURE = ("given", "name")  # orders by which no map is the best
 
 

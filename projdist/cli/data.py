@@ -179,7 +179,7 @@ _TOTALS = (
 _FEATURES = (
     Column("index", "feature", left=True),
     "name",
-    Column("area_km2", "area", lambda km2: area_text(km2).removesuffix(" km2"), unit="km2"),
+    Column("area_km2", "area km2", lambda km2: area_text(km2).removesuffix(" km2")),
     Column("area_error", "area error", _error),
     Column("length_error", "length error", _error),
     Column("bearing_error", "bearing RMS", _degrees),

@@ -162,9 +162,9 @@ def _design_lead(found: designs.Design) -> Iterator[str]:
 def _design_tables(found: designs.Design) -> list[Table]:
     """The design and its rivals, and the criterion by degree."""
     made = {"kind": "made to measure", "name": "", "value": found.value, "error": found.error}
-    value = Column("value", found.criterion, say.certain, error="error", unit=found.unit)
+    value = Column("value", f"{found.criterion} {found.unit}".rstrip(), say.certain, error="error")
     gain = Column("gain", "the made map has less by", functools.partial(say.per_cent, digits=3))
-    at_nodes = Column("value", f"{found.criterion} at nodes", say.certain, unit=found.unit)
+    at_nodes = Column("value", f"{found.criterion} at nodes {found.unit}".rstrip(), say.certain)
     share = Column("share", "share of surroundings", "{:g}".format)
     return [
         Table([made, *found.rivals], [Column("kind", "map", left=True), "name", value, gain]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import sys
 import threading
 import webbrowser
 from collections.abc import Callable
@@ -16,8 +17,8 @@ import numpy as np
 from projdist import answers, earth, gis, matrices, plots, projections, regions, support, surfaces, web
 from projdist._typing import BoolArray, FloatArray
 from projdist.cli import options as opt
-from projdist.cli.errors import note, progress_bar, refuse, refusing, tell_problems, working
-from projdist.cli.report import drawing, emit, room_in, takes_blocks, tell_written
+from projdist.cli.errors import note, progress_bar, refuse, refusing, tell_problems, width_of, working
+from projdist.cli.report import drawing, emit, takes_blocks, tell_written
 from projdist.cli.wording import certain
 
 _TOLERANCE = 1e-5  # titles show three decimals
@@ -273,7 +274,7 @@ def sketch_of(projection: projections.Projection, region: regions.Place, output:
 
     Empty if the map cannot be drawn, as for a set of points, or in a narrow terminal.
     """
-    widest = min(_WIDEST, room_in(output) or _WIDEST)
+    widest = min(_WIDEST, width_of(sys.stdout) or _WIDEST) if output is None else _WIDEST
     if not region.area_km2 or widest < _NARROWEST:
         return []
     place = surfaces.shown_part(region)

@@ -182,7 +182,7 @@ def _report(found: oldmaps.OldMap, given: str, written: object) -> Report:
     columns: Columns = [
         "map",
         Column("distortion", "mean Dist_F^2", lambda value: f"{round(value, 12):.4g}"),
-        Column("residual", "RMS at points,", _short, unit="m"),
+        Column("residual", "RMS at points, m", _short),
         Column("scale", "m per unit", "{:.5g}".format),
         Column("scale_error", "±", "{:.2g}".format),
         *([] if data["dots_per_inch"] is None else [Column("denominator", "scale 1 :", _short)]),

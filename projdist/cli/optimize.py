@@ -147,7 +147,7 @@ def _optimum_tables(found: decisions.Optimum) -> Iterator[Table]:
         }
         for label, one, definition in compared
     ]
-    value = Column("value", name, _shown, error="error", unit=unit)
+    value = Column("value", f"{name} {unit}".rstrip(), _shown, error="error")
     yield Table(rows, ["map", value, Column("against_this", "against this", say.change), "definition"])
     if found.roundings:
         costs = [{"step": one.step, "cost": 1.0 + one.loss} | one.parameters for one in found.roundings]
@@ -286,7 +286,7 @@ def _ldp_table(found: decisions.LDP) -> Table:
         {"map": label} | vars(statistics) | {f"within {ppm:g}": share for ppm, share in statistics.within.items()}
         for label, statistics in (*maps, *found.baselines)
     ]
-    figures = [Column(name, show="{:.2f}".format, unit="ppm") for name in ("min", "max", "mean", "std", "rms")]
+    figures = [Column(name, f"{name} ppm", "{:.2f}".format) for name in ("min", "max", "mean", "std", "rms")]
     within = [f"within {ppm:g}" for ppm in found.statistics.within]
     return Table(rows, ["map", *figures, *(Column(key, show=lambda share: f"{100.0 * share:.1f} %") for key in within)])
 

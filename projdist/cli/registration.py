@@ -306,8 +306,8 @@ def _panorama_answer(result: dict[str, Any]) -> str:
 def _panorama_tables(results: Sequence[dict[str, Any]]) -> list[Table]:
     """Of each panorama where the camera of each image points, and the errors of projections over what is visible."""
     *angles, focal = keys = ("longitude", "latitude", "roll", "focal")
-    shown = [Column(key, show="{:.2f}".format, unit="(°)") for key in angles]
-    cameras: Columns = ["image", *shown, Column(focal, show="{:.1f}".format, unit="(pixels)")]
+    shown = [Column(key, f"{key} (°)", "{:.2f}".format) for key in angles]
+    cameras: Columns = ["image", *shown, Column(focal, f"{focal} (pixels)", "{:.1f}".format)]
     error = Column("airy_kavrayskiy_scaled", "Airy-Kavrayskiy error", "{:.3g}".format, best=True)
     projections: Columns = ["projection", error, Column("coverage", "shown", "{:.0%}".format)]
     tables = []

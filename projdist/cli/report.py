@@ -48,16 +48,10 @@ class Column:
     show: Callable[..., str] = str
     error: str = ""
     _: KW_ONLY
-    unit: str = ""
     of: Callable[[Row], str] | None = None
     left: bool | None = None
     best: bool = False
     only: Callable[[Any], bool] | None = None
-
-    @property
-    def head(self) -> str:
-        """The title with the unit."""
-        return f"{self.title or self.key} {self.unit}".rstrip()
 
     def values(self, rows: Sequence[Row]) -> list[Any]:
         """The values as computed."""
@@ -97,7 +91,7 @@ SHARED = {
         Column("mean_scale_error_ppm", "ppm mean", certain, error="mean_scale_error_ppm_error"),
         Column("over_limit", "over limit", "x {:.3g}".format),
         Column("keeps", show=lambda names: names or "-", left=True),
-        Column("cut_km", "cuts", "{:,.0f}".format, unit="km", only=bool),
+        Column("cut_km", "cuts km", "{:,.0f}".format, only=bool),
         Column("coverage", "covers", per_cent),
         Column("share_in_area_of_use", "in area", per_cent),
     )
@@ -285,16 +279,15 @@ def table_text(table: Table, output: Path | None = None, *, brief: bool = False)
     from rich.markup import escape
     from rich.table import Table as RichTable
 
-    def drawn(head: str, cells: list[str], left: bool, best: bool) -> _Drawn:
-        longest = max(map(cell_len, cells), default=0)
-        return _Drawn(head, cells, left, best, max(cell_len(head), longest), left or longest > _LONGEST_FIGURE)
-
-    keys, terminal, unicode = table.keys, room_in(output), takes_blocks(output)
+    keys, terminal, unicode = table.keys, width_of(sys.stdout) if output is None else None, takes_blocks(output)
     room = USUAL if brief and terminal is None else terminal
     rows = table.rows[: table.most] if brief else table.rows
-    columns = [
-        drawn(one.head, one.cells(table.rows)[: len(rows)], one.is_left(table.rows), one.best) for one in table.columns
-    ]
+    columns = []
+    for one in table.columns:
+        head, texts, left = one.title or one.key, one.cells(table.rows)[: len(rows)], one.is_left(table.rows)
+        widest = max(map(cell_len, texts), default=0)
+        folds = left or widest > _LONGEST_FIGURE
+        columns.append(_Drawn(head, texts, left, one.best, max(cell_len(head), widest), folds))
     # Text columns are as wide as lets each fit beside the key columns.
     for narrowest in _NARROWEST:
         least = [column.least(narrowest) for column in columns]
@@ -302,7 +295,7 @@ def table_text(table: Table, output: Path | None = None, *, brief: bool = False)
             break
     bars = [] if terminal is None else _bars([value_of(row, table.bars) for row in rows], unicode=unicode)
     if bars and room is not None:
-        column = drawn("", bars, True, False)
+        column = _Drawn("", bars, True, False, max(map(len, bars)), True)
         if 1 + sum(least) + column.least(narrowest) <= room:
             columns.append(column)
     stream = io.StringIO()
@@ -351,13 +344,9 @@ def _blocks(columns: Sequence[_Drawn], keys: int, room: int, narrowest: int) -> 
 
 
 def notes_text(lines: Iterable[str], output: Path | None = None) -> str:
-    """Lines of text, wrapped to the terminal."""
-    return "".join(f"{folded(line, room_in(output))}\n" for line in lines)
-
-
-def room_in(output: Path | None) -> int | None:
-    """Width of the terminal that is printed to; None without one."""
-    return None if output is not None else width_of(sys.stdout)
+    """Lines of text, wrapped to the terminal if there is one."""
+    width = width_of(sys.stdout) if output is None else None
+    return "".join(f"{folded(line, width)}\n" for line in lines)
 
 
 def takes_blocks(output: Path | None) -> bool:
@@ -384,7 +373,7 @@ def _markdown_table(table: Table) -> str:
     title = f"{_escaped(table.title)}\n\n" if table.title else ""
     rule = "| " + " | ".join("---" if column.is_left(table.rows) else "---:" for column in table.columns) + " |\n"
     rows = zip(*(column.cells(table.rows) for column in table.columns), strict=True)
-    return title + line(column.head for column in table.columns) + rule + "".join(map(line, rows))
+    return title + line(column.title or column.key for column in table.columns) + rule + "".join(map(line, rows))
 
 
 def _escaped(text: str) -> str:
@@ -441,7 +430,7 @@ def _page_table(table: Table) -> web.PageTable:
             return None
         return number if math.isfinite(number) else None
 
-    columns = [(column.head, column.is_left(table.rows)) for column in table.columns]
+    columns = [(column.title or column.key, column.is_left(table.rows)) for column in table.columns]
     texts = [column.cells(table.rows) for column in table.columns]
     rows = [
         [web.Cell(text[k], figure(row, column.key)) for text, column in zip(texts, table.columns, strict=True)]
@@ -478,23 +467,18 @@ def emit(text: str, output: Path | None, overwrite: bool = False, *, told: bool 
     """Print text, or write it to a file and say so; failure ends the command."""
     try:
         with refusing():
-            write(text, output, overwrite)
+            if output is None:
+                sys.stdout.write(text)
+                sys.stdout.flush()  # so that what cannot be written is an error here, and not when the process ends
+            else:
+                with support.replacing(output, overwrite=overwrite) as new:  # which is never left half-written
+                    new.write_bytes(text.encode(errors="backslashreplace"))
     except OSError as error:
         if output is None and error.errno == errno.EPIPE:
             raise  # typer knows how to end on a closed pipe
         cannot_write(output, error)
     if told and output is not None and not support.is_stream(output):
         tell_written(output)
-
-
-def write(text: str, output: Path | None, overwrite: bool) -> None:
-    """Print text, or write it to a file that is never left half-written; raises OSError."""
-    if output is None:
-        sys.stdout.write(text)
-        sys.stdout.flush()  # so that what cannot be written is an error here, and not when the process ends
-        return
-    with support.replacing(output, overwrite=overwrite) as new:
-        new.write_bytes(text.encode(errors="backslashreplace"))
 
 
 def tell_written(*paths: object) -> None:

@@ -22,8 +22,7 @@ _LARGEST_GLOBE = 100.0  # metres; the smallest body that PROJ knows, Itokawa, ha
 class Ellipsoid:
     """An ellipsoid of revolution: semi-major axis `a` in metres, flattening `f`.
 
-    The formulas are those of Snyder, "Map Projections: A Working Manual" (USGS
-    Professional Paper 1395, 1987), pages 16-25.
+    Formulas: Snyder 1987, Map Projections: A Working Manual, USGS Professional Paper 1395, pages 16-25.
     """
 
     a: float
@@ -52,18 +51,13 @@ class Ellipsoid:
 
     @property
     def is_of_another_body(self) -> bool:
-        """True if it has the size of another body, as a planet or moon.
-
-        False for sizes of a globe, a unit sphere, or the Earth in kilometres.
-        """
+        """True if it has the size of another planet or moon, and not of a globe, or of the Earth in kilometres."""
         return self.a > _LARGEST_GLOBE and not any(_EARTHLY[0] < a < _EARTHLY[1] for a in (self.a, 1000.0 * self.a))
 
     @property
     def ground(self) -> Ellipsoid:
-        """The ellipsoid on which regions and distances for maps on this one are measured, regardless of its scale.
-
-        For another body the ellipsoid itself; for the Earth the mean sphere for spheres of any size, else WGS 84.
-        """
+        """The ellipsoid on which regions and distances for maps on this one are measured, regardless of its scale."""
+        # For another body the ellipsoid itself; for the Earth the mean sphere for spheres of any size, else WGS 84.
         if self.is_of_another_body:
             return self
         return SPHERE if self.is_sphere else WGS84
@@ -78,10 +72,7 @@ class Ellipsoid:
         return abs(self.a - other.a) < 1e-9 * self.a and abs(self.f - other.f) < 1e-13
 
     def radii(self, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Radii of curvature (M, N) in metres, meridian and prime vertical, at latitudes `lat`.
-
-        Snyder 1987, equations 4-18 and 4-20. At a pole of WGS 84 both are 6 399 594 m.
-        """
+        """Radii of curvature (M, N) in metres, meridian and prime vertical, at latitudes (Snyder 1987, 4-18, 4-20)."""
         if self.is_sphere:
             radius = np.full(np.shape(lat), self.a)
             return radius, radius.copy()
@@ -91,10 +82,7 @@ class Ellipsoid:
         return prime_vertical * ((1.0 - self.eccentricity_squared) / w2), prime_vertical
 
     def area_below(self, lat: ArrayLike) -> FloatArray:
-        """Area in m^2 per radian of longitude between the equator and the latitudes `lat`.
-
-        Snyder 1987, equation 3-12 times a^2 / 2.
-        """
+        """Area in m^2 per radian of longitude between the equator and latitudes (Snyder 1987, 3-12 times a^2 / 2)."""
         sin = np.sin(np.radians(lat))
         e2 = self.eccentricity_squared
         if e2 == 0.0:

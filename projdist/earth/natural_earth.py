@@ -174,16 +174,11 @@ def _file(name: str) -> tuple[dict[str, list[Outline]], list[FloatArray]]:
         scale, origin = np.array(content["transform"]["scale"]), np.array(content["transform"]["translate"])
         objects = {name: one["geometries"] for name, one in content["objects"].items()}
         steps = [np.array(arc) for arc in content["arcs"]]
-    outlines = {
-        name: [
-            Outline(
-                str(one.get("id") or one.get("properties", {}).get("name")),
-                one["arcs"] if one["type"] == "MultiPolygon" else [one["arcs"]],
-            )
-            for one in geometries
-        ]
-        for name, geometries in objects.items()
-    }
+    outlines = {}
+    for name, shapes in objects.items():
+        keys = [str(one.get("id") or one.get("properties", {}).get("name")) for one in shapes]
+        polygons = (one["arcs"] if one["type"] == "MultiPolygon" else [one["arcs"]] for one in shapes)
+        outlines[name] = [*map(Outline, keys, polygons)]
     return outlines, [np.cumsum(arc, axis=0) * scale + origin for arc in steps]
 
 
@@ -232,10 +227,8 @@ _MARGIN = 0.5  # degrees: the gap between arcs and the antimeridian is smaller
 class CountryBorder(NamedTuple):
     """A piece of land border."""
 
-    countries: frozenset[str]
-    """Keys of the countries on both sides, as for `country`."""
-    line: FloatArray
-    """Longitudes and latitudes in degrees, of shape (n, 2)."""
+    countries: frozenset[str]  # keys of the countries on both sides, as for `country`
+    line: FloatArray  # (n, 2), longitudes and latitudes in degrees
 
 
 @functools.cache
@@ -268,8 +261,7 @@ def _stored(what: str, resolution: str) -> NDArray[np.object_]:
 @functools.cache
 def lakes(resolution: str = "50m") -> shapely.MultiPolygon:
     """Lakes but the Caspian Sea, without islands, as polygons in degrees, longitudes -180 to 180, at 110m and 50m."""
-    # At 50m vertices are accurate to 2 km for 253 lakes and to 4 km for 22 of Siberia, New Zealand and Australia;
-    # Tanganyika and Balkhash are as at 110m.
+    # At 50m vertices are accurate to 2 km for 253 lakes and to 4 km for 22; Tanganyika and Balkhash are as at 110m.
     return decoded(*topology("lakes", resolution))
 
 
@@ -339,12 +331,8 @@ def borders(resolution: str = "50m") -> tuple[CountryBorder, ...]:
     for one in outlines:
         for index in one.arcs:
             users.setdefault(index, set()).add(one.key)
-    return tuple(
-        CountryBorder(frozenset(keys), part)
-        for index, keys in sorted(users.items())
-        if len(keys) > 1
-        for part in _without_cuts(arcs[index])
-    )
+    shared = ((frozenset(keys), arcs[index]) for index, keys in sorted(users.items()) if len(keys) > 1)
+    return tuple(CountryBorder(keys, part) for keys, arc in shared for part in _without_cuts(arc))
 
 
 _ON_CUT = 1e-6  # degrees
@@ -378,32 +366,20 @@ def state_outline(fips: str) -> shapely.MultiPolygon:
 class Cities:
     """Cities as columns, ordered by population times the number of names in other languages."""
 
-    name: NDArray[np.str_]
-    """English if there is an English name, else local with accents."""
-    lon: FloatArray
-    """Degrees, to 0.001, -180 to 180."""
+    name: NDArray[np.str_]  # English if there is an English name, else local with accents
+    lon: FloatArray  # degrees, to 0.001, -180 to 180
     lat: FloatArray
-    """Degrees, to 0.001."""
     population: IntArray
-    country: NDArray[np.str_]
-    """ISO 3166 codes of two letters, also of territories (GF for French Guiana)."""
-    is_capital: BoolArray
-    """True for the capital of the country or territory."""
+    country: NDArray[np.str_]  # ISO 3166 codes of two letters, also of territories (GF for French Guiana)
+    is_capital: BoolArray  # of the country or territory
 
 
 @functools.cache
 def cities() -> Cities:
     """Capitals, and towns at a distance from better known ones; from GeoNames (https://www.geonames.org), CC BY 4.0."""
-    # The distance is 12 km for 100,000 people or more, 25 km for 15,000, 80 km for fewer: no suburbs, but the village
-    # of a remote island.
+    # The distance is 12 km for 100,000 people or more, 25 for 15,000, 80 for fewer: no suburbs, but remote villages.
     file = importlib.resources.files("projdist") / "data" / "cities.csv"
     _, *rows = csv.reader(file.read_text(encoding="utf-8").splitlines())
     name, lon, lat, population, country, capital = map(np.array, zip(*rows, strict=True))
-    return Cities(
-        name=name,
-        lon=lon.astype(float),
-        lat=lat.astype(float),
-        population=population.astype(int),
-        country=country,
-        is_capital=capital == "1",
-    )
+    lon, lat, population = lon.astype(float), lat.astype(float), population.astype(int)
+    return Cities(name=name, lon=lon, lat=lat, population=population, country=country, is_capital=capital == "1")

@@ -71,7 +71,6 @@ def jacobian(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> Floa
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     lon, lat : array_like (...)
         The points in degrees, of shapes that broadcast.
 
@@ -82,15 +81,12 @@ def jacobian(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> Floa
 
     Raises
     ------
-    ProjectionError
-        For what is no projection.
-    ValueError
-        For points that are no numbers, or whose shapes do not broadcast.
+    ProjectionError, ValueError
+        For what is no projection; for points that are no numbers, or whose shapes do not broadcast.
 
     References
     ----------
-    B. Fornberg 1988, Generation of finite difference formulas on arbitrarily spaced grids, Mathematics of Computation
-    51:699, table 1: the weights of the central differences.
+    B. Fornberg 1988, Mathematics of Computation 51:699, table 1: the weights of the central differences.
 
     Examples
     --------
@@ -117,7 +113,6 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     lon, lat : array_like (...)
         The points in degrees, of shapes that broadcast.
 
@@ -125,21 +120,17 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
     -------
     Derivatives
         `x` and `y` (...) in metres, `jacobian` (..., 2, 2), `quality` (...) in the codes of `Quality`, and `error`
-        (...), the Jacobian's estimated relative error. It includes the truncation of the differences, the rounding of x
-        and y, and the noise that they show. Where PROJ's own arithmetic loses digits in steps too wide to look like
-        noise, the true error is larger.
+        (...), the Jacobian's estimated relative error: truncation, rounding, and the noise that x and y show. Where
+        PROJ's own arithmetic loses digits in steps too wide to look like noise, the true error is larger.
 
     Raises
     ------
-    ProjectionError
-        For what is no projection.
-    ValueError
-        For points that are no numbers, or whose shapes do not broadcast.
+    ProjectionError, ValueError
+        For what is no projection; for points that are no numbers, or whose shapes do not broadcast.
 
     References
     ----------
-    B. Fornberg 1988, Generation of finite difference formulas on arbitrarily spaced grids, Mathematics of Computation
-    51:699, table 1: the weights of the central differences.
+    B. Fornberg 1988, Mathematics of Computation 51:699, table 1: the weights of the central differences.
 
     Examples
     --------
@@ -234,10 +225,8 @@ def _fast_stage(
     step = _FAST_STEP * np.sqrt(cos)
     east_step = step / cos
     east_degrees, north_degrees = np.degrees(east_step), np.degrees(step)
-    lons = np.empty((8, n))
-    lats = np.empty((8, n))
-    lons[4:] = lon
-    lats[:4] = lat
+    lons, lats = np.empty((2, 8, n))
+    lons[4:], lats[:4] = lon, lat
     for row, offset in enumerate((1.0, -1.0, 2.0, -2.0)):
         np.add(lon, offset * east_degrees, out=lons[row])
         np.add(lat, offset * north_degrees, out=lats[4 + row])
@@ -257,16 +246,11 @@ def _fast_stage(
     kink = np.abs(both[2] + both[3] - 4.0 * (both[0] + both[1]) + middle) * metre[0]
     kink += np.abs(both[6] + both[7] - 4.0 * (both[4] + both[5]) + middle) * metre[1]
     with np.errstate(invalid="ignore", divide="ignore"):
-        # The fourth-order error falls as the square of the second-order one. At a logarithmic singularity
-        # the factor is 7; 10 leaves a margin.
+        # The fourth-order error falls as the square of the second-order one, at a logarithmic singularity 7 times that.
         truncation = 10.0 * (gap / size) ** 2
-        rounding = (
-            1.5
-            * np.finfo(float).eps
-            * (np.sqrt(centre[0] ** 2 + centre[1] ** 2) * (metre[0] + metre[1]) / size + 1.0 / step)
-        )
-        # On smooth maps the fourth difference is below a fiftieth of the third; white noise in f has it larger, and
-        # 8 times as large as what reaches the derivative.
+        away = np.sqrt(centre[0] ** 2 + centre[1] ** 2)
+        rounding = 1.5 * np.finfo(float).eps * (away * (metre[0] + metre[1]) / size + 1.0 / step)
+        # On smooth maps the fourth difference is below a fiftieth of the third; white noise has 8 times what reaches J.
         noise = np.where(kink > 0.02 * 6.0 * gap, kink / (8.0 * size), 0.0)
         error[:] = truncation + rounding + noise
         good = (truncation <= _FAST_TARGET) & (noise <= _NOISE) & (np.abs(lat) <= _FAST_LATITUDE)
@@ -293,8 +277,7 @@ def _hard_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found:
 
 # ---- on rasters ----------------------------------------------------------------------------------
 
-# Central weights over one to four neighbours on each side, for the first derivative times the spacing, and their
-# difference from those of sixth order.
+# Central weights over one to four neighbours on each side, of eighth order, and their difference from the sixth.
 _EIGHTH = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
 _BEYOND_SIXTH = _EIGHTH - np.array([3 / 4, -3 / 20, 1 / 60, 0.0])
 # The difference of the two orders falls as (spacing / distance of the singularity)^6, eighth order's own error
@@ -312,7 +295,6 @@ def jacobian_grid(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) ->
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     lon : array_like (m,)
         Longitudes of the columns in degrees, evenly spaced.
     lat : array_like (n,)
@@ -325,15 +307,12 @@ def jacobian_grid(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) ->
 
     Raises
     ------
-    ProjectionError
-        For what is no projection.
-    ValueError
-        For uneven spacing, and arrays of another shape.
+    ProjectionError, ValueError
+        For what is no projection; for uneven spacing, and arrays of another shape.
 
     References
     ----------
-    B. Fornberg 1988, Generation of finite difference formulas on arbitrarily spaced grids, Mathematics of Computation
-    51:699, table 1: the weights of the central differences.
+    B. Fornberg 1988, Mathematics of Computation 51:699, table 1: the weights of the central differences.
 
     Examples
     --------
@@ -432,27 +411,22 @@ def interpolant(projection: ProjectionLike, region: RegionLike | None = None) ->
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     region : RegionLike, optional
         Anything that `get_region` takes; by default the map's area of use, else the globe.
 
     Returns
     -------
     Interpolant
-        A function of longitudes and latitudes (...) in degrees that returns `Derivatives`, which it takes from the map
-        itself outside the region and where the map is not smooth.
+        A function of lon and lat (...) that returns `Derivatives`: outside, and where it is not smooth, the map's own.
 
     Raises
     ------
-    ProjectionError
-        For what is no projection.
-    ValueError
-        For what is no region.
+    ProjectionError, ValueError
+        For what is no projection, and no region.
 
     References
     ----------
-    A. Townsend & L. N. Trefethen 2013, An extension of Chebfun to two dimensions, SIAM Journal on Scientific Computing
-    35:C495: the coefficients that tell whether a function is resolved.
+    Townsend & Trefethen 2013, SIAM Journal on Scientific Computing 35:C495: how coefficients tell what is resolved.
 
     Examples
     --------

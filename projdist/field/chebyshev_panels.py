@@ -41,14 +41,10 @@ _FOLDED = np.abs((np.outer(_DEGREES, 2 * _DEGREES + 1) + 2 * ORDER) % (4 * ORDER
 _COSINES = np.cos(np.pi / (2 * ORDER) * np.minimum(_FOLDED, 2 * ORDER - _FOLDED)) * np.where(_FOLDED > ORDER, -1.0, 1.0)
 _PLACES = _COSINES[1]
 _COEFFICIENTS = np.where(_DEGREES == 0, 1.0, 2.0)[:, None] / ORDER * _COSINES
-# From Chebyshev coefficients to those of powers, which are no larger than the values themselves if the coefficients
-# have died away within 14 degrees.
-_POWERS = np.array(
-    [
-        np.pad(np.polynomial.chebyshev.cheb2poly(row[: degree + 1]), (0, ORDER - 1 - degree))
-        for degree, row in enumerate(np.eye(ORDER))
-    ]
-)
+# From Chebyshev coefficients to those of powers, which are no larger than the values if the former have died away.
+_POWERS = np.zeros((ORDER, ORDER))
+for _degree in _DEGREES.tolist():
+    _POWERS[_degree, : _degree + 1] = np.polynomial.chebyshev.cheb2poly(np.eye(ORDER)[_degree, : _degree + 1])
 
 
 @dataclass(frozen=True)
@@ -338,14 +334,11 @@ def evaluate_points(
     *,
     known: bool = True,
 ) -> tuple[BoolArray, NDArray[np.uint16], IntArray]:
-    """J (m, 2, 2) and its relative error, written where points (m,) lie in panels that have the map's own x and y.
-
-    The root mean square by which x and y differ from the polynomial in a panel counts as an error of J: by Markov's
-    inequality the derivative of a polynomial of p coefficients that is below d on [-1, 1] is below p^2 d. Panels that
-    differ by more than the map's own rounding anywhere are not used. If x and y are not `known` they are written, too,
-    in all panels. Returned are a mask of the points with a J, the number of each point's panel, 0 for none, and the
-    indices of some points of every panel.
-    """
+    """J (m, 2, 2) and its relative error, written where points (m,) lie in panels that have the map's own x and y."""
+    # The root mean square by which x and y differ from the polynomial in a panel counts as an error of J: by Markov's
+    # inequality the derivative of a polynomial of p coefficients that is below d on [-1, 1] is below p^2 d. Panels that
+    # differ by more than the map's own rounding anywhere are not used. If x and y are not `known` they are written in
+    # all panels. Returned are a mask of points with a J, each point's panel, 0 for none, and some points of each panel.
     number = panels.at(lon, lat)
     found, good = np.zeros(lon.size, dtype=bool), np.ones(len(panels.centre) + 1, dtype=bool)
     order = np.argsort(number, kind="stable")
@@ -378,10 +371,8 @@ def _evaluate_group(
     """J and its error at the points of pieces of panels, which have an index; True for pieces with x and y as given."""
     m, first = index.size, pieces[0][1]
     there, begins, sizes = np.array([(number - 1, begin - first, end - begin) for number, begin, end in pieces]).T
-    places, out, known = (
-        scratch.of(array, rows, m) for array, rows in ((scratch.places, 2), (scratch.out, 6), (scratch.known, 2))
-    )
-    beside = scratch.beside[:m]
+    beside, arrays = scratch.beside[:m], ((scratch.places, 2), (scratch.out, 6), (scratch.known, 2))
+    places, out, known = (scratch.of(array, rows, m) for array, rows in arrays)
     columns = given.shape[1]
     rows = np.take(given, index, axis=0, out=scratch.rows[: columns * m].reshape(m, columns), mode="clip")
     places[:] = rows[:, :2].T

@@ -69,17 +69,10 @@ class _MeasuredPanels(Rows):
 
 
 class Mesh:
-    """The panels of a region under a projection, and the integrals over them.
-
-    The first two integrands are ln^2 a + ln^2 b and ln(a b); `integrands` follow, then those of `second_order`.
-    """
+    """The panels of a region under a projection, and the integrals of ln^2 a + ln^2 b, ln(a b) and others over them."""
 
     def __init__(
-        self,
-        projection: Projection,
-        region: Region,
-        integrands: Sequence[Integrand],
-        second_order: Sequence[Measure] = (),
+        self, projection: Projection, region: Region, integrands: Sequence[Integrand], second_order: Sequence[Measure]
     ) -> None:
         self.plan = spectral.plan_of(region, projection.ellipsoid)
         self.projection, self.region = projection, self.plan.region  # the plan's own has its parts at hand

@@ -60,8 +60,7 @@ def defined(values: FloatArray) -> FloatArray:
 
 _SLOPE = 50.0  # of the first Legendre polynomial left out, at the ends: ORDER (ORDER + 1) / 2 = 55
 _BENT = 1e3  # its second derivative there, over the width
-# Times the last coefficients: the part of smooth fields left out is smaller, and rounding, whose coefficients are all
-# as large, adds up to that in a corner.
+# Times the last coefficients: smooth fields have less left out; rounding, all as large, adds up to that in a corner.
 _LEFT_OUT = 4.0
 _HALVES = 0.5 * NODES - 0.5, 0.5 * NODES + 0.5
 
@@ -123,15 +122,8 @@ def polynomials_of(nodes: Pieces, H: FloatArray, clipped: BoolArray) -> Polynomi
         error[:, :4] += (_SLOPE * doubt * scale)[:, None]
         if field.shape[1] > 4:
             error[:, 4:] += (_BENT * doubt * np.abs(field[:, 4:]).max(axis=(1, 2, 3)))[:, None]
-    return Polynomials(
-        patch=nodes.patch,
-        u=nodes.u,
-        v=nodes.v,
-        field=field,
-        error=np.nan_to_num(error, nan=np.inf),
-        clipped=clipped,
-        size=np.sqrt(nodes.density.max(axis=(1, 2))),
-    )
+    error, size = np.nan_to_num(error, nan=np.inf), np.sqrt(nodes.density.max(axis=(1, 2)))
+    return Polynomials(patch=nodes.patch, u=nodes.u, v=nodes.v, field=field, error=error, clipped=clipped, size=size)
 
 
 def basis(t: FloatArray) -> FloatArray:
@@ -330,11 +322,6 @@ class Border(Rows):
     start: FloatArray  # (n, 2), lon and lat
     end: FloatArray
 
-    def halves(self) -> Border:
-        """Both halves of each interval."""
-        middle = 0.5 * (self.start + self.end)
-        return Border.joined([replace(self, end=middle), replace(self, start=middle)])
-
     def at(self, offset: FloatArray) -> FloatArray:
         """Places (n, q, 2) at offsets (n, q) or (q,) in [-1, 1]."""
         share = 0.5 * (1.0 + offset)[..., None]
@@ -369,7 +356,9 @@ def climb_borders(
         if not open_.any():
             return bound, best
         last = float(reached[open_].max())
-        border = border.take(open_).halves()
+        border = border.take(open_)
+        middle = 0.5 * (border.start + border.end)
+        border = Border.joined([replace(border, end=middle), replace(border, start=middle)])
     return max(bound, last), best
 
 

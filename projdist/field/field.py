@@ -33,8 +33,7 @@ _TINY = 1e-6  # of the area
 _GOOD_PART, _LARGE_PART = 0.02, 0.1  # of the integral
 _RESOLVED = 0.01  # of a mean: what diverges is wrong by as much as its smallest panels hold, which is more
 _NOTHING = 1e-6  # of a mean, in the unit of any measure: omega of conformal maps is not more
-# Shares of the area on which a measure may be undefined and still have a mean: at singular points, and along kinks if
-# it is of second derivatives.
+# Shares of the area on which a measure may be undefined: at singular points, and at kinks, of second derivatives.
 _UNDEFINED, _UNDEFINED_AT_KINKS = 1e-6, 1e-3
 # Points for quantiles, whose error falls as one over their number: of all panels, and of one.
 _DENSE, _DENSEST = 200_000, 20_000
@@ -48,29 +47,15 @@ class Field:
     """The Jacobian of a map over a region, at n nodes with weights, and every figure that is made of it.
 
     A measure is given by its name, as a function of J (n, 2, 2), or by its values (n,) at the nodes. Figures are those
-    of the whole region, not of the nodes: the weights, which may be negative along the edges of polygons, integrate a
-    polynomial through the nodes.
-
-    Attributes
-    ----------
-    projection, region
-        The map and the place; None for a field of given Jacobians.
-    measures : dict
-        The measures whose means the nodes resolve, by the names that they were asked for.
-    coverage : float
-        The share of the region that can be projected; the figures are for that share.
-    evaluations : int
-        Number of points that were projected.
-    limit : str
-        What stopped the refinement: "" the tolerance, "rounding" the projection's own noise, or "budget".
+    of the whole region: the weights, which may be negative along edges, integrate a polynomial through the nodes.
     """
 
-    projection: Projection | None
-    region: regions.Place | None
-    measures: dict[str, Measure]
-    coverage: float
-    evaluations: int
-    limit: str
+    projection: Projection | None  # None for a field of given Jacobians
+    region: regions.Place | None  # likewise
+    measures: dict[str, Measure]  # those whose means the nodes resolve, by the names that they were asked for
+    coverage: float  # share of the region that can be projected; the figures are for that share
+    evaluations: int  # points that were projected
+    limit: str  # what stopped the refinement: "" the tolerance, "rounding" the projection's own noise, or "budget"
     _pieces: Pieces
     _charted: regions.Region | None = None  # the region whose chart the pieces are of; None for points
     _undecided: float = 0.0  # share of the area that is left out, because its part within the map is not known
@@ -120,10 +105,7 @@ class Field:
 
     @functools.cached_property
     def airy_kavrayskiy(self) -> AiryKavrayskiy:
-        """The Airy-Kavrayskiy errors, raw, scaled and affine; the largest of their errors; and the MDT (2, 2).
-
-        Raises ProjectionError where the map is singular everywhere.
-        """
+        """The Airy-Kavrayskiy errors and the MDT; raises ProjectionError where the map is singular everywhere."""
         J, weight = self._pieces.jacobian, self._pieces.weight
         square, log_area = matrices.log_scales(J)
         defined = np.isfinite(square) & (matrices.areal_scale(J) > 0)
@@ -146,10 +128,7 @@ class Field:
 
     @functools.cached_property
     def angles_and_areas(self) -> tuple[float, float]:
-        """The two parts of the scaled Airy-Kavrayskiy error, due to angles and to areas; infinite if one diverges.
-
-        They are the RMS of ln(a/b) and the standard deviation of ln(ab), both divided by sqrt(2).
-        """
+        """RMS of ln(a/b) and standard deviation of ln(ab) over sqrt(2), the parts of the scaled error; or infinite."""
         angular = self.statistic("log_anisotropy", "rms").value / np.sqrt(2.0)
         areal = self.statistic("log_areal_scale", "std").value / np.sqrt(2.0)
         if np.isnan(areal):  # due to noise about a singular point; the rest of the whole is due to areas
@@ -194,10 +173,7 @@ class Field:
 
     @functools.cached_property
     def dense_factors(self) -> tuple[FloatArray, FloatArray]:
-        """Factors L (m, 2, 2), lower triangular with L L^T = J J^T, at very many points, and their weights (m,).
-
-        Raises ProjectionError where the map is singular everywhere.
-        """
+        """Lower triangular L (m, 2, 2) with L L^T = J J^T at very many points, and weights (m,); ProjectionError."""
         return self._factors()
 
     @functools.cached_property
@@ -219,8 +195,7 @@ class Field:
     def mean(self, measure: AnyMeasure | ArrayLike, *, slope: ArrayLike | None = None) -> Estimate:
         """The mean by true area; NaN if it diverges. Raises ValueError.
 
-        `slope` (n,) is the derivative of the values by the logarithms of the scales, from which the error follows; by
-        default it is twice the values.
+        `slope` (n,), the derivative by the logarithms of the scales, gives the error; by default twice the values.
 
         >>> from projdist import sample
         >>> sample("plate-carree", "globe").mean("s").value  # the mean of 1 / cos(lat) by area is pi / 2
@@ -272,9 +247,7 @@ class Field:
         return Estimate(found, abs(found - compute(half, half_weights)))
 
     def figure(self, figure: AnyFigure) -> Estimate:
-        """A figure of `FIGURES` by its name, or your own, as `get_figure` takes it.
-
-        Raises ValueError.
+        """A figure of `FIGURES` by its name, or your own, as `get_figure` takes it; raises ValueError.
 
         >>> from projdist import sample
         >>> round(sample("plate-carree", "globe").figure("airy_kavrayskiy").value, 8)
@@ -283,9 +256,7 @@ class Field:
         return next(iter(self.figures([figure]).values()))
 
     def figures(self, figures: Iterable[AnyFigure]) -> dict[str, Estimate]:
-        """Several figures by their names; their maxima are searched together, which costs little more than one.
-
-        Raises ValueError.
+        """Several figures by name; maxima, searched together, cost little more than one. Raises ValueError.
 
         >>> from projdist import sample
         >>> found = sample("mercator", "box:-10,0,10,60").figures(["max_omega", "max_areal_error_ppm"])
@@ -380,11 +351,9 @@ class Field:
     def _means(
         self, values: Sequence[FloatArray], slopes: Sequence[FloatArray | float], measure: Measure | None = None
     ) -> list[Estimate]:
-        """Means over the covered area of values (n, p, p) at the nodes, which together cost little more than one.
-
-        `slopes` (n, p, p) are the derivatives of the values by the logarithms of the scales. A mean is NaN if the
-        values are undefined on more of the area than singular points have, or kinks if the measure is of second order.
-        """
+        """Means over the covered area of values (n, p, p) at the nodes, which together cost little more than one."""
+        # `slopes` (n, p, p) are the derivatives of the values by the logarithms of the scales. A mean is NaN if values
+        # are undefined on more of the area than singular points have, or kinks if the measure is of second order.
         pieces, doubt = self._pieces, self._pieces.doubt.sum(axis=-1)
         fields, total = np.array(values), float(pieces.weight.sum())
         missing = np.zeros(len(fields))
@@ -414,10 +383,8 @@ class Field:
         return [Estimate(*pair) for pair in zip(means.tolist(), errors.tolist(), strict=True)]
 
     def _singular_part(self, values: FloatArray) -> float:
-        """The part of a mean that tiny panels hold, infinite if it diverges, 0 if it is no good part of it, or points.
-
-        A smaller part that is resolved does not diverge: at corners of Adams' square, with s as r^-1.5, it is 2.5 %.
-        """
+        """Part of a mean that tiny panels hold, infinite if it diverges, 0 if it is no good part of it, or points."""
+        # A smaller part that is resolved does not diverge: at corners of Adams' square, with s as r^-1.5, it is 2.5 %.
         if self._charted is None:
             return 0.0
         area = self._pieces.weight.sum(axis=(1, 2))

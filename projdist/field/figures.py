@@ -58,9 +58,8 @@ class Figure:
     def __call__(self, J: FloatArray, weights: FloatArray) -> float:
         """The figure of Jacobians (n, 2, 2) with weights (n,); those of weight 0 count for maxima only."""
         if self.version == "scaled":
-            return float(
-                np.sqrt(max(mean(fisher(J) ** 2, weights) - 0.5 * mean(log_areal_scale(J), weights) ** 2, 0.0))
-            )
+            shift = mean(log_areal_scale(J), weights)
+            return float(np.sqrt(max(mean(fisher(J) ** 2, weights) - 0.5 * shift**2, 0.0)))
         if self.version == "affine":
             counts = np.isfinite(fisher(J)) & (weights > 0)
             return rms(np.sqrt(matrices.mdt(J[counts], weights[counts]).distances), weights[counts])
@@ -181,14 +180,8 @@ _KUNIMUNE = "Kunimune, Map-Projections, output/parameters.txt"
 _BALANCE = "sqrt(((a/b - 1)^2 + (ab - 1)^2) / 2)"
 _VERSIONS: dict[str, _Version] = {"airy_kavrayskiy_scaled": "scaled", "airy_kavrayskiy_affine": "affine"}
 
-_OWN = {
-    "airy_balance": _balance,
-    "klingatsch_angles": _angles_twice,
-    "klingatsch_areas": _areas_twice,
-    "canters_ab": _relative_scales,
-    "max_log_scale": _log_scale,
-    "canters_ar": _relative_area,
-}
+_OWN = {"airy_balance": _balance, "klingatsch_angles": _angles_twice, "klingatsch_areas": _areas_twice}
+_OWN |= {"canters_ab": _relative_scales, "max_log_scale": _log_scale, "canters_ar": _relative_area}
 _BY_NAME = MEASURES | {name: Measure(name, function) for name, function in _OWN.items()}
 
 # By aspect: name, measure ("" for the one of the same name), statistic, source, description.

@@ -28,8 +28,7 @@ _STATIONS = np.concatenate([[-1.0], NODES, [1.0]])
 def jumps(xy: FloatArray, smallest: float) -> BoolArray:
     """True for the panels in which the speed of x, y (2, n, p, p) along either axis breaks out between two nodes."""
     # It does so if it is out of line with its neighbours by more than twice what they differ, or eight times at either
-    # end. Smooth maps, even with a singularity near by, do that only where they are already resolved. `smallest` is the
-    # least jump that counts, in metres.
+    # end. Smooth maps do that only where they are already resolved. `smallest` is the least jump that counts, in m.
     found = np.zeros(xy.shape[1], dtype=bool)
     gap = np.diff(NODES)
     for f in (xy, xy.swapaxes(-1, -2)):
@@ -171,9 +170,8 @@ class _Lines:
         for _ in range(halvings):
             middle = 0.5 * (a + b)
             fm = self(middle)
-            beyond = np.where(
-                edge, np.isfinite(fm[0]) == np.isfinite(fa[0]), np.hypot(*(fm - fa)) < np.hypot(*(fb - fm))
-            )
+            nearer = np.hypot(*(fm - fa)) < np.hypot(*(fb - fm))
+            beyond = np.where(edge, np.isfinite(fm[0]) == np.isfinite(fa[0]), nearer)
             a, b = np.where(beyond, middle, a), np.where(beyond, b, middle)
             fa, fb = np.where(beyond, fm, fa), np.where(beyond, fb, fm)
         return a, b, fa, fb

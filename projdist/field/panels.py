@@ -51,19 +51,12 @@ _UNRESOLVED = 10.0  # times the last coefficients: the rest of a series that fal
 
 
 def torn_sides(
-    projection: Projection,
-    region: Region,
-    patch: IntArray,
-    rectangles: FloatArray,
-    nodes: FloatArray,
-    sides: FloatArray,
+    projection: Projection, region: Region, patch: IntArray, rectangles: FloatArray, nodes: FloatArray, ends: FloatArray
 ) -> BoolArray:
-    """True where a seam lies between the outermost nodes and the side of a panel: (n, 2, 2), by u and v, low and high.
-
-    `nodes` (2, n, 2, p, 3) are x and y on three lines along u and three along v, `sides` (2, n, 2, 2, 3) those where
-    the lines meet the sides. A suspect step is divided until it turns out to be steep or torn.
-    """
-    jump_x, jump_y = sides - _EXTRAPOLATE @ nodes
+    """True where a seam lies between outermost nodes and the side of a panel: (n, 2, 2), by u and v, low and high."""
+    # `nodes` (2, n, 2, p, 3) are x and y on three lines along u and three along v, `ends` (2, n, 2, 2, 3) those where
+    # the lines meet the sides. A suspect step is divided until it turns out to be steep or torn.
+    jump_x, jump_y = ends - _EXTRAPOLATE @ nodes
     jump = np.hypot(jump_x, jump_y)
     last = np.hypot(*np.abs(LEGENDRE[-2:] @ nodes).max(axis=-2))
     suspect = jump > np.maximum(_LEAST * projection.ellipsoid.a, _UNRESOLVED * last[..., None, :])
@@ -79,7 +72,7 @@ def torn_sides(
             (each[panel, axis, side, line], each[panel, axis, len(_SIDES) + last, line])
             for each in _lines(rectangles, _STATIONS)
         ]
-        values = sides[:, panel, axis, side, line], nodes[:, panel, axis, last, line]
+        values = ends[:, panel, axis, side, line], nodes[:, panel, axis, last, line]
         left = _smallest_step(projection, region, patch[panel], np.array(places), np.stack(values, axis=1))
         suspect[panel, axis, side, line] = left > _MOST_OF_IT * jump[panel, axis, side, line]
     return np.asarray(suspect.any(axis=-1))
@@ -369,9 +362,8 @@ def pieces_of(
     along_s = (moved.reshape(-1, ORDER) @ _FROM_RIGHT).reshape(*shape[:-1], -1)
     along_r = _FROM_LEFT @ moved
     J = layout.jacobian(along_r[..., :ORDER, :], along_s[..., :ORDER])
-    last = np.stack(
-        [np.abs(along_r[..., ORDER:, :]).max(axis=(0, 3)), np.abs(along_s[..., ORDER:]).max(axis=(0, 2))], axis=1
-    )
+    ends = np.abs(along_r[..., ORDER:, :]).max(axis=(0, 3)), np.abs(along_s[..., ORDER:]).max(axis=(0, 2))
+    last = np.stack(ends, axis=1)
     pairs = np.maximum(last[..., ::2], last[..., 1::2])
     left, decay = pairs[..., -1], _decay(pairs)
     # Rounding of x and y is white, and the integrand's own coefficients see it.
@@ -448,8 +440,7 @@ def tails(values: FloatArray, density: FloatArray, share: FloatArray) -> tuple[F
     """Sizes (..., 2) of the integrands' last Legendre coefficients along the node axes, and the integrals' errors."""
     # Gauss's rule is exact for twice as many coefficients as there are nodes. So where the last pairs fall, the error
     # is taken to be as large as the next pair but one (Berntsen & Espelid 1991, ACM TOMS 17:233, take the next but
-    # three or more). If only a share of a piece is in the region, the integral is that of the polynomial through the
-    # nodes, with an error as large as the next pair.
+    # three or more). If only a share of a piece is in the region, the error is as large as the next pair.
     c = LEGENDRE @ (values * density) @ LEGENDRE.T
     square = c * c
     along = np.stack([square.sum(axis=-1), square.sum(axis=-2)], axis=-2)[..., ORDER - 6 :]

@@ -14,8 +14,7 @@ from projdist.projections import Projection, ProjectionLike
 from projdist.support import check_degrees
 
 TARGET = 1e-12  # relative error at which a stencil is good enough
-# Odd differences at a kink agree with each other. The fourth difference, over step times slope, is about 1 there,
-# and at most 2e-4 on smooth maps.
+# Odd differences at a kink agree. The fourth, over step times slope, is about 1 there, at most 2e-4 on smooth maps.
 KINK = 1e-3
 _ROUGH = 1e-8
 TANGENT_LATITUDE = 89.99  # beyond, lines are straight in the tangent plane
@@ -123,14 +122,12 @@ class StencilPoints:
         return StencilPoints(self.projection, self.lon[index], self.lat[index], self.tangent[index])
 
     def along(self, directions: Sequence[tuple[float, float]], steps: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """f (2, k, m, n) at signed steps (m, n) or (m, 1) along k directions (east, north), and metres (k, m, n).
-
-        The projection is called once, because for few points the call costs more than the points. Up to 89.99 degrees
-        the lines are straight in longitude and latitude, so that those along a parallel or a meridian do not cross the
-        seams and kinks that lie on parallels and meridians. Nearer the poles they are straight in the tangent plane,
-        where a pole is a point like others. Either has the unit velocity of its direction at the point itself. A step
-        of 1 is an equatorial radius up to 87 degrees, and shrinks with the distance to the pole beyond.
-        """
+        """f (2, k, m, n) at signed steps (m, n) or (m, 1) along k directions (east, north), and metres (k, m, n)."""
+        # The projection is called once, because for few points the call costs more than the points. Up to 89.99 degrees
+        # the lines are straight in longitude and latitude, so that those along a parallel or a meridian do not cross
+        # the seams and kinks that lie on these. Nearer the poles they are straight in the tangent plane, where a pole
+        # is a point like others. Either has the unit velocity of its direction at the point itself. A step of 1 is an
+        # equatorial radius up to 87 degrees, and shrinks with the distance to the pole beyond.
         ellipsoid, polar = self.projection.ellipsoid, self.tangent
         cos = np.cos(np.radians(self.lat))
         distance = steps * np.where(polar, 1.0, np.minimum(1.0, 20.0 * cos))
@@ -165,8 +162,7 @@ def drop(
     cos = np.where(np.abs(lat) == 90.0, 0.0, cos)
     e2 = ellipsoid.eccentricity_squared
     radius = 1.0 / np.sqrt(1.0 - e2 * sin * sin)
-    # With q = x^2 + y^2 + z^2 / (1 - e2), q(point - w normal) = 1 is A w^2 - 2 B w + C = 0; the form
-    # of the root below has no cancellation.
+    # With q = x^2 + y^2 + z^2 / (1 - e2), q(point - w normal) = 1 is A w^2 - 2 B w + C = 0, without cancellation.
     flat = 1.0 / (1.0 - e2)
     A = cos * cos + sin * sin * flat
     B = (radius * cos - north * sin) * cos + (radius * (1.0 - e2) * sin + north * cos) * sin * flat
@@ -189,14 +185,10 @@ _PLACES = np.array([[_RAYS.index(ray) for ray in rays] for rays in _RAYS_OF])  #
 
 _Found = tuple[FloatArray, FloatArray, FloatArray]
 """J (n, 2, 2), its relative error (n,), and the noise of f in it."""
+_Differences = Callable[[StencilPoints, FloatArray, FloatArray], _Found]
 
 
-def _in_parts(
-    differences: Callable[[StencilPoints, FloatArray, FloatArray], _Found],
-    points: StencilPoints,
-    centre: FloatArray,
-    steps: FloatArray,
-) -> _Found:
+def _in_parts(differences: _Differences, points: StencilPoints, centre: FloatArray, steps: FloatArray) -> _Found:
     """Differences of some thousand points at a time, because one-sided ones need a hundred numbers a point."""
     if not points.projection.answers_everywhere:  # functions, whose answers may depend on the other points
         return differences(points, centre, steps)
@@ -308,7 +300,6 @@ def hessian(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> Float
     Parameters
     ----------
     projection : ProjectionLike
-        Anything that `Projection.from_user_input` takes.
     lon, lat : array_like (...)
         The points in degrees, of shapes that broadcast.
 
@@ -320,10 +311,8 @@ def hessian(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> Float
 
     Raises
     ------
-    ProjectionError
-        For what is no projection.
-    ValueError
-        For points that are no numbers, or whose shapes do not broadcast.
+    ProjectionError, ValueError
+        For what is no projection; for points that are no numbers, or whose shapes do not broadcast.
 
     References
     ----------

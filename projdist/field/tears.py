@@ -36,18 +36,11 @@ def evaluate(function: Map, u: FloatArray, v: FloatArray) -> FloatArray:
 
 
 def find_tears(
-    function: Map,
-    start: FloatArray,
-    stop: FloatArray,
-    radius: float,
-    *,
-    most: int = 3,
-    smallest: float | None = None,
+    function: Map, start: FloatArray, stop: FloatArray, radius: float, *, most: int = 3, smallest: float | None = None
 ) -> Links:
     """The tears between evaluated points `start` and `stop`, both (n, 4), on an Earth of `radius` metres."""
     # Of several tears in a link, up to `most`, those nearest to its ends are given. Only bent links are examined, in
-    # which jumps of a thousandth of their length count; with `smallest` all links are, and jumps of as many metres
-    # count.
+    # which jumps of a thousandth of their length count; with `smallest` all are, and jumps of as many metres count.
     valid = drawn(start), drawn(stop)
     middle = evaluate(function, *(0.5 * (start[:, :2] + stop[:, :2])).T)
     offset = _distance(middle, 0.5 * (start + stop))
@@ -124,8 +117,7 @@ def is_interrupted(projection: Projection, region: Region) -> bool:
 
 def cut_length(projection: Projection, region: Place) -> float:
     """Kilometres of cuts within a region, to a sixtieth of its extent; 0 for a set of points."""
-    # Each torn link of a grid counts for the width of its row or column. Gaps narrower than a tenth of a cell do not
-    # count, and the end of the map is no cut.
+    # Each torn link of a grid counts for the width of its row or column; gaps below a tenth of it, and ends, do not.
     if not region.area_km2:
         return 0.0
     west, south, east, north = region.bounds
@@ -134,9 +126,8 @@ def cut_length(projection: Projection, region: Place) -> float:
     wide, high = (east - west) / columns, (north - south) / rows
     lon, lat = west + wide * (np.arange(columns) + _OFFSET), south + high * (np.arange(rows) + _OFFSET)
     round_the_earth = east - west >= 360.0
-    all_lon = (
-        np.append(lon, lon[0] + 360.0) if round_the_earth else np.r_[west + _INSET * wide, lon, east - _INSET * wide]
-    )
+    sides = west + _INSET * wide, east - _INSET * wide
+    all_lon = np.append(lon, lon[0] + 360.0) if round_the_earth else np.r_[sides[0], lon, sides[1]]
     all_lat = np.r_[south + _INSET * high, lat, north - _INSET * high]
     nodes = evaluate(projection, *(axis.ravel() for axis in np.meshgrid(all_lon, all_lat)))
     nodes = nodes.reshape(all_lat.size, all_lon.size, 4)

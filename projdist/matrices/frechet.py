@@ -263,16 +263,8 @@ class _Moments(NamedTuple):
     gradient: FloatArray  # the mean of r times the direction to the point
     square: FloatArray  # of r^2
     cosh: FloatArray  # of cosh r
-    hessian: FloatArray  # h11, h22, h12
-
-    def newton_step(self) -> FloatArray:
-        """The step that the Hessian maps to the gradient."""
-        (h11, h22, h12), (g1, g2) = self.hessian, self.gradient
-        return np.array([h22 * g1 - h12 * g2, h11 * g2 - h12 * g1]) / (h11 * h22 - h12 * h12)
-
-    def damping(self, length: FloatArray) -> FloatArray:
-        """Factor of a step; the Hessian's trace holds the mean of r coth r and a 1."""
-        return damping(length, self.hessian[0] + self.hessian[1] - 1.0)
+    step: FloatArray  # Newton's: what the Hessian maps to the gradient
+    bend: FloatArray  # of r coth r
 
 
 def plane_points(A: FloatArray) -> tuple[FloatArray, BoolArray]:
@@ -332,7 +324,7 @@ def newton_in_plane(points: FloatArray, w: FloatArray, start: FloatArray | None 
         # Newton's error is a constant times the square of that before; the steps so far estimate the constant.
         constant = size / (length * length) if count else 0.1
         risen = active & (found.square > best * (1.0 + 1e-9) + 10.0 * floor * np.sqrt(found.square))
-        fresh = found.newton_step() * active
+        fresh = found.step * active
         if risen.any():
             base, step = np.where(risen, base, centre), np.where(risen, 0.5 * step, fresh)
             best, previous = np.where(risen, best, found.square), np.where(risen, previous, size)
@@ -340,7 +332,7 @@ def newton_in_plane(points: FloatArray, w: FloatArray, start: FloatArray | None 
             base, step, best, previous = centre, fresh, found.square, size
         length = np.maximum(np.hypot(step[0], step[1]), 1e-150)
         if (length > 1.0).any():
-            step = step * np.where(risen, 1.0, found.damping(length))
+            step = step * np.where(risen, 1.0, damping(length, found.bend))
         expected = constant * length * length
         iterations += active
         centre = _move(base, step)
@@ -383,8 +375,7 @@ def _start(plane: _Plane) -> FloatArray:
             break
     if many:
         found = _moments(plane, centre)
-        step = found.newton_step()
-        centre = _move(centre, step * found.damping(np.hypot(*step)))
+        centre = _move(centre, found.step * damping(np.hypot(*found.step), found.bend))
     return centre
 
 
@@ -445,7 +436,9 @@ def _moments(plane: _Plane, centre: FloatArray) -> _Moments:
         sums[5] += _dot(g, s1)
         sums[6] -= _dot(f, s1)
     sums[4:6] += 1.0
-    return _Moments(sums[:2], sums[2], sums[3], sums[4:])
+    g1, g2, _, _, h11, h22, h12 = sums
+    step = np.array([h22 * g1 - h12 * g2, h11 * g2 - h12 * g1]) / (h11 * h22 - h12 * h12)
+    return _Moments(sums[:2], sums[2], sums[3], step, h11 + h22 - 1.0)
 
 
 def _distances(plane: _Plane, centre: FloatArray, squares: FloatArray) -> FloatArray:

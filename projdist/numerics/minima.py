@@ -1,7 +1,6 @@
 """Minima of functions of a few variables in a box, by descents from the best points of a lattice; linear programmes.
 
-Nothing is random: the lattice is that of the generalised golden ratio, whose points are evenly spread in any number of
-dimensions.
+Nothing is random: the lattice is that of the generalised golden ratio, evenly spread in any number of dimensions.
 """
 
 from __future__ import annotations
@@ -147,18 +146,9 @@ def _least_squares(counted: _Counted, start: FloatArray, effort: _Effort) -> Flo
     from scipy.optimize import least_squares  # scipy is slow to load, and few need it
 
     start = np.clip(start, _AT_EDGE, 1.0 - _AT_EDGE)
-    found = least_squares(
-        counted.terms,
-        start,
-        jac=effort.differences,
-        bounds=(0.0, 1.0),
-        diff_step=_STEP / start,
-        xtol=effort.step,
-        ftol=effort.gain,
-        gtol=1e-14,
-        max_nfev=40,
-    )
-    return np.asarray(found.x)
+    slopes: dict[str, Any] = {"jac": effort.differences, "diff_step": _STEP / start}
+    ends: dict[str, Any] = {"xtol": effort.step, "ftol": effort.gain, "gtol": 1e-14, "max_nfev": 40}
+    return np.asarray(least_squares(counted.terms, start, bounds=(0.0, 1.0), **slopes, **ends).x)
 
 
 def _minimax(counted: _Counted, start: FloatArray, effort: _Effort) -> FloatArray:
@@ -218,8 +208,7 @@ def _linear_step(terms: FloatArray, slopes: FloatArray, place: FloatArray, radiu
 
 def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
     """The x (m,) that minimises max |values + columns x|, columns (n, m), by linear programming."""
-    # The programme starts with some rows and adds those above its optimum until there are none (E. Remez, 1934). Raises
-    # ValueError if the rows do not determine x.
+    # The programme starts with some rows and adds those above its optimum (E. Remez 1934); or ValueError.
     from scipy.optimize import linprog  # as above
 
     count, size = columns.shape[1], np.abs(values).max()
@@ -229,13 +218,9 @@ def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
     seen = np.unique(np.linspace(0, len(values) - 1, 8 * count).astype(int))
     while True:
         some, up = columns[seen], np.ones((seen.size, 1))
-        found: Any = linprog(
-            np.eye(1, count + 1, count)[0],
-            A_ub=np.block([[some, -up], [-some, -up]]),
-            b_ub=np.concatenate([-values[seen], values[seen]]),
-            bounds=[(None, None)] * count + [(0.0, None)],
-            method="highs",
-        )
+        left, right = np.block([[some, -up], [-some, -up]]), np.concatenate([-values[seen], values[seen]])
+        cost, limits = np.eye(1, count + 1, count)[0], [(None, None)] * count + [(0.0, None)]
+        found: Any = linprog(cost, A_ub=left, b_ub=right, bounds=limits, method="highs")
         if found.status != 0:
             raise ValueError(f"{len(values)} points do not tell {count} terms apart.")
         rest = np.abs(values + columns @ found.x[:count])

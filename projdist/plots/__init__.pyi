@@ -1,7 +1,6 @@
 from .basemap import CONTEXTS
 from .colours import ColourScale
 from .figures import (
-    SUFFIXES,
     encoded,
     figure,
     heatmap_figure,
@@ -18,6 +17,8 @@ from .map_drawing import ground_map, heatmap, local_field, tissot
 from .morphs import FILM_SUFFIXES, morph
 from .shape_space import space_figure
 from .style import Look, Theme
+
+SUFFIXES: tuple[str, ...]
 
 __all__ = [
     "CONTEXTS",

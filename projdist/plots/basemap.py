@@ -21,13 +21,6 @@ CONTEXTS = ("none", "coast", "borders", "full")
 """What a picture shows of the Earth: nothing; land and sea; also borders and lakes; also cities and a locator."""
 
 
-def check_context(context: str) -> str:
-    """Check that a context is one of `CONTEXTS`; raises ValueError."""
-    if context not in CONTEXTS:
-        raise ValueError(f"Invalid context {context!r}. It must be one of {', '.join(CONTEXTS)}.")
-    return context
-
-
 def draw_basemap(
     ax: Axes, surface: Surface, context: str = CONTEXTS[-1], step: float | None = None, *, over_colours: bool = False
 ) -> None:
@@ -108,16 +101,9 @@ def closed_path(pieces: Sequence[FloatArray]) -> Path:
 
 
 def _draw_land(
-    ax: Axes,
-    pictured: Surface,
-    surface: Surface,
-    colour: str,
-    zorder: float,
-    *,
-    lakes: bool = False,
-    has_sea: bool = True,
+    ax: Axes, whole: Surface, surface: Surface, colour: str, zorder: float, *, lakes: bool = False, has_sea: bool = True
 ) -> None:
-    """Draw land and sea of a surface as pale areas, as fine as what is pictured needs; other bodies are all land."""
+    """Draw land and sea of a surface as pale areas, as fine as the whole picture needs; other bodies are all land."""
     clip = region_clip(ax, surface)
     has_sea = has_sea and not surface.domain.projection.is_of_another_body
     sea = style_of(ax).colours.sea
@@ -130,7 +116,7 @@ def _draw_land(
     fill(surface.covering(), sea if has_sea else colour, zorder)
     if not has_sea:
         return
-    resolution = surfaces.coast_resolution(pictured)
+    resolution = surfaces.coast_resolution(whole)
     areas = [(surfaces.land_polygons(surface, resolution), colour)]
     if lakes:
         areas.append((surfaces.lake_polygons(surface, resolution), sea))
@@ -493,12 +479,8 @@ def _name(texts: _Texts, name: str, place: FloatArray) -> bool:
     x, y = place
     if not texts.is_free(x - 1.5, y - 1.5, 3.0, 3.0):
         return False
-    for left, bottom in (
-        (x + 3.0, y - 0.5 * height),
-        (x - 3.0 - width, y - 0.5 * height),
-        (x - 0.5 * width, y + 2.5),
-        (x - 0.5 * width, y - 2.5 - height),
-    ):
+    beside = (x + 3.0, y - 0.5 * height), (x - 3.0 - width, y - 0.5 * height)
+    for left, bottom in (*beside, (x - 0.5 * width, y + 2.5), (x - 0.5 * width, y - 2.5 - height)):
         if texts.take(left, bottom, width, height):
             texts.write(name, left, bottom + 0.5 * height, "left", "city")
             return True

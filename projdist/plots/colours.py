@@ -56,10 +56,9 @@ class ColourScale:
     ) -> ColourScale:
         """Colour scale for the values of all panels; the weights are shares.
 
-        The limits leave out the last 2 % of the weights at an end where the values run off, and take in
-        the neutral value (1 of a ratio, else 0) where the values come near to it. About it the colours of
-        a "ratio" are even in the logarithm, those of a "signed" measure in the value. Raises ValueError
-        for invalid levels, limits and colour maps.
+        The limits leave out the last 2 % of the weights at an end where the values run off, and take in the neutral
+        value (1 of a ratio, else 0) where the values come near to it. About it the colours of a "ratio" are even in the
+        logarithm, those of a "signed" measure in the value. Raises ValueError.
         """
         known = isinstance(cmap, colors.Colormap) or (isinstance(cmap, str) and cmap in matplotlib.colormaps)
         if cmap is not None and not known:

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from projdist import answers, decisions, field, matrices, regions, support, surfaces
 from projdist._typing import AnyPath, FloatArray
-from projdist.plots import basemap, layouts, map_drawing
+from projdist.plots import SUFFIXES, basemap, layouts, map_drawing
 from projdist.plots.colours import ColourScale, Levels
 from projdist.plots.style import Look, StyledFigure, look_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
@@ -52,7 +52,6 @@ def _against(values: FloatArray, others: FloatArray, measure: matrices.Measure) 
 
 # ---- figures -------------------------------------------------------------------------------------
 
-SUFFIXES = (".png", ".svg", ".pdf")
 _UNDATED = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # the same picture is the same file
 _SAVING = threading.Lock()
 
@@ -86,19 +85,17 @@ def tissot_figure(
 
     They are `step` degrees apart on the ground, or at the crossings of a `grid` of degrees of latitude and longitude.
     An `exaggeration` multiplies the logarithms of the principal scales; "auto" takes a factor that makes them visible.
-    `axes` draws the principal directions. `context` is what a picture of a region shows of the Earth, one of
-    `CONTEXTS`.
+    `axes` draws the principal directions. `context`, of `CONTEXTS`, is what a picture shows of the Earth.
     """
-    basemap.check_context(context)
+    support.check_choice("context", context, basemap.CONTEXTS)
     exaggeration = map_drawing.check_exaggeration(exaggeration)
     look = look_for(look)
     maps = _maps(projections, region, titles, airy_kavrayskiy, look)
     points = [surfaces.tissot_points(one.surface, step, grid) for one in maps]
     factor = surfaces.usual_exaggeration(points) if isinstance(exaggeration, str) else exaggeration
     radius, panels = surfaces.fit(points, exaggeration=factor, crowded=grid is not None)
-    length = (
-        f"{radius:.3g} m" if radius < 1e3 else f"{radius / 1e3:,.0f} km" if radius >= 1e5 else f"{radius / 1e3:.3g} km"
-    )
+    km = f"{radius / 1e3:,.0f}" if radius >= 1e5 else f"{radius / 1e3:.3g}"
+    length = f"{radius:.3g} m" if radius < 1e3 else f"{km} km"
     times = "" if factor == 1.0 else f", distortion exaggerated {factor:g} times"
 
     def draw(ax: Axes, k: int) -> None:
@@ -130,7 +127,7 @@ def heatmap_figure(
     `against` is another map, whose measure at the same place is subtracted; scales are divided by it. `context` is what
     a picture of a region shows of the Earth, one of `CONTEXTS`.
     """
-    basemap.check_context(context)
+    support.check_choice("context", context, basemap.CONTEXTS)
     chosen = matrices.get_measure(measure)
     other = None if against is None else Projection.from_user_input(against)
     look = look_for(look)
@@ -167,10 +164,9 @@ def modes_figure(
     """Modes of maps' distortions, a panel per mode with its signed part of the distortion.
 
     Positive values mean a larger area or a wider shape than after the best linear map, as the name of the mode
-    says; the squares of all modes add to that of the Fisher distortion. Modes of less than half a per cent are left
-    out. `titles` are for the maps.
+    says; the squares of all modes add to that of the Fisher distortion. Modes below half a per cent are left out.
     """
-    basemap.check_context(context)
+    support.check_choice("context", context, basemap.CONTEXTS)
     look = look_for(look)
     maps = _maps(projections, region, titles, None, look)
     panels: list[_Map] = []
@@ -231,10 +227,7 @@ def ldp_figure(
 
 
 def save(figure: Figure, path: AnyPath, *, dpi: float | None = None, overwrite: bool = True) -> Path:
-    """Write a figure as .png, .svg or .pdf; an existing file is replaced only when the new one is complete.
-
-    Raises FileExistsError where there is one and it is not to be overwritten.
-    """
+    """Write a figure as .png, .svg or .pdf; an existing file is replaced when the new one is complete, or an error."""
     support.check_instance("figure", figure, Figure, "a Figure of matplotlib")
     path = support.check_path("picture file", path)
     suffix = path.suffix.lower()
@@ -330,8 +323,7 @@ def _figure(
     scale: ColourScale | None = None,
 ) -> StyledFigure:
     """Figure with a panel for each map, which `draw` fills."""
-    # With a colour scale each map is as large as it can be, and the text is the label of the bar; without one all are
-    # in one scale, and it is a line at the foot.
+    # With a colour scale maps are as large as possible, and the text is the bar's label; else in one scale, and a foot.
     views = np.array([one.surface.view for one in maps])
     shapes = views[:, [1, 3]] - views[:, [0, 2]]
     if scale is not None:

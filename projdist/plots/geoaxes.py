@@ -67,8 +67,7 @@ def to_cartopy(projection: projections.ProjectionLike, *, region: regions.Region
     projection : ProjectionLike
         Any projection that PROJ has as a CRS.
     region : RegionLike, optional
-        The map's edge surrounds the box around this region; by default the area of use of a CRS, else the globe,
-        cut along seams and lobes.
+        The map's edge surrounds the box around it; by default the area of use of a CRS, else the globe, cut at seams.
 
     Returns
     -------
@@ -77,10 +76,8 @@ def to_cartopy(projection: projections.ProjectionLike, *, region: regions.Region
 
     Raises
     ------
-    ProjectionError
-        For functions, pipelines, and other maps that have no CRS.
-    ValueError
-        For maps in several pieces, which cartopy cannot have.
+    ProjectionError, ValueError
+        For functions, pipelines, and other maps without a CRS; for maps in several pieces, which cartopy cannot have.
     ImportError
         Without cartopy.
 

@@ -75,10 +75,8 @@ def distribution_figure(
         What the first two kinds show.
     region : RegionLike, optional
         The default is that of `compare`.
-    size : (float, float), optional
-        Width and height in inches.
-    dpi : float, default 150
-        Dots per inch.
+    size, dpi : (float, float) and float, optional
+        Width and height in inches, and dots per inch, 150 by default.
     titles : sequence of str or None, optional
         Names of the maps, None for their own.
     look : Look or str, optional
@@ -91,10 +89,8 @@ def distribution_figure(
 
     Raises
     ------
-    ProjectionError
-        For an invalid projection.
-    ValueError
-        For an unknown kind, measure or region, for no maps and for more than 24 curves.
+    ProjectionError, ValueError
+        For an invalid projection; for an unknown kind, measure or region, for no maps and for more than 24 curves.
 
     References
     ----------
@@ -247,8 +243,7 @@ _ASTRAY = 0.02  # of a label's area: as bad as hiding so much is a label that is
 
 def _place_labels(ax: Axes, xy: FloatArray, texts: Sequence[str], line: FloatArray, style: dict[str, Any]) -> None:
     """Label points (n, 2), those with most neighbours first, without covering points or a line (m, 2)."""
-    # The limits of the axes must stand. A label stands at the nearest place where it covers least, and clearly nearer
-    # to its own point than to others.
+    # The limits of the axes must stand. A label stands where it covers least, and clearly nearest to its own point.
     dots = ax.figure.dpi / 72.0
     places, line = ax.transData.transform(xy), ax.transData.transform(line)
     frame = np.array([ax.get_window_extent().extents])
@@ -353,10 +348,8 @@ def profile_figure(
     ----------
     found : Profile
         What `profile` gave.
-    size : (float, float), optional
-        Width and height in inches.
-    dpi : float, default 150
-        Dots per inch.
+    size, dpi : (float, float) and float, optional
+        Width and height in inches, and dots per inch, 150 by default.
     title : str, optional
         In place of the name of the map.
     look : Look or str, optional

@@ -67,11 +67,7 @@ _TIGHT_GAP, _TIGHT_TITLE, _TIGHT_HEADING, _BELOW = 0.06, 0.24, 0.26, 0.14
 
 
 class _Grid:
-    """Panels of widths and heights (n, 2) in a number of columns, as large as possible.
-
-    Lengths are in inches, `unit` inches a unit of the shapes. `labels` is the room beside and below each panel,
-    `letters` the font size relative to the usual one, `rows` are the heights of rows.
-    """
+    """Panels of widths and heights (n, 2) in a number of columns, as large as possible; lengths are in inches."""
 
     def __init__(
         self,
@@ -109,6 +105,7 @@ class _Grid:
         spare = (height - fixed - unit * highest.sum()) / highest.size
         self.columns, self.width, self.height, self.unit = columns, width, height, unit
         self.rows = unit * highest + spare + self.title + self.gap + below
+        # Room beside and below each panel; font size relative to the usual one; if titles and subtitles share lines.
         self.labels, self.letters, self.is_one_line = (beside, below), letters, is_one_line
 
     @property
@@ -138,8 +135,7 @@ def arranged(
     look: Look = USUAL,
 ) -> tuple[StyledFigure, list[Axes], float]:
     """Figure with a foot, axes of `shapes`, widths and heights (n, 2), as large as possible, and room for titles."""
-    # Columns are as wide as titles and subtitles, `words`, where the figure has room for it, with room for `labels` in
-    # inches to the left of and below the axes.
+    # Columns are as wide as titles and subtitles, `words`, if possible; `labels` is room left of and below the axes.
     size, dpi, count = check_size(size), check_dpi(dpi), len(shapes)
     make = functools.partial(_Grid, shapes, size, foot, labels, look)
     # In a figure of a stated size titles and subtitles share a line if they fit.

@@ -114,7 +114,7 @@ def tissot(
     points = [surfaces.tissot_points(surface, step)]
     factor = surfaces.usual_exaggeration(points) if isinstance(exaggeration, str) else exaggeration
     fitted, (panel,) = surfaces.fit(points, radius, factor)
-    draw_tissot(ax, surface, panel, fitted, words, basemap.check_context(context))
+    draw_tissot(ax, surface, panel, fitted, words, support.check_choice("context", context, basemap.CONTEXTS))
     return fitted
 
 
@@ -174,8 +174,7 @@ def heatmap(
     """Draw a measure as a field of colours with isolines on `ax`; returns the colour scale.
 
     `levels` are the isolines in any order, or about how many; `limits` the ends of the colours; `step` the degrees
-    between the lines of the graticule; `context`, one of `CONTEXTS`, what a picture of a region shows of the Earth.
-    Raises ValueError for invalid options.
+    between the lines of the graticule; `context`, of `CONTEXTS`, what a picture shows of the Earth. Raises ValueError.
     """
     check_axes(ax)
     chosen = matrices.get_measure(measure)
@@ -184,7 +183,8 @@ def heatmap(
     values = surfaces.field(surface, chosen)
     scale = ColourScale.of_surfaces(chosen, [surface], [values], levels=levels, cmap=cmap, limits=limits)
     values_at = functools.partial(field.measure_at, surface.domain.projection, chosen)
-    draw_heatmap(ax, surface, values, scale, words, basemap.check_context(context), values_at, step=step)
+    support.check_choice("context", context, basemap.CONTEXTS)
+    draw_heatmap(ax, surface, values, scale, words, context, values_at, step=step)
     if colourbar:
         draw_bar_below(ax, scale)
     return scale
@@ -386,8 +386,7 @@ class GroundMap:
 def ground_map(ax: Axes, found: decisions.LDP, *, colourbar: bool = True, title: str | None = None) -> ColourScale:
     """Draw the distortion of a low-distortion projection in ppm on `ax`; returns the colour scale.
 
-    A region of one height, and heights that cover it as a raster does, are a field with isolines and the lines of the
-    target; points with heights are dots.
+    One height, and heights that cover the region, are a field with isolines and lines of the target; points are dots.
     """
     check_axes(ax)
     prepared = GroundMap.of(found)

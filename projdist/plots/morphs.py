@@ -214,8 +214,7 @@ def morph(
     """Write a film of a map that turns into another and back, in the colours of a measure.
 
     A point moves straight from its place on the one map to that on the other, which is turned on the way so that they
-    match best. So the Jacobian is (1 - t) J_1 + t J_2, and the colours are those of this Jacobian. The film is cut
-    where either map is.
+    match best. So the Jacobian, of which the colours are, is (1 - t) J_1 + t J_2. The film is cut where either map is.
 
     Parameters
     ----------
@@ -249,10 +248,8 @@ def morph(
 
     Raises
     ------
-    ProjectionError
-        For an invalid projection.
-    ValueError
-        For an invalid measure, region, size, number or suffix, and for an .mp4 without ffmpeg.
+    ProjectionError, ValueError
+        For an invalid projection; an invalid measure, region, size, number or suffix; an .mp4 without ffmpeg.
     FileExistsError
         For an existing file that may not be replaced.
 

@@ -76,10 +76,8 @@ def space_figure(
         One to 12 maps, all over one region.
     region : RegionLike, optional
         The default is that of `compare`.
-    size : (float, float), optional
-        Width and height in inches.
-    dpi : float, default 150
-        Dots per inch.
+    size, dpi : (float, float) and float, optional
+        Width and height in inches, and dots per inch, 150 by default.
     titles : sequence of str or None, optional
         Names of the maps, None for their own.
     look : Look or str, optional
@@ -92,10 +90,8 @@ def space_figure(
 
     Raises
     ------
-    ProjectionError
-        For an invalid projection.
-    ValueError
-        For no maps or too many, and an unknown region.
+    ProjectionError, ValueError
+        For an invalid projection; for no maps or too many, and an unknown region.
 
     References
     ----------

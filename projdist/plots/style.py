@@ -39,12 +39,7 @@ def _in_themes(light: Any, dark: Any, print_: Any) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class Theme:
-    """Colours and colour maps of a picture, as matplotlib takes them.
-
-    `ink` is for isolines, `halo` surrounds lines and letters on colours; `over_graticule` and `over_coast`
-    are lines on a field of colours; `curves` are those of graphs. `rising` is a colour map that is light at its
-    lower end, `falling` at its upper one, `diverging` in its middle.
-    """
+    """Colours and colour maps of a picture, as matplotlib takes them."""
 
     background: str = field(metadata=_in_themes("#ffffff", "#14181d", "#ffffff"))
     text: str = field(metadata=_in_themes("#111111", "#f0f2f4", "#000000"))
@@ -58,12 +53,12 @@ class Theme:
     outline: str = field(metadata=_in_themes("#333333", "#d5dae0", "#000000"))
     face: str = field(metadata=_in_themes("#c2402899", "#ff8f6499", "#00000030"))
     edge: str = field(metadata=_in_themes("#7d2414", "#ffc2a8", "#000000"))
-    ink: str = field(metadata=_in_themes("#111111", "#111111", "#000000"))
-    halo: str = field(metadata=_in_themes("#ffffffb0", "#ffffffb0", "#ffffffd0"))
+    ink: str = field(metadata=_in_themes("#111111", "#111111", "#000000"))  # of isolines
+    halo: str = field(metadata=_in_themes("#ffffffb0", "#ffffffb0", "#ffffffd0"))  # of lines and letters on colours
     over_graticule: str = field(metadata=_in_themes("#00000040", "#00000040", "#00000050"))
     over_coast: str = field(metadata=_in_themes("#222222", "#222222", "#333333"))
     curves: tuple[str, ...] = field(metadata=_in_themes(_OKABE_ITO, _BRIGHT, ("#000000", "#a8a8a8", "#666666")))
-    # Perceptually ordered and safe for the colour-blind; light where the distortion is least.
+    # Perceptually ordered, safe for the colour-blind, and light where distortion is least: at either end, or amid.
     rising: str | colors.Colormap = field(metadata=_in_themes("viridis_r", "viridis_r", _GREYS))
     falling: str | colors.Colormap = field(metadata=_in_themes("viridis", "viridis", _GREYS.reversed()))
     diverging: str | colors.Colormap = field(metadata=_in_themes("RdBu_r", "RdBu_r", _GREYS))
@@ -113,7 +108,7 @@ _HEADING, _FOOT = 12.0, 7.5
 _MARGINS = 8.0  # points, of a line across a figure
 _LEAST, _FEWEST = 0.75, 12  # of its size, and letters
 _NOT_OF_PICTURES = frozenset(
-    ("backend", "backend_fallback", "interactive", "toolbar", "timezone", "savefig.directory", "webagg.port")
+    "backend backend_fallback interactive toolbar timezone savefig.directory webagg.port".split()
 )
 
 
@@ -126,8 +121,7 @@ class Look:
     theme : str or Theme, optional
         "light", "dark" or "print" (black and greys), or colours of one's own; light if not given.
     font_size : float, optional
-        Points of a colour bar's label, to which all letters are in proportion. If not given 9, and less in figures of
-        a small `size`.
+        Points of a colour bar's label, to which all letters are in proportion; by default 9, or less in small figures.
     style : str or path, optional
         A name or file of matplotlib's styles: fonts, and, without a theme, its background, text colour and font size.
     transparent : bool

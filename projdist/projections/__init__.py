@@ -1,8 +1,7 @@
 """Map projections as one frozen value type, from any input; the home of pyproj.
 
-A PROJ string is run as the pipeline it is, a CRS as the operation from its own geodetic CRS.
-Neither goes through the other's form, which would lose defaults (`+proj=wintri`), methods
-(EPSG:3857) and ellipsoids.
+A PROJ string is run as the pipeline it is, a CRS as the operation from its own geodetic CRS. Neither goes through the
+other's form, which would lose defaults (`+proj=wintri`), methods (EPSG:3857) and ellipsoids.
 """
 
 import lazy_loader

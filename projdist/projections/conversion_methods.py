@@ -171,8 +171,7 @@ def methods_named(name: str, code: str = "") -> list[_Method]:
 def reconciled(crs: dict[str, Any], stated: Sequence[StatedParameter] | None) -> dict[str, Any]:
     """PROJJSON of a projected CRS with all stated parameters, those that PROJ did not understand included."""
     # `stated` are the parameters of the original text, some of which PROJ may have dropped; None for those of the CRS
-    # itself. The same object if nothing changes; a warning of unused ones, ProjectionError if a required one is
-    # missing.
+    # itself. The same object if nothing changes; a warning of unused ones, ProjectionError without a required one.
     conversion = crs["conversion"]
     read = conversion.get("parameters", [])
     if stated is None:

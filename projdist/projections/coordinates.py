@@ -10,7 +10,7 @@ import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, Self, TypeGuard, runtime_checkable
+from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 import pyproj.exceptions
@@ -339,7 +339,7 @@ _SMALLEST_BODY = 1e3  # metres
 
 @runtime_checkable
 class FrameLike(Protocol):
-    """The part of a pandas DataFrame that is used."""
+    """The part of a pandas DataFrame that is used; DataFrames and GeoDataFrames are instances."""
 
     @property
     def columns(self) -> Any:
@@ -352,22 +352,15 @@ class FrameLike(Protocol):
         """A copy with more columns."""
 
 
-def is_frame(value: object) -> TypeGuard[FrameLike]:
-    """True for a DataFrame or GeoDataFrame."""
-    return isinstance(value, FrameLike)
-
-
 def is_geographic(frame: Any) -> bool:
     """True if a frame has geometries, as a GeoDataFrame."""
     return hasattr(frame, "to_crs") and hasattr(frame, "crs")
 
 
 def places(projection: Projection, frame: Any) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes (n,) in degrees of a frame's points, on the datum of the map.
-
-    Points of a GeoDataFrame are transformed from their CRS; otherwise the columns `lon` and `lat` are taken as they
-    are. Missing points are NaN, with a warning. Raises ValueError that names the row, counted from 1.
-    """
+    """Longitudes and latitudes (n,) of a frame's points, on the datum of the map; ValueError names the row, from 1."""
+    # Points of a GeoDataFrame are transformed from their CRS; otherwise the columns `lon` and `lat` are taken as they
+    # are. Missing points are NaN, with a warning.
     if not is_geographic(frame):
         names = list(frame.columns)
         found = coordinate_columns(names)

@@ -193,15 +193,9 @@ def crs_of_grid_mapping(mapping: Mapping[str, Any]) -> CRS:
         fixed = {"x": "y", "y": "x"}.get(str(stated.get("fixed_angle_axis")), "y")
         method = f"Geostationary Satellite (Sweep {str(stated.get('sweep_angle_axis', fixed)).upper()})"
     conversion = conversion_methods.conversion_of_names(method, _parameters(name, stated), title)
-    return CRS.from_json_dict(
-        {
-            "type": "ProjectedCRS",
-            "name": title,
-            "base_crs": {key: value for key, value in base.to_json_dict().items() if key != "$schema"},
-            "conversion": conversion,
-            "coordinate_system": _METRE_AXES,
-        }
-    )
+    parts = {"type": "ProjectedCRS", "name": title, "conversion": conversion, "coordinate_system": _METRE_AXES}
+    geographic = {key: value for key, value in base.to_json_dict().items() if key != "$schema"}
+    return CRS.from_json_dict(parts | {"base_crs": geographic})
 
 
 def _checked(name: str, key: str, value: Any) -> Any:
@@ -324,8 +318,7 @@ def read_crs(value: Any) -> CRS:
     parts = crs.to_json_dict()
     mended = _with_conversion(parts, stated)
     if restored and (identity := mended.get("base_crs", {}).get("id")) is not None:
-        # WKT 1 states no axes for the base; PROJ assumes longitude first, and swaps them on the way from a pipeline to
-        # another datum.
+        # WKT 1 states no axes for the base; PROJ assumes longitude first, and swaps them behind a pipeline.
         base = CRS.from_authority(identity["authority"], identity["code"]).to_json_dict()
         mended = mended | {"base_crs": {key: part for key, part in base.items() if key != "$schema"}}
     return crs if mended is parts else CRS.from_json_dict(mended)

@@ -169,9 +169,7 @@ _SHIFTED = ("+pm=", "+over", "+proj=pipeline", "+proj=ob_tran", "+axis=")
 # Discontinuities of methods and operations with the central meridian 0.
 _KNOWN: dict[tuple[str, str], Discontinuities] = {}
 for _row in data_rows("discontinuities.csv"):
-    _parallels, _northern, _southern = (
-        tuple(map(float, _row[key].split())) for key in ("parallels", "northern", "southern")
-    )
+    _parallels, _northern, _southern = (tuple(map(float, _row[key].split())) for key in Discontinuities._fields)
     _both = tuple(sorted({*_parallels, *(-lat for lat in _parallels)}))
     _KNOWN[_row["kind"], _row["name"]] = Discontinuities(_both, _northern, _southern)
 _CENTRE = re.compile(r'PARAMETER\["Longitude of natural origin",([-+.\deE]+),ANGLEUNIT\["Degree"', re.IGNORECASE)
@@ -194,10 +192,8 @@ def discontinuities_of(projection: Projection) -> Discontinuities:
 def _known_about(kind: str, name: Any, centre: float) -> Discontinuities:
     """Discontinuities of a method or operation about a central meridian, with the meridian opposite."""
     parallels, *hemispheres = _KNOWN.get((kind, name), SMOOTH)
-    northern, southern = (
-        tuple(sorted((lon + centre + 180.0) % 360.0 - 180.0 for lon in (*lons, 180.0))) for lons in hemispheres
-    )
-    return Discontinuities(parallels, northern, southern)
+    turned = ([(lon + centre + 180.0) % 360.0 - 180.0 for lon in (*lons, 180.0)] for lons in hemispheres)
+    return Discontinuities(parallels, *(tuple(sorted(lons)) for lons in turned))
 
 
 def _numbers_in(pipeline: str) -> dict[str, float | str]:
@@ -223,16 +219,14 @@ _QUARTER = 90.0  # degrees of azimuth over which a panel resolves its sine and c
 
 
 class NativePole(NamedTuple):
-    """A pole in degrees, and the discontinuities in longitude and latitude about it, from its southern meridian on.
-
-    `widest` is the width in degrees of the widest panel about the pole. Panels of maps that grow without bound towards
-    the pole or its antipode are `graded` there; nodes so near would see in other maps how PROJ snaps to these points.
-    """
+    """A pole in degrees, and the panels about it."""
 
     lon: float
     lat: float
-    discontinuities: Discontinuities
-    widest: float
+    discontinuities: Discontinuities  # in longitude and latitude about it, from its southern meridian on
+    widest: float  # degrees, of the widest panel
+    # If panels are graded towards the pole and its antipode, as maps grow there without bound; nodes so near would see
+    # in other maps how PROJ snaps to these points.
     graded: bool
 
 

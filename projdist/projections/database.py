@@ -323,9 +323,8 @@ class CrsSearch(support.Answer):
     advice: str = ""
 
     def _line(self) -> str:
-        return f"{len(self.results)} of {self.total} for '{support.shown(self.text)}'" + (
-            f", first {self.results[0].code}" if self.results else ""
-        )
+        first = f", first {self.results[0].code}" if self.results else ""
+        return f"{len(self.results)} of {self.total} for '{support.shown(self.text)}'{first}"
 
     def rows(self) -> list[dict[str, Any]]:
         """One flat row per result."""
@@ -360,8 +359,7 @@ def find_crs(
     Returns
     -------
     CrsSearch
-        The `results`, a `CrsHit` each, and how many there are in `total`; where there is none, `advice` tells what may
-        have been meant.
+        The `results`, a `CrsHit` each, their number in `total`, and if it is 0 `advice` on what may have been meant.
 
     Raises
     ------
@@ -387,12 +385,8 @@ def find_crs(
     match = re.fullmatch(r"\s*(?:([A-Za-z][A-Za-z_0-9]*)\s*[:\s]\s*)?(\w+)\s*", text)  # as EPSG:3035 or 3035
     code = ((match[1] or "").upper(), match[2].upper()) if match else ("", "")
     country = _countries().get(_phrase(words), frozenset())
-    ranked = sorted(
-        (rank, k)
-        for k, one in enumerate(among)
-        if (rank := _rank(one, words, code, country)) is not None
-        and (deprecated or not one.hit.deprecated or one.has_code(code))
-    )
+    able = ((k, one) for k, one in enumerate(among) if deprecated or not one.hit.deprecated or one.has_code(code))
+    ranked = sorted((rank, k) for k, one in able if (rank := _rank(one, words, code, country)) is not None)
     ranked = [one for one in ranked if one[0][0] < _LAST] or ranked
     hits = tuple(among[k].hit for _, k in ranked[:most])
     advice = "" if ranked else _advice(text, words, among, deprecated)
@@ -435,13 +429,8 @@ def _entries() -> tuple[_Entry, ...]:
     ]
     for authority, number, name, deprecated, area, countries, method, *bounds, date, aliases in rows:
         known = None not in bounds and bounds[1] >= -90.0  # PROJ has -1000 for what is unknown
-        hit = CrsHit(
-            code=f"{authority}:{number}",
-            name=name,
-            area_name=area or "",
-            area_of_use=tuple(bounds) if known else None,
-            deprecated=bool(deprecated),
-        )
+        code, use, old = f"{authority}:{number}", tuple(bounds) if known else None, bool(deprecated)
+        hit = CrsHit(code=code, name=name, area_name=area or "", area_of_use=use, deprecated=old)
         others = _folded(f"{countries or ''} {method or ''}")
         names = _folded(f"{name} | {aliases or ''}")
         found.append(_Entry(authority, number, hit, names, year_of(date), _folded(area or ""), others))
@@ -552,9 +541,8 @@ def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated
     missing = [f"'{support.shown(word)}'" for word, near in zip(words, spelt, strict=True) if not near]
     if missing:
         return f"No name and no area of use has {support.listed(missing, 'or')}."
-    if not deprecated and any(
-        one.hit.deprecated and _rank(one, words, ("", ""), frozenset()) is not None for one in among
-    ):
+    old = (one for one in among if one.hit.deprecated and not deprecated)
+    if any(_rank(one, words, ("", ""), frozenset()) is not None for one in old):
         return "Deprecated ones have these words: ask for them, too."
     return "No one has all of these words: take fewer of them."
 

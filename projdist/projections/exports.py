@@ -246,11 +246,9 @@ def geodetic_of(projection: Projection) -> str | None:
 def crs_wkt(
     projection: Projection, name: str, *, geodetic: str | None = None, version: str = "WKT2_2019"
 ) -> tuple[str | None, str | None]:
-    """WKT of a CRS that is the projection, and None; or None and the reason.
-
-    It is based on the geographic CRS `geodetic`; by default on WGS 84 where the ellipsoid is that of WGS 84, else on
-    an unnamed datum. `version` is WKT2_2019 or WKT1_ESRI. The WKT is read back and compared with the map.
-    """
+    """WKT, WKT2_2019 or WKT1_ESRI, of a CRS that is the projection, and None; or None and the reason."""
+    # It is based on the geographic CRS `geodetic`; by default on WGS 84 where the ellipsoid is that of WGS 84, else on
+    # an unnamed datum. The WKT is read back and compared with the map.
     if version not in _VERSIONS:
         raise ValueError(f"Invalid version '{version}'. It must be {' or '.join(_VERSIONS)}.")
     base = base_crs(projection)

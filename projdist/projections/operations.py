@@ -129,12 +129,7 @@ _UNREAD = re.compile(r"network error|file not found", re.IGNORECASE)
 _ASKED = 300  # undefined points to ask PROJ about: 20 ms
 
 
-def check_grids(
-    transformer: Transformer,
-    given: tuple[FloatArray, FloatArray],
-    found: FloatArray,
-    direction: TransformDirection = TransformDirection.FORWARD,
-) -> None:
+def check_grids(transformer: Transformer, given: tuple[FloatArray, FloatArray], found: FloatArray) -> None:
     """Raise GridError if a point has no coordinates because PROJ could not read a grid."""
     # PROJ fetches a grid at the first point that needs it, and returns infinity if it cannot. Points may be undefined
     # for other reasons, so PROJ is asked for the reason at up to 300 of them, evenly spaced.
@@ -142,7 +137,7 @@ def check_grids(
     asked = lost[np.unique(np.linspace(0, lost.size - 1, min(lost.size, _ASKED)).astype(int))]
     for u, v in zip(*(values.ravel()[asked].tolist() for values in given), strict=True):
         try:
-            transformer.transform(u, v, errcheck=True, direction=direction)
+            transformer.transform(u, v, errcheck=True)
         except pyproj.exceptions.ProjError as error:
             if _UNREAD.search(str(error)):
                 reason = proj_reason(error).removeprefix("transform error: ")

@@ -39,12 +39,9 @@ KEYS = ANGLES | NUMBERS | WHOLE_NUMBERS | FLAGS | TEXTS
 _READ_OF_ALL = {"lat_0": 0.0, "lon_0": 0.0, "x_0": 0.0, "y_0": 0.0, "k_0": 1.0, "k": 1.0}
 _OTHERS = {"lat_0": "37.25", "lon_0": "11.75", "x_0": "12345", "y_0": "12345", "k_0": "1.625", "k": "1.625"}
 # Constants of maps, which PROJ writes into their CRSs: no warning is needed for them.
-_CONSTANTS = {
-    "krovak": {"alpha": 30.28813975},
-    "mod_krovak": {"alpha": 30.28813975},
-    "nzmg": {"lat_0": -41.0, "lon_0": 173.0, "x_0": 2510000.0, "y_0": 6023150.0},
-    "peirce_q": {"lat_0": 90.0},
-}
+_KROVAK = {"alpha": 30.28813975}
+_CONSTANTS = {"krovak": _KROVAK, "mod_krovak": _KROVAK, "peirce_q": {"lat_0": 90.0}}
+_CONSTANTS["nzmg"] = {"lat_0": -41.0, "lon_0": 173.0, "x_0": 2510000.0, "y_0": 6023150.0}
 _SAME = 1e-6  # degrees: EPSG has Krovak's angle to 0.0001", and ESRI another last digit
 # Keys that define a step and its direction, and keys without influence on a map.
 _BESIDE = frozenset(
@@ -151,9 +148,9 @@ def _is_in_vain(token: str, step: Sequence[str]) -> bool:
     places = np.meshgrid(np.linspace(-170.0, 175.0, 24), np.linspace(-80.0, 85.0, 12))
     maps = map(_made, (step, rest, [*rest, f"{key}={_OTHERS[key]}"]))
     here, *others = (np.array(transform(made, *places)) if made else None for made in maps)
-    return here is not None and all(
-        there is not None and np.array_equal(here, there, equal_nan=True) for there in others
-    )
+    if here is None:
+        return False
+    return all(there is not None and np.array_equal(here, there, equal_nan=True) for there in others)
 
 
 def _meant(token: str, step: Sequence[str]) -> list[str]:

@@ -450,9 +450,8 @@ _LONGEST_LABEL, _LONGEST_PATH = 60, 300  # characters
 class Projection:
     """A map from longitude and latitude to the plane, and the ellipsoid that it maps.
 
-    Call it with degrees: `x, y = projection(lon, lat)`, in metres, NaN where the map is not
-    defined. Make one with `Projection.from_user_input`, which takes anything that names a
-    projection, or `Projection.from_function`.
+    Call it with degrees: `x, y = projection(lon, lat)`, in metres, NaN where the map is not defined. Make one with
+    `Projection.from_user_input`, which takes anything that names a projection, or `Projection.from_function`.
     """
 
     name: str
@@ -536,18 +535,8 @@ class HasWkt(Protocol):
         """Well-known text."""
 
 
-ProjectionLike = (
-    str
-    | Projection
-    | os.PathLike[str]
-    | CRS
-    | Proj
-    | HasWkt
-    | Callable[..., tuple[Any, Any]]
-    | Mapping[str, Any]
-    | tuple[str, int | str]
-    | int
-)
+_MapObject = Projection | CRS | Proj | HasWkt | Callable[..., tuple[Any, Any]]
+ProjectionLike = str | os.PathLike[str] | int | tuple[str, int | str] | Mapping[str, Any] | _MapObject
 """Accepted forms of a projection.
 
 Text (a name, a PROJ string or pipeline, a code such as EPSG:3035, the name of a CRS, WKT, PROJJSON, a path), the path

@@ -108,18 +108,14 @@ _POLES = ("o_lat_p", "o_lon_p", "o_alpha", "o_lon_c", "o_lat_c", "o_lon_1", "o_l
 
 @dataclass(frozen=True, kw_only=True)
 class Tunable:
-    """The adjustable properties of a map: its numeric `parameters`, and how it can be dragged.
+    """The adjustable properties of a map: its numeric `parameters`, and how it can be dragged."""
 
-    `definition` is a text of the same map whose parameters can be set. `drags` is "both" if any point can be moved to
-    the map's origin: maps of the sphere are rotated, with north up; cones and transverse cylinders move along their
-    central meridian. Ellipsoids cannot be rotated: maps of them without a latitude parameter drag in "longitude".
-    `centre` is the longitude and latitude now at the origin, with latitude 0 for "longitude", and None for "none".
-    """
-
-    definition: str
+    definition: str  # a text of the same map whose parameters can be set
     parameters: tuple[ParameterRange, ...] = ()
+    # "both" if any point can be moved to the map's origin: maps of the sphere are rotated, with north up; cones and
+    # transverse cylinders move along their central meridian. Ellipsoids cannot be rotated.
     drags: Literal["both", "longitude", "none"] = "none"
-    centre: Centre | None = None
+    centre: Centre | None = None  # longitude and latitude now at the origin, latitude 0 for "longitude"
 
 
 def tunable(projection: ProjectionLike) -> Tunable:

@@ -39,8 +39,7 @@ def gott_elliptical(lon: FloatArray, lat: FloatArray) -> XY:
     """Gott's equal-area elliptical map: true in all directions on the central meridian.
 
     The globe with halved longitudes fills a hemisphere, whose longitudes from the equator's poles are halved
-    again; that part of a transverse Mollweide map is stretched. Gott, Mugnolo & Colley 2007, "Map projections
-    minimizing distance errors", page 4.
+    again; that part of a transverse Mollweide map is stretched. Gott, Mugnolo & Colley 2007, page 4.
     """
     phi, half = np.radians(lat), np.radians(wrapped(lon)) / 2
     ahead = np.cos(phi) * np.cos(half)

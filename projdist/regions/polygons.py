@@ -178,7 +178,7 @@ class _Part(NamedTuple):
 class Polygons:
     """Polygons within longitudes -180 to 180, valid and disjoint, with their holes."""
 
-    geometry: shapely.MultiPolygon
+    geometry: shapely.MultiPolygon = field(hash=False)  # whose hash is slow
     name: str  # the region as text for `get_region`
     repairs: tuple[str, ...] = ()  # notes on them
     far: str = ""  # a note on distant parts that may not be meant
@@ -189,12 +189,6 @@ class Polygons:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Polygons, (self.geometry, self.name, self.repairs, self.far, self.resolution, self.ellipsoid)
-
-    def __hash__(self) -> int:
-        """The dataclass hash, cached as that of a geometry is slow."""
-        if "_hash" not in self.__dict__:
-            self.__dict__["_hash"] = hash((self.geometry, self.name, self.repairs, self.far, self.resolution))
-        return int(self.__dict__["_hash"])
 
     @property
     def notes(self) -> tuple[str, ...]:

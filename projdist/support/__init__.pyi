@@ -1,4 +1,4 @@
-from .answers import COLUMN, HIDDEN, Answer, FieldSchema, Record, plain, schema, schema_of, values_of
+from .answers import COLUMN, HIDDEN, Answer, FieldSchema, Record, plain, schema, values_of
 from .checks import (
     Registry,
     check_bool,
@@ -99,7 +99,6 @@ __all__ = [
     "rows_of_text",
     "run_all",
     "schema",
-    "schema_of",
     "separator_of",
     "shown",
     "split_rows",

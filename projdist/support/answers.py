@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import html
 import json
 import math
@@ -34,6 +33,9 @@ class FieldSchema(NamedTuple):
     column: bool = False
 
 
+_PLAIN = FieldSchema()
+
+
 def schema(key: str = "", **parts: Any) -> dict[str, FieldSchema]:
     """Metadata of a dataclass's field: `error: float = field(metadata=schema("error_estimate"))`.
 
@@ -49,17 +51,11 @@ HIDDEN, COLUMN = schema(hidden=True), schema(column=True)
 """Metadata of a field that neither JSON nor tables show, and of one with a value for each point."""
 
 
-@functools.cache
-def schema_of(kind: type) -> dict[str, FieldSchema]:
-    """The schema of each field of a dataclass, by the field's name."""
-    return {one.name: one.metadata.get("schema", FieldSchema()) for one in fields(kind)}
-
-
 def values_of(record: Any, *, columns: bool = False) -> dict[str, Any]:
     """The values of a dataclass by their keys in JSON, as they are; only its columns, or all others."""
     found: dict[str, Any] = {}
-    for name, shown in schema_of(record.__class__).items():
-        value = getattr(record, name)
+    for one in fields(record):
+        shown, value = one.metadata.get("schema", _PLAIN), getattr(record, one.name)
         if shown.hidden or shown.column != columns or (shown.optional and value is None):
             continue
         if shown.of and isinstance(shown.of, str):
@@ -71,7 +67,7 @@ def values_of(record: Any, *, columns: bool = False) -> dict[str, Any]:
             value = values_of(value) if is_dataclass(value) else value
             found |= value._asdict() if hasattr(value, "_asdict") else value
         else:
-            found[shown.key or name] = value
+            found[shown.key or one.name] = value
     return found
 
 
@@ -143,10 +139,7 @@ class Answer(Record, ABC):
         return json.dumps(self.to_dict(), indent=indent, allow_nan=False)
 
     def to_frame(self) -> pd.DataFrame:
-        """A pandas DataFrame with a row per point or projection, NaN if undefined; raises ImportError without pandas.
-
-        A statistic of a measure is a column, as `omega_mean` or `omega_max_lon`.
-        """
+        """A DataFrame of pandas with a row per point or projection, and columns as `omega_max_lon`; or ImportError."""
         try:
             import pandas as pd
         except ImportError as error:
@@ -166,9 +159,8 @@ def html_table(table: Mapping[str, Any] | Sequence[Mapping[str, Any]], caption: 
     count = max((len(values) for values in columns.values()), default=0)
     cells = {name: _cells(values) for name, values in columns.items()}
     head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
-    body = "".join(
-        f"<tr>{''.join(values[row] for values in cells.values())}</tr>" for row in range(min(count, _MOST_ROWS))
-    )
+    rows = zip(*cells.values(), strict=True)
+    body = "".join(f"<tr>{''.join(row)}</tr>" for row in rows)
     rest = f"<p>and {count - _MOST_ROWS} more rows</p>" if count > _MOST_ROWS else ""
     return f"<table><caption>{html.escape(caption)}</caption><tr>{head}</tr>{body}</table>{rest}"
 

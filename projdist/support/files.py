@@ -16,8 +16,7 @@ from projdist.support.messages import tell
 # ---- tables in text files ------------------------------------------------------------------------
 
 # Cells are separated by commas, semicolons, tabs or spaces; comment lines begin with #. A row is a line: an unclosed
-# quotation mark must not swallow the lines after it. Numbers may have decimal commas if cells are not separated by
-# commas.
+# quotation mark must not swallow the lines after it. Numbers may have decimal commas if cells have no commas between.
 
 NumberedRow = tuple[int, list[str]]
 
@@ -91,9 +90,8 @@ def with_decimal_points(rows: Sequence[NumberedRow]) -> list[NumberedRow]:
         return list(rows)
     if all(map(_THOUSANDS.fullmatch, commas)):
         tell(f"'{commas[0].strip()}' is read as a number with a decimal comma, not as thousands.")
-    return [
-        (number, [cell.replace(",", ".") if has_decimal_comma(cell) else cell for cell in row]) for number, row in rows
-    ]
+    mended = ([cell.replace(",", ".") if has_decimal_comma(cell) else cell for cell in row] for _, row in rows)
+    return [(number, row) for (number, _), row in zip(rows, mended, strict=True)]
 
 
 def has_decimal_comma(cell: str) -> bool:

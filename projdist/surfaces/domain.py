@@ -184,9 +184,8 @@ def _beyond(
     spread = np.column_stack([x[near], y[near]]) - centre
     # A line is made in a tenth of the time that points take; it has two at least.
     hull = shapely.convex_hull(shapely.linestrings(np.concatenate([spread, spread[:1]])))
-    core, far, endless = (
-        shapely.transform(hull, lambda xy, factor=factor: xy * factor) for factor in (_CORE, _FAR, _ENDLESS)
-    )
+    factors = (_CORE, _FAR, _ENDLESS)
+    core, far, endless = (shapely.transform(hull, lambda xy, factor=factor: xy * factor) for factor in factors)
     # A large scale alone is no reason: it also occurs at pole lines, antipodes and the corners of conformal
     # squares, where the map ends a little farther out.
     best = int(np.argmax(np.hypot(x - centre[0], y - centre[1])))

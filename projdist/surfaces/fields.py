@@ -91,8 +91,7 @@ def field(surface: Surface, measure: Measure) -> FloatArray:
     across, along, steps = np.abs(np.diff(nodes, axis=1)), np.abs(np.diff(nodes, axis=0)), np.zeros(nodes.shape)
     for part, difference in ((steps[:, 1:], across), (steps[:, :-1], across), (steps[1:], along), (steps[:-1], along)):
         np.fmax(part, difference, out=part)
-    # Next to a seam and beyond a limb derivatives may fail: a value that differs from its node's by more than the
-    # node's neighbours do is replaced by the node's.
+    # Next to a seam derivatives may fail: a value farther from its node's than the node's neighbours gives way to it.
     near, step = nodes.ravel()[surface.source], steps.ravel()[surface.source]
     return np.where(np.abs(values - near) <= _MOST_STEPS * step, values, near)
 

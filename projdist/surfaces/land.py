@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -46,17 +47,12 @@ class PreparedArea:
             for k in range(_TILES):
                 strip = shapely.clip_by_rect(polygons, lons[k], south, lons[k + 1], north)
                 if not strip.is_empty:
-                    tiles += [
-                        shapely.clip_by_rect(strip, lons[k], lats[j], lons[k + 1], lats[j + 1]) for j in range(_TILES)
-                    ]
+                    sides = pairwise(lats)
+                    tiles += [shapely.clip_by_rect(strip, lons[k], low, lons[k + 1], high) for low, high in sides]
         # A coast that a tile's side cuts many times may cross itself there.
         tiles = [tile if tile.is_valid else shapely.make_valid(tile) for tile in tiles if not tile.is_empty]
-        beside = [
-            shapely.transform(tile, lambda xy, turn=turn: xy + np.array([turn, 0.0]))
-            for turn in _TURNS
-            for tile in tiles
-            if abs(tile.centroid.x + turn) < _REACH
-        ]
+        pairs = ((turn, tile) for turn in _TURNS for tile in tiles if abs(tile.centroid.x + turn) < _REACH)
+        beside = [shapely.transform(tile, lambda xy, turn=turn: xy + np.array([turn, 0.0])) for turn, tile in pairs]
         return cls(polygons, near, shapely.STRtree(shapely.linestrings(near)), shapely.STRtree(beside), end)
 
     def contains(self, lon: FloatArray, lat: FloatArray) -> BoolArray:

@@ -76,37 +76,27 @@ _OFFSET = 0.4937  # of a step: keeps nodes off the round longitudes and latitude
 
 @dataclass(frozen=True, kw_only=True)
 class Surface:
-    """Triangles over the drawn part of a map.
-
-    The first `nodes` vertices are grid nodes, the others images of seams; `source` is the node on whose side of the
-    seam each vertex lies. `whole` has the four corners of untorn cells, (m, 4); `cut` the vertex indices of the
-    polygons of torn cells. `weights` are shares of the nodes, the mean of those by area on the ground and on the map.
-    `extent` is the smallest and largest x, then y; `view` likewise, of the picture.
-
-    Of a region that is drawn with its surroundings (`regional`), the triangles reach over the border: `pieces` are the
-    polygons (x, y) that make up the region, all of one orientation, `border` its border as lines, and `ground` the
-    surface that fills the rest of the picture.
-    """
+    """Triangles over the drawn part of a map; of a region with surroundings (`regional`) they reach over its border."""
 
     domain: Domain
     frame: TurnedFrame
     shape: tuple[int, int]
-    u: FloatArray
+    u: FloatArray  # of the vertices: the first `nodes` are grid nodes, the others images of seams
     v: FloatArray
     x: FloatArray
     y: FloatArray
-    source: IntArray
-    weights: FloatArray
-    extent: Extent
-    view: Extent
-    whole: IntArray
-    cut: tuple[IntArray, ...]
+    source: IntArray  # the node on whose side of the seam each vertex lies
+    weights: FloatArray  # shares of the nodes, the mean of those by area on the ground and on the map
+    extent: Extent  # smallest and largest x, then y
+    view: Extent  # likewise, of the picture
+    whole: IntArray  # (m, 4), corners of untorn cells
+    cut: tuple[IntArray, ...]  # vertices of the polygons of torn cells
     triangles: IntArray
     outline: FloatArray
     central_meridian: float | None
-    pieces: tuple[FloatArray, ...] = ()
-    border: tuple[FloatArray, ...] = ()
-    ground: Surface | None = None
+    pieces: tuple[FloatArray, ...] = ()  # polygons (x, y) that make up a region with surroundings, of one orientation
+    border: tuple[FloatArray, ...] = ()  # its border as lines
+    ground: Surface | None = None  # the surface that fills the rest of the picture
 
     @property
     def goes_on(self) -> bool:
@@ -137,10 +127,6 @@ class Surface:
         lon, lat = self.frame.geographic(u[chosen], v[chosen])
         return wrapped(lon), lat
 
-    def triangles_of(self, chosen: BoolArray) -> IntArray:
-        """Triangles of the chosen cells; `chosen` is for those in `whole`, then those in `cut`."""
-        return triangles_of(*self.cells(chosen))
-
     def covering(self, chosen: BoolArray | None = None) -> IntArray:
         """About a quarter as many triangles that cover the chosen cells, or all, for filling with one colour."""
         # Blocks of whole cells become fans about their middles, except where a fan would fold.
@@ -166,7 +152,7 @@ class Surface:
         return np.concatenate([fans[even].reshape(-1, 3), triangles_of(whole[~filled[block]], cut)])
 
     def cells(self, chosen: BoolArray) -> tuple[IntArray, list[IntArray]]:
-        """The chosen ones of the whole cells and of the cut cells."""
+        """The chosen ones of the whole cells and of the cut cells; `chosen` is for those, then for these."""
         return self.whole[chosen[: len(self.whole)]], [self.cut[k] for k in np.flatnonzero(chosen[len(self.whole) :])]
 
 
@@ -243,17 +229,14 @@ def _grid(domain: Domain, frame: TurnedFrame, step: float | None) -> tuple[Float
 
 @dataclass
 class _Builder:
-    """Builds a surface: vertices, polygons and outline segments, collected while walking the torn cells.
-
-    `across` and `along` are the links of nodes along rows and columns, `width` of them in a row.
-    """
+    """Builds a surface: vertices, polygons and outline segments, collected while walking the torn cells."""
 
     domain: Domain
     frame: TurnedFrame
     function: Map
     points: FloatArray
-    across: Links
-    along: Links
+    across: Links  # of nodes along rows, `width` of them in a row
+    along: Links  # along columns
     wraps: bool
     extra: list[FloatArray] = field(default_factory=list)
     source: list[int] = field(default_factory=list)

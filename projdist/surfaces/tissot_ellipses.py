@@ -96,8 +96,7 @@ def close_pairs(indicatrices: Ellipses) -> tuple[IntArray, FloatArray, float]:
 
 def touching_radius(indicatrices: Ellipses, pairs: IntArray) -> FloatArray:
     """Largest radius in metres at which the ellipses of pairs (m, 2) do not overlap."""
-    # Two convex shapes are apart if their projections on some direction d are. The half width of an ellipse in that
-    # direction is r |J^T d|.
+    # Two convex shapes are apart if their projections on some direction d are; half of an ellipse's is r |J^T d|.
     radii = np.zeros(len(pairs))
     for angle in np.arange(_DIRECTIONS) * np.pi / _DIRECTIONS:
         d = np.array([np.cos(angle), np.sin(angle)])
@@ -112,8 +111,7 @@ def fit(
 ) -> tuple[float, list[Indicatrices]]:
     """One radius in metres for all panels, and the indicatrices to draw with it, of which no two of a panel overlap."""
     # With a `radius` they may. Left out are indicatrices that would touch a seam or an edge or differ much from the
-    # circle's image, and, unless `crowded`, those far closer than usual. An `exaggeration` multiplies the logarithms of
-    # the principal scales.
+    # circle's image, and, unless `crowded`, those far closer than usual. An `exaggeration` is a power of the scales.
     if radius is not None:
         if not 0.0 < check_number("radius", radius) < np.inf:
             raise ValueError(f"Invalid radius '{radius}'. It must be a positive number of metres.")

@@ -332,7 +332,7 @@ def test_no_figure_is_swallowed_in_silence(show: Callable[[float, float], str]) 
 
 
 ROWS = [{"name": "a|b*", "figure": 0.25, "error": 1e-3}, {"name": "c", "figure": None, "error": None}]
-COLUMNS = [Column("name"), Column("figure", "fig", rounded, error="error", unit="m", best=True)]
+COLUMNS = [Column("name"), Column("figure", "fig m", rounded, error="error", best=True)]
 
 
 def report(**more) -> Report:
@@ -379,7 +379,7 @@ def test_words_stand_to_the_left() -> None:
     left = {name: Column(name).is_left(rows) for name in rows[0]}
     assert left == {"id": False, "name": True, "figure": False, "none": False}
     assert Column("id", left=True).is_left(rows)
-    assert [column.head for column in listing(rows).tables[0].columns] == list(rows[0])
+    assert [column.title or column.key for column in listing(rows).tables[0].columns] == list(rows[0])
     rows = [{"x": value} for value in (None, float("nan"), 2.0, 1.0)]
     assert Column("x", show=certain).cells(rows) == ["-", "-", "2", "1"]
     assert Column("x", show=certain, best=True).cells([rows[0], *rows[2:]]) == ["- ", "2 ", "1*"]

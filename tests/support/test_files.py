@@ -5,6 +5,7 @@ import errno
 import os
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
@@ -160,7 +161,7 @@ FULL = "Invalid output 'standard output'. It cannot be written: No space left on
 def test_what_cannot_be_printed(error, message, monkeypatch, capsys):
     """Ends the command with 2, and a line; who runs the command line knows how to end on a closed pipe."""
 
-    monkeypatch.setattr(report, "write", Mock(side_effect=error))
+    monkeypatch.setattr(report.sys, "stdout", SimpleNamespace(write=Mock(side_effect=error)))
     with pytest.raises(typer.Exit if message else BrokenPipeError) as ended:
         report.emit("text", None)
     assert (getattr(ended.value, "exit_code", 2), capsys.readouterr().err) == (2, message)
