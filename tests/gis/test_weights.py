@@ -1,13 +1,15 @@
 """Weights of rasters and of columns, against sums made by hand."""
 
+import functools
 import math
-import warnings
 from pathlib import Path
 
 import numpy as np
 import pyproj
 import pytest
+import shapely
 from commands import command
+from gis_files import from_origin, write_raster
 from refusals import refuses
 from tables import each
 
@@ -17,18 +19,7 @@ from projdist.gis import weights
 from projdist.regions import Box, combine
 
 rasterio = pytest.importorskip("rasterio")
-
-
-def from_origin(west: float, north: float, width: float, height: float) -> rasterio.Affine:
-    return rasterio.Affine(width, 0.0, west, 0.0, -height, north)
-
-
-def write(path: Path, values: np.ndarray, transform: rasterio.Affine, crs: str = "EPSG:4326") -> Path:
-    bands, rows, columns = values.shape
-    options = {"driver": "GTiff", "width": columns, "height": rows, "count": bands, "dtype": "float64", "nodata": -1}
-    with rasterio.open(path, "w", crs=crs, transform=transform, **options) as image:
-        image.write(values)
-    return path
+write = functools.partial(write_raster, nodata=-1.0)
 
 
 @pytest.fixture
@@ -52,24 +43,12 @@ def test_means_are_sums_over_cells(world: Path) -> None:
 
 
 @each("kind", ["complex64", "complex128", "complex_int16"])
-def test_complex_numbers(kind: str, world: Path) -> None:
+def test_complex_numbers(kind: str, tmp_path: Path) -> None:
     """A band of them is refused, whose imaginary part would be lost."""
-    with rasterio.open(world) as image:
-        profile = image.profile | {"dtype": kind, "nodata": None}
-    with rasterio.open(world.with_name("complex.tif"), "w", **profile) as image:
-        image.write(np.full((2, 18, 36), 3 + 4j, dtype="complex64" if kind == "complex_int16" else kind))
+    values = np.full((2, 18, 36), 3 + 4j, dtype="complex64" if kind == "complex_int16" else kind)
+    path = write_raster(tmp_path / "complex.tif", values, from_origin(-180, 90, 10, 10), dtype=kind)
     said = r"^Invalid weights '.*'\. Band 2 has complex numbers; they must be real\.$"
-    refuses(said, gis.weighted, "globe", world.with_name("complex.tif"), band=2)
-
-
-def test_pixels_without_a_place(world: Path) -> None:
-    """They are refused, and rasterio's warning is not passed on."""
-    with pytest.warns(rasterio.errors.NotGeoreferencedWarning):
-        write(world, np.ones((1, 18, 36)), rasterio.Affine.identity())
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        said = r"^Invalid weights '.*'\. It does not state where its pixels lie: it has no"
-        refuses(said, gis.weighted, "globe", world)
+    refuses(said, gis.weighted, "globe", path, band=2)
 
 
 def test_bands_and_the_antimeridian(world: Path) -> None:
@@ -86,10 +65,9 @@ def test_projected_rasters(tmp_path: Path) -> None:
     turned = from_origin(4e6, 3e6, 1e5, 1e5) @ rasterio.Affine.rotation(10.0)
     path = write(tmp_path / "x.tif", np.ones((1, 4, 5)), turned, "EPSG:3035")
     points = gis.weighted("globe", path)
-    x, y = turned @ (0.5, 0.5)
     found = factors("EPSG:3035", points.lon, points.lat)
-    assert points.lon.size == 20
-    assert np.hypot(found.x - x, found.y - y).min() < 1e-3
+    x, y = turned @ (0.5, 0.5)
+    assert (points.lon.size, np.hypot(found.x - x, found.y - y).min() < 1e-3) == (20, True)
 
 
 @each(("most", "side"), [(100, 3), (30, 5)])
@@ -107,34 +85,24 @@ def test_large_rasters_are_added_up(world, monkeypatch, most, side, at_once) -> 
     np.testing.assert_allclose(ours, truth, atol=1e-10 * whole.weight.sum())
 
 
-# ---- against cells counted one by one -------------------------------------------------------
-
-BOX, CAP, TRIANGLE = "box:-31.3,-17.2,44.9,61.7", "cap:170,55,2500", "triangle"
-CORNERS = np.array([(-60.0, -30.0), (75.0, -10.0), (10.0, 70.0)])
+BOX, CAP = "box:-31.3,-17.2,44.9,61.7", "cap:170,55,2500"
+TRIANGLE = shapely.Polygon([(-60.0, -30.0), (75.0, -10.0), (10.0, 70.0)])
 
 
-def region_of(name: str) -> object:
-    if name != TRIANGLE:
-        return name
-    return get_region({"type": "Polygon", "coordinates": [[*CORNERS.tolist(), CORNERS[0].tolist()]]})
-
-
-def is_in(name: str, lon: np.ndarray, lat: np.ndarray) -> np.ndarray:
+def is_in(name: object, lon: np.ndarray, lat: np.ndarray) -> np.ndarray:
     """Whether places are in one of the three regions, each by a formula of its own."""
     if name == BOX:
         return (lon > -31.3) & (lon < 44.9) & (lat > -17.2) & (lat < 61.7)
     if name == CAP:
         middle = np.full(np.shape(lon), 170.0), np.full(np.shape(lon), 55.0)
         return np.asarray(pyproj.Geod(ellps="WGS84").inv(*middle, lon, lat)[2]) < 2500e3
-    edges = zip(CORNERS, np.roll(CORNERS, -1, axis=0), strict=True)
-    sides = [(b[0] - a[0]) * (lat - a[1]) - (b[1] - a[1]) * (lon - a[0]) for a, b in edges]
-    return np.all(np.array(sides) > 0, axis=0)
+    return shapely.contains_xy(TRIANGLE, lon, lat)
 
 
 def fine_world(path: Path, rows: int) -> tuple[Path, np.ndarray, np.ndarray, np.ndarray]:
     """A raster whose cells hold their share of a density that is known in closed form, and the middles of its cells."""
-    lon, lat = ((np.arange(n) + 0.5) * 180.0 / rows for n in (2 * rows, rows))
-    lon, lat = np.meshgrid(lon - 180.0, 90.0 - lat)
+    lon, lat = np.meshgrid(*((np.arange(n) + 0.5) * 180.0 / rows for n in (2 * rows, rows)))
+    lon, lat = lon - 180.0, 90.0 - lat
     half = math.radians(90.0 / rows)
     # The integral of 1 + sin(3 lon) over the cell's surface on the unit sphere.
     along = 2 * half + 2 / 3 * np.sin(3 * np.radians(lon)) * math.sin(3 * half)
@@ -142,9 +110,9 @@ def fine_world(path: Path, rows: int) -> tuple[Path, np.ndarray, np.ndarray, np.
     return write(path, values[None], from_origin(-180, 90, 180 / rows, 180 / rows)), lon, lat, values
 
 
-def check_cells(region: str, path: Path, lon: np.ndarray, lat: np.ndarray, values: np.ndarray) -> PointSet:
+def check_cells(region: object, path: Path, lon: np.ndarray, lat: np.ndarray, values: np.ndarray) -> PointSet:
     """The sum is that of the cells in the region to the last digits, and means within the errors that are printed."""
-    points = gis.weighted(region_of(region), path)
+    points = gis.weighted(get_region(region), path)
     inside = is_in(region, lon, lat)
     assert points.weight.sum() == pytest.approx(values[inside].sum(), rel=1e-12)
     found = summarize(f"+proj=eqc +R={R}", points, measures=["k"])
@@ -159,7 +127,7 @@ def check_cells(region: str, path: Path, lon: np.ndarray, lat: np.ndarray, value
 
 @pytest.mark.parametrize("region", [BOX, pytest.param(CAP, marks=pytest.mark.slow), TRIANGLE])
 @pytest.mark.parametrize("most", [10**6, 1000, 300])
-def test_cells_of_a_region_in_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, region: str, most: int) -> None:
+def test_cells_of_a_region_in_blocks(tmp_path, monkeypatch, region, most) -> None:
     """Cells outside the region never count, whether cells are added up or not, and whatever is read in one go."""
     path, lon, lat, values = fine_world(tmp_path / "x.tif", 90)
     monkeypatch.setattr(weights, "_MOST", most)
@@ -187,21 +155,18 @@ def test_combinations_keep_what_points_stand_for(operator: str, left: list[bool]
     points = PointSet(lon, lat, np.array([1.0, 2.0, 3.0, 4.0]), coarse=coarse)
     found = combine(operator, points, Box(0, 0, 20, 70), "some")
     assert found.lon.tolist() == lon[left].tolist()
-    assert found.coarse is not None
     kept = ([10.0], [3.0]) if left[0] else ([30.0], [7.0])
     assert (found.coarse.lon.tolist(), found.coarse.weight.tolist()) == kept
-    few = summarize("merc", found.coarse)
-    many = summarize("merc", PointSet(found.lon, found.lat, found.weight))
+    few, many = (summarize("merc", one) for one in (found.coarse, PointSet(found.lon, found.lat, found.weight)))
     cost = summarize("merc", found).error_estimate
     assert cost >= abs(many.airy_kavrayskiy - few.airy_kavrayskiy) > 1e-3
-    alone = combine("&", points, Box(0, 40, 8, 70), "one")  # where the fewer have none
-    assert alone.coarse is not None
-    assert (alone.coarse.lon.tolist(), alone.coarse.weight.tolist()) == ([5.0], [1.0])
+    alone = combine("&", points, Box(0, 40, 8, 70), "one").coarse  # where the fewer have none
+    assert (alone.lon.tolist(), alone.weight.tolist()) == ([5.0], [1.0])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("region", [BOX, CAP, TRIANGLE])
-def test_more_than_a_million_cells(tmp_path: Path, region: str) -> None:
+def test_more_than_a_million_cells(tmp_path: Path, region: object) -> None:
     """So it is for a raster that is too large for points, as it comes."""
     path, lon, lat, values = fine_world(tmp_path / "x.tif", 4000)
     points = check_cells(region, path, lon, lat, values)
@@ -227,10 +192,8 @@ def test_projected_rasters_in_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.slow
 def test_rows_from_south_to_north(world: Path, tmp_path: Path) -> None:
-    """A raster whose rows run north is the same raster."""
     with rasterio.open(world) as image:
-        counts = image.read()
-    path = write(tmp_path / "up.tif", counts[:, ::-1], rasterio.Affine(10, 0, -180, 0, 10, -90))
+        path = write(tmp_path / "up.tif", image.read()[:, ::-1], rasterio.Affine(10, 0, -180, 0, 10, -90))
     for region in ("box:-60,-20,60,60", "box:160,-30,-150,10", "cap:20,50,3000"):
         up, down = gis.weighted(region, path), gis.weighted(region, world)
         order, other = np.lexsort((up.lon, up.lat)), np.lexsort((down.lon, down.lat))
@@ -250,25 +213,24 @@ def test_small_rasters(tmp_path: Path) -> None:
     assert gis.weighted("box:170,-90,-170,90", path).weight.sum() == 18 * 2
 
 
-def test_a_raster_elsewhere(tmp_path: Path) -> None:
-    """Is refused in one line that says where it lies; so are points, which have weights of their own."""
-    path = write(tmp_path / "x.tif", np.ones((1, 2, 2)), from_origin(0, 20, 10, 10))
-    message = r"It lies elsewhere than box:30,35,50,70: within longitudes 0 and 20, latitudes 0 and 20\.$"
-    refuses(message, gis.weighted, "box:30,35,50,70", path)
-    points = PointSet(np.zeros(1), np.zeros(1), np.ones(1))
-    refuses(r"A raster weighs the area of a region, and points has points\.$", gis.weighted, points, path)
-
-
 def test_what_cannot_be(world: Path) -> None:
-    """A wrong file, band, region or weight is one line."""
-    write(world.with_name("negative.tif"), np.full((1, 2, 2), -5.0), from_origin(0, 10, 5, 5))
+    """A wrong file, band, region or weight is one line; so are points, which have weights of their own."""
+    write(world.with_name("negative.tif"), np.full((1, 2, 2), -5.0), from_origin(0, 20, 10, 10))
+    with pytest.warns(rasterio.errors.NotGeoreferencedWarning):
+        write(world.with_name("nowhere.tif"), np.ones((1, 18, 36)), rasterio.Affine.identity())
+    points = PointSet(np.zeros(1), np.zeros(1), np.ones(1))
+    elsewhere = r"It lies elsewhere than box:30,35,50,70: within longitudes 0 and 20, latitudes 0 and 20\.$"
     for region, path, band, message in (
         ("box:0,0,1,1", "pop.tif", 1, "No cell with a value has its middle in box:0,0,1,1"),
+        ("box:30,35,50,70", "negative.tif", 1, elsewhere),
         ("globe", "pop.tif", 3, "It has 2 band"),
         ("globe", "none.tif", 1, "It cannot be read"),
         ("globe", "negative.tif", 1, "weight -5; it must be finite and not negative"),
+        # rasterio's own warning is not passed on.
+        ("globe", "nowhere.tif", 1, r"^Invalid weights '.*'\. It does not state where its pixels lie: it has no"),
+        (points, "pop.tif", 1, r"A raster weighs the area of a region, and points has points\.$"),
     ):
-        refuses(message, gis.weighted, region, world.parent / path, band=band)
+        refuses(message, gis.weighted, region, world.with_name(path), band=band)
 
 
 def test_on_the_command_line(world: Path, tmp_path: Path) -> None:

@@ -18,6 +18,13 @@ EUROPE = np.array([4.9, 9.0, 13.4, 16.6]), np.array([52.4, 48.0, 52.5, 49.2])
 SAME = 1e-8
 
 
+def mostly_slow(cases, every):
+    """One case in so many, and the others for the slow leg."""
+    slow = pytest.mark.slow
+    rows = [case if isinstance(case, tuple) else (case,) for case in cases]
+    return [pytest.param(*row, marks=[slow] if k % every else []) for k, row in enumerate(rows)]
+
+
 def make(value):
     return Projection.from_user_input(value)
 
@@ -32,7 +39,12 @@ def mercator(lon, lat):
     return R * np.radians(lon), R * np.log(np.tan(np.pi / 4 + np.radians(lat) / 2))
 
 
-def message(value):
-    with pytest.raises(ProjectionError, match=r"^Invalid ") as error:
-        make(value)
+def refusal(function, *args, **words):
+    """The one line of a ProjectionError."""
+    with pytest.raises(ProjectionError, match=r"^Invalid [^\n]*$") as error:
+        function(*args, **words)
     return str(error.value)
+
+
+def message(value):
+    return refusal(make, value)

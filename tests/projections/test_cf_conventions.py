@@ -1,6 +1,8 @@
 """CRSs as the CF conventions have them: maps of grid mappings without WKT are those of PROJ, or are refused by name."""
 
 import json
+import re
+import types
 import warnings
 
 import numpy as np
@@ -13,6 +15,7 @@ from projdist import Notice
 from projdist.projections.crs import crs_of_grid_mapping
 
 SIZES = {"semi_major_axis": 6378137.0, "inverse_flattening": 298.257223563}
+MARS = {"semi_major_axis": 3396190.0, "semi_minor_axis": 3376200.0, "inverse_flattening": 169.89}
 WGS84 = {"horizontal_datum_name": "WGS 84"}  # which pyproj reads forty times as fast
 CONE = {"grid_mapping_name": "lambert_conformal_conic", "longitude_of_central_meridian": -95.0, **WGS84}
 CONE |= {"latitude_of_projection_origin": 40.0, "standard_parallel": 25.0}
@@ -25,19 +28,9 @@ OBLIQUE |= {"scale_factor_at_projection_origin": 0.9996}
 SAME = 1e-8  # metres: parameters are handed on as they are
 
 
-class Variable:
+def variable(attributes):
     """A variable as netCDF4 has them: its attributes are asked for by name."""
-
-    def __init__(self, attributes):
-        self._attributes = attributes
-
-    def ncattrs(self):
-        """The names."""
-        return list(self._attributes)
-
-    def getncattr(self, name):
-        """The value of a name."""
-        return self._attributes[name]
+    return types.SimpleNamespace(ncattrs=attributes.keys, getncattr=attributes.get)
 
 
 def data_array(attributes):
@@ -46,8 +39,7 @@ def data_array(attributes):
 
 def attributes_of(code):
     """What pyproj writes of a registered CRS, without the WKT that says all."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         found = CRS.from_epsg(code).to_cf()
     del found["crs_wkt"]
     return found
@@ -59,28 +51,19 @@ def coordinates(given, lon, lat):
     return Transformer.from_crs(crs.geodetic_crs, crs, always_xy=True).transform(lon, lat)
 
 
-def assert_map(given, pipeline, lon, lat):
-    """The coordinates are those of a PROJ string."""
-    truth = Transformer.from_pipeline(pipeline).transform(lon, lat)
-    np.testing.assert_allclose(coordinates(given, lon, lat), truth, rtol=0, atol=SAME)
-
-
 # Every projection of CF that registered CRSs have, in either hemisphere, with scales and with parallels.
-CODES = (32719, 27700, 2154, 3112, 3035, 3571, 5070, 3994, 3413, 3031, 5041, 6933, 2056)
-
-
-@each("code", CODES)
+@each("code", [32719, 27700, 2154, 3112, 3035, 3571, 5070, 3994, 3413, 3031, 5041, 6933, 2056])
 def test_attributes_of_registered_crss(code):
     """They make the map that the registry has, in all of its area of use, without a word."""
     crs = CRS.from_epsg(code)
-    area = crs.area_of_use
-    east = area.east if area.east > area.west else area.east + 360.0
-    lon, lat = np.meshgrid(np.linspace(area.west, east, 7)[1:-1], np.linspace(area.south, area.north, 7)[1:-1])
+    west, south, east, north = crs.area_of_use.bounds
+    lon = np.linspace(west, east if east > west else east + 360.0, 7)[1:-1]
+    lon, lat = np.meshgrid(lon, np.linspace(south, north, 7)[1:-1])
     truth = Transformer.from_crs(crs.geodetic_crs, crs, always_xy=True).transform(lon, lat)
     np.testing.assert_allclose(coordinates(attributes_of(code), lon, lat), truth, rtol=0, atol=SAME)
 
 
-@pytest.mark.parametrize("kind", [dict, Variable, data_array, json.dumps])
+@pytest.mark.parametrize("kind", [dict, variable, data_array, json.dumps])
 def test_kinds_of_grid_mappings(kind):
     """A dictionary, variables of netCDF4 and xarray, and JSON; the WKT that they have, too, is taken first."""
     given, lon, lat = attributes_of(3035), np.array([4.9, 16.6]), np.array([52.4, 49.2])
@@ -89,13 +72,24 @@ def test_kinds_of_grid_mappings(kind):
         np.testing.assert_allclose(make(kind(one))(lon, lat), truth, rtol=0, atol=SAME)
 
 
-@each(("parallels", "last"), [(25.0, 25), ([25.0], 25), (np.array([25.0, 60.0]), 60)])
-def test_parallels_of_a_cone(parallels, last):
-    """One parallel is both, and is not the latitude of the origin; a list has the second, and a third is told."""
-    string = f"+proj=lcc +lat_1=25 +lat_2={last} +lat_0=40 +lon_0=-95 +ellps=WGS84"
-    assert_map(CONE | {"standard_parallel": parallels}, string, [-98.0, 12.0], [33.0, 52.0])
-    with pytest.warns(Notice, match=r"states 'standard_parallel_3' \(60\), of which"):
-        make(CONE | {"standard_parallel": [35.0, 50.0, 60.0]})
+ORIGIN, SWEEP = "+lat_0=40 +lon_0=-95", "geos +h=35785831 +lon_0=9.5 +sweep"
+MAPS = [
+    # One parallel is both, and is not the latitude of the origin; a list has the second.
+    *((CONE | {"standard_parallel": one}, f"lcc +lat_1=25 +lat_2=25 {ORIGIN}") for one in (25.0, [25.0])),
+    (CONE | {"standard_parallel": np.array([25.0, 60.0])}, f"lcc +lat_1=25 +lat_2=60 {ORIGIN}"),
+    # The sweep is stated, or the other axis, which is fixed: GOES has x, Meteosat y.
+    *((SATELLITE | one, f"{SWEEP}=x") for one in ({"sweep_angle_axis": "x"}, {"fixed_angle_axis": "y"})),
+    *((SATELLITE | one, f"{SWEEP}=y") for one in ({}, {"sweep_angle_axis": "y"}, {"fixed_angle_axis": "x"})),
+    # The grid is turned by the azimuth of the line, as CF states no other angle.
+    (OBLIQUE, "omerc +alpha=30 +gamma=30 +lat_0=46 +lonc=7 +k_0=0.9996"),
+]
+
+
+@each(("given", "string"), MAPS)
+def test_attributes_make_the_map_of_a_string(given, string):
+    lon, lat = [12.0, -20.0], [52.0, 10.0]
+    truth = Transformer.from_pipeline(f"+proj={string} +ellps=WGS84").transform(lon, lat)
+    np.testing.assert_allclose(coordinates(given, lon, lat), truth, rtol=0, atol=SAME)
 
 
 def test_a_cone_without_a_latitude_has_lost_its_scale():
@@ -107,22 +101,6 @@ def test_a_cone_without_a_latitude_has_lost_its_scale():
     u, v = Transformer.from_crs(crs.geodetic_crs, crs, always_xy=True).transform(-1.3, 38.0)
     k, east, north = (values[name] for name in ("Scale factor at natural origin", "False easting", "False northing"))
     np.testing.assert_allclose([(x - east) * k, (y - north) * k], [u - east, v - north], rtol=0, atol=SAME)
-
-
-SWEEPS = [("", "y"), ("sweep_angle_axis=x", "x"), ("sweep_angle_axis=y", "y")]
-
-
-@each(("stated", "sweep"), [*SWEEPS, ("fixed_angle_axis=y", "x"), ("fixed_angle_axis=x", "y")])
-def test_the_sweep_of_a_satellite(stated, sweep):
-    """Stated, or by the other axis, which is fixed: GOES has x, Meteosat y."""
-    attributes = dict(pair.split("=") for pair in stated.split())
-    string = f"+proj=geos +h=35785831 +lon_0=9.5 +sweep={sweep} +ellps=WGS84"
-    assert_map(SATELLITE | attributes, string, [12.0, -20.0], [52.0, 10.0])
-
-
-def test_an_oblique_cylinder():
-    """The grid is turned by the azimuth of the line, as CF states no other angle."""
-    assert_map(OBLIQUE, "+proj=omerc +alpha=30 +gamma=30 +lat_0=46 +lonc=7 +k_0=0.9996 +ellps=WGS84", [12.0], [52.0])
 
 
 @each(
@@ -139,8 +117,7 @@ def test_missing_and_misspelt_attributes_are_named(given, words):
     """Without one the map is refused, and a letter too many is told with what was meant."""
     key, said = words.split(": ")
     rest = {name: value for name, value in (given | WGS84).items() if name != key}
-    with pytest.raises(ValueError, match=f"^Invalid CRS '{given['grid_mapping_name']}'{said}"):
-        make(rest)
+    assert re.match(f"Invalid CRS '{given['grid_mapping_name']}'{said}", message(rest))
     assert f"no use for '{key}s'. Did you mean {key}" in message(rest | {f"{key}s": given[key]})
     conical = message(given | WGS84 | {"grid_mapping_name": "lambert_conical"})
     assert conical.endswith("know the method 'lambert_conical'.")
@@ -149,16 +126,13 @@ def test_missing_and_misspelt_attributes_are_named(given, words):
 @each("value", ["25", "35 50", "x", [], np.nan, np.inf, True, None, [25.0, "60"]])
 @each("key", ["standard_parallel", "false_easting", "semi_major_axis"])
 def test_attributes_that_are_no_numbers_are_named(key, value):
-    """They are not passed over for PROJ's defaults."""
     assert f"'lambert_conformal_conic'. Its {key} is " in message(CONE | {key: value})
 
 
 @each(
     ("sizes", "key"),
     [
-        ({"semi_major_axis": 3396190.0}, "semi_major_axis"),
-        ({"semi_minor_axis": 3376200.0}, "semi_minor_axis"),
-        ({"inverse_flattening": 169.89}, "inverse_flattening"),
+        *(({key: value}, key) for key, value in MARS.items()),
         (SIZES | {"semi_minor_axis": 6356256.9}, "inverse_flattening"),
         ({"earth_radius": 6371229.0, "horizontal_datum_name": "WGS 84"}, "earth_radius"),
     ],
@@ -171,7 +145,7 @@ def test_sizes_that_make_no_figure_are_refused(sizes, key):
 @each(
     ("sizes", "a", "b"),
     [
-        ({"earth_radius": np.array([3396190.0])}, 3396190.0, 3396190.0),
+        pytest.param({"earth_radius": np.array([3396190.0])}, 3396190.0, 3396190.0, marks=pytest.mark.slow),
         pytest.param({"earth_radius": np.float32(6371229.0)}, 6371229.0, 6371229.0, marks=pytest.mark.slow),
         ({"semi_major_axis": [6377397.155], "semi_minor_axis": np.float32(6356078.963)}, 6377397.155, 6356079.0),
         pytest.param({"semi_major_axis": 6400000, "inverse_flattening": 0}, 6.4e6, 6.4e6, marks=pytest.mark.slow),
@@ -186,11 +160,20 @@ def test_figures(sizes, a, b):
     assert (figure.semi_major_metre, figure.semi_minor_metre) == pytest.approx((a, b), rel=1e-9)
 
 
-@each("more", [{}, {"prime_meridian_name": "Paris"}, {"horizontal_datum_name": "nonsense"}])
-def test_a_figure_that_is_not_stated_is_told(more):
-    """It is that of WGS 84."""
-    with pytest.warns(Notice, match=r"^The grid mapping 'mercator' states no figure of the Earth: that of WGS 84 is"):
-        assert crs_of_grid_mapping(CYLINDER | more).ellipsoid.semi_major_metre == 6378137.0
+NOTHING = {}, {"prime_meridian_name": "Paris"}, {"horizontal_datum_name": "nonsense"}
+UNSTATED = r"^The grid mapping 'mercator' states no figure of the Earth: that of WGS 84 is"
+
+
+@each(
+    ("given", "said"),
+    [
+        *((CYLINDER | more, UNSTATED) for more in NOTHING),
+        (CONE | {"standard_parallel": [35.0, 50.0, 60.0]}, r"states 'standard_parallel_3' \(60\), of which"),
+    ],
+)
+def test_what_is_not_stated_or_of_no_use_is_told(given, said):
+    with pytest.warns(Notice, match=said):
+        assert crs_of_grid_mapping(given).ellipsoid.semi_major_metre == 6378137.0
 
 
 @each("name", ["latitude_longitude", "rotated_latitude_longitude"])

@@ -10,6 +10,11 @@ from projdist.earth import data_rows
 from projdist.projections import catalogue, codes_of_same_map, database, find_crs
 from projdist.projections.database import facts_of, year_of
 
+
+def rows(text: str) -> list[list[str]]:
+    return [pair.strip().split("=") for pair in text.split(";")]
+
+
 # What a person means who types this: the CRS that the agency of the country, or EPSG, calls so.
 MEANT = """EPSG:3035=3035; EPSG:3035=EPSG:3035; EPSG:3035=epsg 3035; IGNF:LAMB93=ignf:lamb93; ESRI:54030=54030;
 ESRI:54030=world_robinson; IAU_2015:49910=IAU_2015:49910; EPSG:32633=utm 33; EPSG:32633=utm33n; EPSG:32733=UTM zone 33S;
@@ -17,19 +22,24 @@ EPSG:25832=etrs89 utm 32; EPSG:25833=33n utm etrs89; EPSG:2154=lambert 93; EPSG:
 EPSG:27700=british national grid; EPSG:2056=lv95; EPSG:28992=amersfoort rd new; EPSG:2193=new zealand transverse;
 EPSG:32139=NAD83 / Texas Central; EPSG:2229=california zone 5 ftus; EPSG:3857=pseudo-mercator wgs;
 EPSG:3995=arctic polar stereographic; EPSG:2975=reunion utm 40; EPSG:2975=réunion UTM 40; robinson=robinson;
-winkel-tripel=winkel tripel; winkel-tripel=wintri; EPSG:27700=british; EPSG:2056=swiss; EPSG:2056=Switzerland;
-EPSG:28992=dutch; EPSG:2193=new zealand; EPSG:3416=austria; EPSG:3416=austrian"""
+winkel-tripel=winkel tripel; winkel-tripel=wintri; EPSG:3416=austrian"""
+PEOPLE = "EPSG:27700=british; EPSG:28992=dutch; EPSG:2193=new zealand; EPSG:3416=austria"
 
 
-@each("code, text", [pair.strip().split("=") for pair in MEANT.split(";")])
+@each("code, text", [*rows(MEANT), *(pytest.param(*row, marks=pytest.mark.slow) for row in rows(PEOPLE))])
 def test_what_is_meant_comes_first(code: str, text: str) -> None:
     assert find_crs(text, limit=1).results[0].code == code
 
 
 def test_other_words_of_a_crs() -> None:
-    """Methods and countries of the area of use count, too."""
+    """Methods and countries of the area of use count, too, and authorities, where they are named."""
     assert "EPSG:3035" in [hit.code for hit in find_crs("lambert azimuthal equal area europe", limit=20).results]
     assert "EPSG:25832" in [hit.code for hit in find_crs("austria utm").results]
+    assert {hit.code[:5] for hit in find_crs("lambert 93", authorities="ignf", limit=50).results} == {"IGNF:"}
+    said = r"Invalid authority 'EPGS'. Did you mean EPSG\? It must be EPSG, ESRI, "
+    refuses(said, find_crs, "utm", authorities=["EPGS"])
+    for text in ("", "  ", "!?", "---"):
+        refuses("It must have a word or a number", find_crs, text)
 
 
 def test_results() -> None:
@@ -39,50 +49,37 @@ def test_results() -> None:
     assert len(find_crs("utm 33", limit=1000).results) == found.total
     first = found.results[0]
     assert (first.name, first.area_of_use) == ("WGS 84 / UTM zone 33N", (12.0, 0.0, 18.0, 84.0))
-    assert first.deprecated is False
-    assert found.rows()[0]["east"] == 18.0
+    assert (first.deprecated, found.rows()[0]["east"]) == (False, 18.0)
     assert repr(found).startswith("CrsSearch(3 of ")
     assert all("33" in hit.name for hit in found.results)
-
-
-def test_authorities() -> None:
-    assert {hit.code[:5] for hit in find_crs("lambert 93", authorities="ignf", limit=50).results} == {"IGNF:"}
-    said = r"Invalid authority 'EPGS'. Did you mean EPSG\? It must be EPSG, ESRI, "
-    refuses(said, find_crs, "utm", authorities=["EPGS"])
 
 
 def test_deprecated_ones() -> None:
     """By their code, or where they are asked for."""
     assert find_crs("2036").results[0].deprecated
-    plain = find_crs("new brunswick stereo", limit=50)
-    asked = find_crs("new brunswick stereo", limit=50, deprecated=True)
-    assert not any(hit.deprecated for hit in plain.results)
-    assert "EPSG:2036" in [hit.code for hit in asked.results if hit.deprecated]
-
-
-ADVICE = {
-    "amersfort": "Did you mean 'amersfoort'?",
-    "utm zonne 33": "Did you mean 'utm zone 33'?",
-    "moliweide": "Did you mean 'mollweide'?",
-    "4326": "EPSG:4326 is a geographic CRS (WGS 84), and no map.",
-    "WGS 84 world mercator grid amersfoort": "No one has all of these words: take fewer of them.",
-    "xqzzyx": "No name and no area of use has 'xqzzyx'.",
-    "999999": "No name and no area of use has '999999'.",
-    "Qornoq 1927 Greenland zone 3 east": "Deprecated ones have these words: ask for them, too.",
-}
+    assert not any(hit.deprecated for hit in find_crs("new brunswick stereo", limit=50).results)
+    asked = find_crs("new brunswick stereo", limit=50, deprecated=True).results
+    assert "EPSG:2036" in [hit.code for hit in asked if hit.deprecated]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("text", ADVICE)
-def test_nothing_is_found(text: str) -> None:
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    {
+        "amersfort": "Did you mean 'amersfoort'?",
+        "utm zonne 33": "Did you mean 'utm zone 33'?",
+        "moliweide": "Did you mean 'mollweide'?",
+        "4326": "EPSG:4326 is a geographic CRS (WGS 84), and no map.",
+        "WGS 84 world mercator grid amersfoort": "No one has all of these words: take fewer of them.",
+        "xqzzyx": "No name and no area of use has 'xqzzyx'.",
+        "999999": "No name and no area of use has '999999'.",
+        "Qornoq 1927 Greenland zone 3 east": "Deprecated ones have these words: ask for them, too.",
+    }.items(),
+)
+def test_nothing_is_found(text: str, advice: str) -> None:
     """What may have been meant is told."""
     found = find_crs(text)
-    assert (found.total, found.results, found.advice) == (0, (), ADVICE[text])
-
-
-@each("text", ["", "  ", "!?", "---"])
-def test_no_words(text: str) -> None:
-    refuses("It must have a word or a number", find_crs, text)
+    assert (found.total, found.results, found.advice) == (0, (), advice)
 
 
 @each(
@@ -112,18 +109,18 @@ def test_years_of_dates(date, year):
 def test_maps_but_for_false_origins():
     """Hemispheres of a zone are one map, and so are zone numbers in eastings; other meridians or scales are not."""
     codes = [f"EPSG:{number}" for number in (32637, 32737, 21037, 4491, 4502, 32636, 27572, 2154)]
-    drawn = {code: facts.draws for code, facts in facts_of(codes).items()}
-    assert drawn["EPSG:32637"] == drawn["EPSG:32737"] == drawn["EPSG:21037"]
-    assert drawn["EPSG:4491"] == drawn["EPSG:4502"]
-    assert len({drawn[code] for code in codes}) == 5
+    drawn = [facts_of(codes)[code].draws for code in codes]
+    assert (len({*drawn[:3]}), len({*drawn[3:5]}), len({*drawn})) == (1, 1, 5)
 
 
-def test_many_codes_and_none():
-    """More codes than a query takes; codes that are none are left out."""
-    codes = [f"EPSG:{code}" for code in range(31900, 33000)]
-    found = facts_of(codes)
+def test_many_codes_and_none(monkeypatch, tmp_path) -> None:
+    """More codes than a query takes; those that are none are left out, and all where PROJ's database is no file."""
+    found = facts_of([f"EPSG:{code}" for code in range(31900, 33000)])
     assert {"EPSG:31978", "EPSG:32632", "EPSG:32760"} <= set(found)
-    assert facts_of(["EPSG:1", "nothing"]) == {}
+    assert facts_of(["EPSG:1", "nothing"]) == codes_of_same_map("nothing:1") == {}
+    assert codes_of_same_map("EPSG:27700") == {}  # which it does not have in columns
+    monkeypatch.setattr(catalogue, "get_data_dir", lambda: str(tmp_path))
+    assert codes_of_same_map("EPSG:2154") == facts_of(["EPSG:2056"]) == {}
 
 
 GRID = np.meshgrid(np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 5))
@@ -150,29 +147,15 @@ def coordinates(code: str, lon, lat):
     ],
 )
 def test_they_differ_by_a_shift(code: str, place: tuple[float, float], some: set[str]) -> None:
-    """And those that are known to be the same are among them; none is deprecated, or the CRS itself."""
+    """Those known to be the same are among them; none is deprecated, of another ellipsoid or of another meridian."""
     found = codes_of_same_map(code)
     assert some <= set(found)
-    assert code not in found
+    assert not {code, "EPSG:23033", "EPSG:32632", "EPSG:32233"} & set(found)
     lon, lat = (centre + part.ravel() for centre, part in zip(place, GRID, strict=True))
     own = coordinates(code, lon, lat)
     for other in found:
         assert not pyproj.CRS(other).is_deprecated
         assert np.abs(coordinates(other, lon, lat) - own).max() < 2e-5, other  # WGS 84 and GRS 80 differ so much
-
-
-def test_others_are_not_the_same() -> None:
-    """Of another ellipsoid, another meridian; of none that the database has in columns, or of nothing."""
-    found = codes_of_same_map("EPSG:32633")
-    assert not {"EPSG:23033", "EPSG:32632", "EPSG:32233"} & set(found)
-    assert codes_of_same_map("EPSG:27700") == {}
-    assert codes_of_same_map("nothing:1") == {}
-
-
-def test_no_database(monkeypatch, tmp_path) -> None:
-    """Where PROJ's database is no file nothing is known."""
-    monkeypatch.setattr(catalogue, "get_data_dir", lambda: str(tmp_path))
-    assert codes_of_same_map("EPSG:2154") == facts_of(["EPSG:2056"]) == {}
 
 
 @each(("value", "degrees"), [(52.3, 52.5), (-2.2033, -2.3425), (22.18432, 22.312)])
@@ -183,8 +166,7 @@ def test_sexagesimal_degrees(value: float, degrees: float) -> None:
 
 def test_a_country_and_its_people_are_searched_by_areas_of_use() -> None:
     """Those of the country alone come first, then those that it shares; then a county of its name elsewhere."""
-    swiss = [hit.code for hit in find_crs("swiss", limit=200).results]
-    named = [hit.code for hit in find_crs("Switzerland", limit=200).results]
+    swiss, named = ([hit.code for hit in find_crs(text, limit=200).results] for text in ("swiss", "Switzerland"))
     assert swiss[:3] == named[:3] == ["EPSG:2056", "EPSG:21781", "EPSG:21780"]
     assert "EPSG:3035" in swiss
     assert named.index("EPSG:3035") < named.index("EPSG:7285")  # of Switzerland County in Indiana

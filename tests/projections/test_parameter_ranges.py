@@ -1,14 +1,10 @@
-"""The table of parameters against PROJ itself: its defaults, what it takes, what changes a map, and none is missing.
-
-PROJ is asked directly: a default is right if it gives the map that PROJ has without it, a parameter is one if the
-coordinates of two values differ by more than a shift of the plane.
-"""
+"""The table of parameters against PROJ itself: its defaults, what it takes, what changes a map, and none is missing."""
 
 import numpy as np
 import pyproj.exceptions
 import pyproj.list
 import pytest
-from projection_points import make
+from projection_points import make, mostly_slow
 from pyproj import Transformer
 from tables import each
 
@@ -23,10 +19,8 @@ OPERATIONS = sorted({*pyproj.list.get_proj_operations_map()} - NOT_MAPS - {*NOT_
 WITHOUT = {"alsk", "bertin1953", "gs48", "gs50", "lee_os", "mil_os", "nzmg", "ups"}
 FORMS = [
     *("merc+k_0=1", "cea+k_0=1", "stere+k_0=1", "stere+lat_0=90", "polar-stereographic", "ocea+alpha=30+lonc=10"),
-    f"+proj=omerc +lat_0=20 +lat_1=10 +lon_1=0 +lat_2=50 +lon_2=40 {R}",
-    f"+proj=omerc +lat_0=40 +gamma=30 {R}",
-    f"+proj=lcc +lat_1=40 {R}",
-    "gstmerc+ellps=WGS84",
+    *(f"+proj=omerc +lat_0=20 +lat_1=10 +lon_1=0 +lat_2=50 +lon_2=40 {R}", f"+proj=omerc +lat_0=40 +gamma=30 {R}"),
+    *(f"+proj=lcc +lat_1=40 {R}", "gstmerc+ellps=WGS84"),
     f"+proj=ob_tran +o_proj=hammer +o_lat_p=45 +o_lon_p=20 {R}",
     f"+proj=ob_tran +o_proj=omerc +lat_0=40 +alpha=30 +o_lat_p=50 +o_lon_p=20 {R}",
     f"+proj=ob_tran +o_proj=lsat +lsat=5 +path=177 +o_lat_p=50 +o_lon_p=20 {R}",
@@ -73,50 +67,37 @@ def test_what_has_no_parameters_is_known() -> None:
     assert {name for name in OPERATIONS if not tunable(projection_names()[name]).parameters} == WITHOUT
 
 
-def mostly_slow(cases):
-    """One case in eight, and the others for the slow leg."""
-    return [pytest.param(case, marks=[pytest.mark.slow] if k % 8 else []) for k, case in enumerate(cases)]
+@each("text", mostly_slow(MAPS, 8))
+def test_ranges_and_defaults(text) -> None:
+    """PROJ has a map at the ends and in the middle, and each parameter changes it, not only its place in the plane.
 
-
-@each("text", mostly_slow(MAPS))
-def test_ranges(text) -> None:
-    """PROJ has a map at the ends and in the middle, and each parameter changes it, not only its place in the plane."""
-    for parameter in tunable(text).parameters:
-        assert parameter.low <= parameter.value <= parameter.high
-        maps = []
-        for value in samples(parameter):
-            try:
-                maps.append(coordinates(tuned(text, {parameter.name: value})))
-            except ProjectionError:
-                assert (operation(text), parameter.name) in (HOLES if value == 0.0 else LIMITED)
-        assert all(np.isfinite(map_).any() for map_ in maps)
-        assert not all(is_shift(one, other) for one in maps for other in maps)
-
-
-@each("text", mostly_slow(MAPS))
-def test_defaults(text) -> None:
-    """The value of each parameter is the one that PROJ takes where none is stated."""
+    The value of each is the one that PROJ takes where none is stated; what was made of a value is its definition's map.
+    """
     found, truth = tunable(text), coordinates(make(text))
     np.testing.assert_allclose(coordinates(make(found.definition)), truth, rtol=0, atol=SAME)
     for parameter in found.parameters:
+        assert parameter.low <= parameter.value <= parameter.high
         same = coordinates(tuned(text, {parameter.name: parameter.value}))
         np.testing.assert_allclose(same, truth, rtol=0, atol=SAME)
-
-
-@each("text", mostly_slow(MAPS))
-def test_definitions_are_read_back(text) -> None:
-    """What was made of a value is the map of its definition."""
-    for parameter in tunable(text).parameters:
-        made = tuned(text, {parameter.name: samples(parameter)[4]})
-        again = make(made.definition)
-        assert (again.function, again.name, again.ellipsoid) == (made.function, made.name, made.ellipsoid)
+        maps = []
+        for value in samples(parameter):
+            try:
+                one = tuned(text, {parameter.name: value})
+            except ProjectionError:
+                assert (operation(text), parameter.name) in (HOLES if value == 0.0 else LIMITED)
+                continue
+            again = make(one.definition)
+            assert (again.function, again.name, again.ellipsoid) == (one.function, one.name, one.ellipsoid)
+            maps.append(coordinates(one))
+        assert all(np.isfinite(map_).any() for map_ in maps)
+        assert not all(is_shift(one, other) for one in maps for other in maps)
 
 
 # Those of all maps, of the figure, of heights, of time and of other operations; and what makes other maps of one.
 BESIDE = {"x_0", "y_0", "z_0", "k", "R", "R_lat_a", "R_lat_g", "a", "b", "e", "es", "f", "rf", "lon_wrap", "h_0", "t_0"}
 
 
-@each("name", mostly_slow(OPERATIONS))
+@each("name", mostly_slow(OPERATIONS, 8))
 def test_no_parameter_is_missing(name) -> None:
     """What PROJ reads of an operation, and what changes more than a map's place, is in the table."""
     rest = [f"+proj={name}", *NEEDED_PARAMETERS.get(name, "").split()]

@@ -44,13 +44,11 @@ def test_a_geo_data_frame_gives_one(projection: str, crs: str) -> None:
     points = geopandas.GeoDataFrame(SWISS, geometry=geopandas.points_from_xy(SWISS.lon, SWISS.lat), crs=4326)
     points = points.to_crs(crs).rename(columns={"lon": "wgs_lon", "lat": "wgs_lat"})
     found = factors(projection, points)
-    assert isinstance(found, geopandas.GeoDataFrame)
-    assert found.crs == points.crs
+    assert (type(found), found.crs) == (geopandas.GeoDataFrame, points.crs)
     assert found.geometry.equals(points.geometry)
-    transformer = pyproj.Transformer.from_crs(crs, projection, always_xy=True)
-    x, y = transformer.transform(points.geometry.x, points.geometry.y)
+    there = pyproj.Transformer.from_crs(crs, projection, always_xy=True).transform(points.geometry.x, points.geometry.y)
     # 1 mm: datum shifts by way of WGS 84 are not exactly undone.
-    np.testing.assert_allclose(found[["x", "y"]], np.column_stack([x, y]), atol=1e-3)
+    np.testing.assert_allclose(found[["x", "y"]], np.column_stack(there), atol=1e-3)
 
 
 def test_a_map_without_a_datum_takes_longitudes_and_latitudes_as_they_are() -> None:
@@ -77,13 +75,15 @@ def test_points_on_the_edge_of_their_map(unit: str, metres: float, beyond: float
 
 
 SQUARE = Polygon([(0, 0), (1, 0), (1, 1)])
-MISSING = [
-    *(geo("EPSG:3857", Point(8e5, 6e6), one) for one in (None, Point(), Point(np.nan, 1.0))),
-    *(SWISS.assign(lon=["7.5", " "]), SWISS.assign(lat=[46.9, np.nan])),
-]
 
 
-@each("frame", MISSING)
+@each(
+    "frame",
+    [
+        *(geo("EPSG:3857", Point(8e5, 6e6), one) for one in (None, Point(), Point(np.nan, 1.0))),
+        *(SWISS.assign(lon=["7.5", " "]), SWISS.assign(lat=[46.9, np.nan])),
+    ],
+)
 def test_missing_points_have_no_figures(frame):
     """Empty geometries, missing coordinates: they are told, and the other points have what they have alone."""
     with pytest.warns(Notice, match=r"^1 of 2 points have no longitude or no latitude; they have no figures\.$"):
@@ -93,8 +93,11 @@ def test_missing_points_have_no_figures(frame):
     assert found.quality.tolist() == ["ok", "outside"]
 
 
+NO_POINTS = r"Invalid points\. They must be longitudes and"
+
+
 @each(
-    ("frame", "message"),
+    "case",
     [
         (geo("EPSG:4326", MultiPoint([(1, 2)])), "Invalid point in row 1. The geometry is a MultiPoint; it must"),
         (geo("EPSG:4326", Point(1, 2), SQUARE), "in row 2. The geometry is a Polygon; it must be a point. 'check' "),
@@ -104,27 +107,14 @@ def test_missing_points_have_no_figures(frame):
         (SWISS.assign(lon=["1", "x"]), "Invalid point in row 2. Its lon is 'x'; it must be a number of degrees."),
         (SWISS.assign(lat=[95, 1]), "Invalid point in row 1. Its lat is '95'; it must lie within -90 and 90 degrees."),
         (SWISS.assign(K=1), "Invalid points. They have a column 'k' already; rename it, or give the new ones a prefix"),
+        # A frame is alone: latitudes beside it, longitudes without latitudes, and a prefix without it are no points.
+        *((SWISS, "Invalid latitudes beside a frame", [1, 2]), (1.0, NO_POINTS), (1.0, NO_POINTS, 2.0, "x")),
     ],
 )
-def test_what_is_refused(frame: pd.DataFrame, message: str) -> None:
+def test_what_is_refused(case: tuple) -> None:
     """One line that names the row, counted from 1, or the column."""
-    refuses(message, factors, "EPSG:2056", frame)
-
-
-def test_a_frame_is_alone() -> None:
-    """Latitudes beside a frame, longitudes without latitudes, and a prefix without a frame are no points."""
-    refuses("Invalid latitudes beside a frame", factors, "moll", SWISS, [1, 2])
-    refuses(r"Invalid points\. They must be longitudes and", factors, "moll", 1.0)
-    refuses(r"Invalid points\. They must be longitudes and", factors, "moll", 1.0, 2.0, prefix="x")
-
-
-# ---- the CRS of a map -----------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("projection", [lambda lon, lat: (lon, lat), "+proj=pipeline +step +proj=moll"])
-def test_maps_without_a_plane(projection: object) -> None:
-    """Functions and pipelines have no CRS."""
-    assert projected_crs_of(make(projection)) is None
+    points, message, *rest = case
+    refuses(message, factors, "EPSG:2056", points, *rest[:1], prefix="".join(rest[1:]))
 
 
 @each(
@@ -134,15 +124,12 @@ def test_maps_without_a_plane(projection: object) -> None:
 def test_graticules(projection: str, code: int) -> None:
     """A CRS has its own geographic CRS; what states no datum but is of the Earth's size has WGS 84."""
     assert pyproj.CRS(graticule_of(make(projection)).wkt).to_epsg() == code
-
-
-@each("parameters", ["+R=1737400", "+ellps=bessel"])
-def test_graticules_of_other_ellipsoids(parameters: str) -> None:
-    """They keep the ellipsoid."""
-    projection = make(f"+proj=moll {parameters}")
-    ellipsoid = pyproj.CRS(graticule_of(projection).wkt).ellipsoid
-    assert ellipsoid.semi_major_metre == projection.ellipsoid.a
-    assert ellipsoid.semi_minor_metre == pytest.approx(projection.ellipsoid.a * (1 - projection.ellipsoid.f), rel=1e-12)
+    for bare in (lambda lon, lat: (lon, lat), "+proj=pipeline +step +proj=moll"):
+        assert projected_crs_of(make(bare)) is None
+    for other in (make("+proj=moll +R=1737400"), make("+proj=moll +ellps=bessel")):  # they keep the ellipsoid
+        found, truth = pyproj.CRS(graticule_of(other).wkt).ellipsoid, other.ellipsoid
+        sizes = found.semi_major_metre, found.semi_minor_metre
+        assert sizes == (truth.a, pytest.approx(truth.a * (1 - truth.f), rel=1e-12))
 
 
 TOLD = r"^{} of {} feature\(s\) of the points look like degrees, as that at {}, but .* is in units of {}: is that"

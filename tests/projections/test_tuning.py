@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from projection_points import R, assert_same, make
+from projection_points import R, assert_same, make, refusal
 from pyproj import CRS
 from tables import each
 
-from projdist.field import jacobian
-from projdist.projections import Projection, ProjectionError, tunable, tuned
+from projdist.projections import Projection, tunable, tuned
 
 
 @each(
@@ -34,50 +33,40 @@ def test_what_is_made_is_the_map_of_proj(given, values, centre, truth) -> None:
     assert (again.function, again.name, again.ellipsoid) == (found.function, found.name, found.ellipsoid)
 
 
-def test_nothing_of_functions_can_be_turned() -> None:
-    """Functions, whatever they are called, have no parameters and no centre to be moved."""
-    found = tunable(Projection.from_function(lambda lon, lat: (lon, lat), name="robinson"))
-    assert (found.parameters, found.drags, found.centre) == ((), "none", None)
-    with pytest.raises(ProjectionError, match=r"^Invalid centre of .* none that can be moved\.$"):
-        tuned(lambda lon, lat: (lon, lat), {}, (1, 2))
-
-
-R_TEXT = f"+R={R}"
-NAMES = """robinson mollweide winkel-tripel equal-earth natural-earth eckert-4 hammer aitoff sinusoidal kavrayskiy-7
-wagner-7 van-der-grinten-3 miller mercator gall-peters behrmann gott-wagner wagner-9 lambert-azimuthal
-azimuthal-equidistant stereographic""".split()
-
-
-@each("name", NAMES)
+@each(
+    "name",
+    """robinson mollweide winkel-tripel equal-earth natural-earth eckert-4 hammer aitoff sinusoidal kavrayskiy-7
+    wagner-7 van-der-grinten-3 miller mercator gall-peters behrmann gott-wagner wagner-9 lambert-azimuthal
+    azimuthal-equidistant stereographic""".split(),
+)
 @each("centre", [(-100.0, 45.0), (151.0, -33.0), (260.0, 0.0), (30.0, 90.0)])
-def test_a_turned_map_distorts_at_its_centre_as_the_normal_one_does(name, centre) -> None:
-    """A map of the sphere that is turned with it has the same Jacobian at its centre, wherever that is dragged."""
-    assert tunable(name).drags == "both"
+def test_a_turned_map_is_that_of_its_name_with_a_point(name, centre) -> None:
+    """Wherever the centre of a map of the sphere is dragged."""
     lon, lat = centre
     made = tuned(name, {}, centre)
-    assert np.abs(made(lon, lat)).max() < 1e-8 * R
+    assert tunable(name).drags == "both"
+    assert_same(made, make(f"{name}@{lat},{lon}"))
     assert tunable(made.definition).centre == pytest.approx(((lon + 180.0) % 360.0 - 180.0, lat))
-    if abs(lat) < 90.0:  # at a pole it has no east
-        np.testing.assert_allclose(jacobian(made, [lon], [lat])[0], jacobian(make(name), [0.0], [0.0])[0], atol=2e-9)
 
 
 @each("name", ["robin", "eqearth", "merc", "poly", "goode"])
 def test_maps_of_an_ellipsoid_move_around_it(name) -> None:
-    """They are not turned: their longitude moves alone."""
     found = tunable(f"+proj={name} +lon_0=7 +ellps=WGS84")
     assert (found.drags, found.centre) == ("longitude", (7.0, 0.0))
     moved = tuned(f"+proj={name} +lon_0=7 +ellps=WGS84", {}, (20.0, 50.0))
     assert moved.definition == f"+proj={name} +lon_0=20 +ellps=WGS84"
 
 
-FIXED = """bertin icosahedral-snyder peirce-quincuncial werner interrupted-mollweide briesemeister krovak
-sch+plat_0=30+plon_0=45+phdg_0=-12""".split()
-
-
-@each("name", FIXED)
+@each(
+    "name",
+    """bertin icosahedral-snyder peirce-quincuncial werner interrupted-mollweide briesemeister krovak
+    sch+plat_0=30+plon_0=45+phdg_0=-12""".split(),
+)
 def test_maps_without_a_centre_are_not_turned(name) -> None:
     """Where no point with north up is at the origin, or none, as about a peg point, the longitude moves at most."""
     assert tunable(name).drags == ("none" if name == "bertin" else "longitude")
+    found = tunable(Projection.from_function(lambda lon, lat: (lon, lat), name="robinson"))
+    assert (found.parameters, found.drags, found.centre) == ((), "none", None)
 
 
 def test_a_centre_is_counted_from_greenwich() -> None:
@@ -100,6 +89,9 @@ def test_a_southern_parallel_has_a_southern_range() -> None:
     assert " +k=" not in tuned("EPSG:27700", {"k_0": 1.0}).definition
 
 
+LINE = "It must be a longitude, and a latitude of -90 to 90."
+
+
 @each(
     ("given", "values", "centre", "said"),
     [
@@ -110,38 +102,24 @@ def test_a_southern_parallel_has_a_southern_range() -> None:
         ("wintri", {"lat_1": float("nan")}, None, "It must be 0 to 89°."),
         ("misrsom+path=3", {"path": 1.5}, None, "It must be 1 to 233 in steps of 1."),
         ("nsper+h=1e6", {"h": 0.0}, None, "It must be 100000 to 100000000 m."),
-        ("robinson", {}, (0.0, 91.0), "It must be a longitude, and a latitude of -90 to 90."),
-        ("robinson", {}, (float("nan"), 1.0), "It must be a longitude, and a latitude of -90 to 90."),
+        *(("robinson", {}, (0.0, 91.0), LINE), ("robinson", {}, (float("nan"), 1.0), LINE)),
         ("robinsn", {}, None, "Did you mean robinson or robin?"),
+        (lambda lon, lat: (lon, lat), {}, (1, 2), "none that can be moved."),
+        # PROJ's reason is given where each is within its range, but not both; poles are no centres of cones.
+        ("aea+lat_1=30+lat_2=50", {"lat_1": -50.0}, None, ""),
+        ("lcc+lat_1=30+lat_2=50", {"lat_2": -30.0}, None, ""),
+        ("murd1+lat_1=30+lat_2=50", {"lat_2": 30.0}, None, ""),
+        ("tpeqd+lat_1=40+lon_1=-100+lat_2=50+lon_2=10", {"lat_2": 40.0, "lon_2": -100.0}, None, ""),
+        ("lsat+lsat=3+path=2", {"path": 0.0}, None, ""),
+        *(("lcc+lat_1=30+lat_2=60", {}, (33.0, -90.0), ""), ("labrd+lat_0=-18.9+azi=18.9", {}, (1.0, 0.0), "")),
+        ("somerc", {}, (1.0, 90.0), ""),
     ],
 )
 def test_what_cannot_be_set_is_told_in_a_line(given, values, centre, said) -> None:
-    """Unknown parameters, values out of range and points that are none."""
-    with pytest.raises(ProjectionError, match=r"^Invalid ") as error:
-        tuned(given, values, centre)
-    assert said in str(error.value)
-    assert "\n" not in str(error.value)
-
-
-@each(
-    ("given", "values", "centre"),
-    [
-        ("aea+lat_1=30+lat_2=50", {"lat_1": -50.0}, None),
-        ("lcc+lat_1=30+lat_2=50", {"lat_2": -30.0}, None),
-        ("murd1+lat_1=30+lat_2=50", {"lat_2": 30.0}, None),
-        ("tpeqd+lat_1=40+lon_1=-100+lat_2=50+lon_2=10", {"lat_2": 40.0, "lon_2": -100.0}, None),
-        ("lsat+lsat=3+path=2", {"path": 0.0}, None),
-        ("lcc+lat_1=30+lat_2=60", {}, (33.0, -90.0)),
-        ("labrd+lat_0=-18.9+azi=18.9", {}, (1.0, 0.0)),
-        ("somerc", {}, (1.0, 90.0)),
-    ],
-)
-def test_values_that_do_not_go_together_are_told_in_a_line(given, values, centre) -> None:
-    """PROJ's reason is given where each is within its range, but not both; poles are no centres of cones."""
-    assert centre is None or tunable(given).drags == "both"
-    with pytest.raises(ProjectionError, match=r"^Invalid .*\.$") as error:
-        tuned(given, values, centre)
-    assert "\n" not in str(error.value)
+    """Unknown parameters, values out of range or that do not go together, and points that are none."""
+    assert said or centre is None or tunable(given).drags == "both"
+    text = refusal(tuned, given, values, centre)
+    assert said in text if said else text.endswith(".")
 
 
 @each(
@@ -176,5 +154,5 @@ def test_a_file_is_read_again(tmp_path) -> None:
     """What is kept of a map is kept by its text, not by the name of the file that it was read from."""
     path = tmp_path / "map.prj"
     for name in ("robin", "moll"):
-        path.write_text(f"+proj={name} {R_TEXT}")
-        assert tunable(str(path)).definition == f"+proj={name} {R_TEXT}"
+        path.write_text(f"+proj={name} +R={R}")
+        assert tunable(str(path)).definition == f"+proj={name} +R={R}"

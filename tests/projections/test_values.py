@@ -4,15 +4,10 @@ import pickle
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-import pyproj.list
 import pytest
 from projection_points import EUROPE, assert_same, make, mercator
 from pyproj import CRS
 from tables import each
-
-from projdist.projections import ProjectionError
-
-# ---- values -----------------------------------------------------------------------------------
 
 SOME = ["moll", "+proj=utm +zone=33 +ellps=intl +units=us-ft", "EPSG:3035", "EPSG:27572", "EPSG:2065", mercator]
 
@@ -28,8 +23,7 @@ def test_projections_are_values(value):
         assert projection == make(value)
         assert len({projection, make(value)}) == 1
         copy = pickle.loads(pickle.dumps(projection))
-        assert copy == projection
-        assert hash(copy) == hash(projection)
+        assert (copy, hash(copy)) == (projection, hash(projection))
         assert_same(copy, projection, *EUROPE, atol=0)
 
 
@@ -37,12 +31,10 @@ def test_projections_are_values(value):
 def test_threads(value):
     """One projection shared by eight threads gives what it gives serially."""
     projection = make(value)
-    rng = np.random.default_rng(8)
-    parts = [(rng.uniform(0, 20, 2000), rng.uniform(40, 60, 2000)) for _ in range(64)]
+    parts = np.random.default_rng(8).uniform((0.0, 40.0), (20.0, 60.0), (64, 500, 2))
     with ThreadPoolExecutor(8) as pool:
-        threaded = list(pool.map(lambda part: projection(*part), parts))
-    for part, result in zip(parts, threaded, strict=True):
-        np.testing.assert_array_equal(result, projection(*part))
+        threaded = list(pool.map(lambda part: projection(*part.T), parts))
+    np.testing.assert_array_equal(threaded, [projection(*part.T) for part in parts])
 
 
 @each("value", ["moll", "EPSG:3035", "EPSG:27572", mercator])
@@ -50,11 +42,9 @@ def test_shapes(value):
     """Any shapes of lon and lat broadcast, scalars and empty arrays too; the arguments are not written to."""
     projection = make(value)
     lon, lat = np.array([[1.0, 2.0, 3.0]]), np.array([[46.0], [47.0]])
-    kept = lon.copy(), lat.copy()
     x, y = projection(lon, lat)
     assert x.shape == y.shape == (2, 3)
-    for one, before in zip((lon, lat), kept, strict=True):
-        np.testing.assert_array_equal(one, before)
+    assert (lon.tolist(), lat.tolist()) == ([[1.0, 2.0, 3.0]], [[46.0], [47.0]])
     for i, j in np.ndindex(2, 3):
         one = projection(lon[0, j], lat[i, 0])
         assert np.shape(one[0]) == ()
@@ -68,14 +58,13 @@ def test_arrays_in_any_layout():
     """Transposed, strided, integer and read-only arrays are as good as others."""
     projection = make("EPSG:3035")
     lon, lat = np.meshgrid(np.arange(0, 20, 2), np.arange(40, 60, 3))
-    truth = projection(lon.astype(float), lat.astype(float))
-    np.testing.assert_array_equal(projection(lon, lat), truth)
-    np.testing.assert_array_equal(projection(np.asfortranarray(lon), lat), truth)
-    np.testing.assert_array_equal(projection(lon.T, lat.T), np.swapaxes(truth, 1, 2))
-    np.testing.assert_array_equal(projection(lon[::2, ::-1], lat[::2, ::-1]), np.array(truth)[:, ::2, ::-1])
     fixed = lon.astype(float)
+    truth = np.array(projection(fixed, lat.astype(float)))
     fixed.flags.writeable = False
-    np.testing.assert_array_equal(projection(fixed, lat), truth)
+    for one in (lon, fixed, np.asfortranarray(lon)):
+        np.testing.assert_array_equal(projection(one, lat), truth)
+    np.testing.assert_array_equal(projection(lon.T, lat.T), np.swapaxes(truth, 1, 2))
+    np.testing.assert_array_equal(projection(lon[::2, ::-1], lat[::2, ::-1]), truth[:, ::2, ::-1])
 
 
 WORLD = ["moll", "robin", "eqc", "sinu", "laea", "+proj=utm +zone=32", "ESRI:54009", "EPSG:3857", "EPSG:27572"]
@@ -83,7 +72,6 @@ WORLD = ["moll", "robin", "eqc", "sinu", "laea", "+proj=utm +zone=32", "ESRI:540
 
 @each("value", WORLD)
 def test_longitudes_beyond_180(value):
-    """0..360 and -180..180 are the same longitudes."""
     projection = make(value)
     lon, lat = np.array([-170.0, -75.0, -0.5, 3.0, 10.0]), np.array([-20.0, 42.0, 47.0, 46.0, 45.0])
     x, y = projection(lon, lat)
@@ -107,20 +95,15 @@ def test_undefined_points_are_nan(value):
         np.testing.assert_array_equal(np.isnan(x), [False, False, True, True])
 
 
-# ---- facts of a projection --------------------------------------------------------------------
-
-
 def test_names_definitions_and_areas():
     """A projection tells its name, a definition that gives it back, and its area of use where there is one."""
     utm = make("EPSG:32632")
     assert (utm.name, utm.definition) == ("WGS 84 / UTM zone 32N", "EPSG:32632")
     assert utm.area_of_use == (6.0, 0.0, 12.0, 84.0)
     assert make(32632).definition == make(CRS(32632)).definition == "EPSG:32632"
-    assert make("robin").name == "Robinson"
+    assert make("robin").name == make("+proj=robin").name == "Robinson"
     assert make("+proj=moll +proj=merc").name == "Mollweide"  # PROJ runs the first
-    assert make("+proj=robin").name == "Robinson"
-    assert make("+proj=robin").definition == "+proj=robin"
-    assert make("robin").area_of_use is None
+    assert (make("+proj=robin").definition, make("robin").area_of_use) == ("+proj=robin", None)
     custom = make(CRS("+proj=laea +lat_0=12 +ellps=intl +type=crs"))
     assert_same(make(custom.definition), custom, *EUROPE)
 
@@ -131,21 +114,9 @@ def test_labels():
         assert make(value).label == make(value).definition
     wkt = CRS("EPSG:32632").to_wkt().replace("WGS 84 / UTM zone 32N", "my grid")
     custom = make(wkt.replace(',ID["EPSG",32632]', ""))
-    assert custom.definition.startswith("PROJCRS[")
-    assert (custom.label, custom.name) == ("my grid", "my grid")
+    assert (custom.definition[:8], custom.label, custom.name) == ("PROJCRS[", "my grid", "my grid")
     unnamed = make(CRS("+proj=laea +lat_0=52 +towgs84=1,2,3 +type=crs").to_wkt())
     assert (unnamed.label, unnamed.name) == ("Lambert Azimuthal Equal Area",) * 2
-
-
-@each("value", ["EPSG:3857", "+proj=wintri +R=6371008.7714", "+proj=utm +zone=33 +ellps=intl"])
-def test_pyproj_proj(value):
-    """A pyproj.Proj, which can be called as a function, is the CRS or PROJ string that it was made from."""
-    projection = make(pyproj.Proj(value))
-    assert_same(projection, make(value))
-    assert projection.ellipsoid == make(value).ellipsoid
-
-
-# ---- names of CRSs ----------------------------------------------------------------------------
 
 
 @each(
@@ -153,18 +124,10 @@ def test_pyproj_proj(value):
     [
         *((text, "EPSG:32633") for text in ("WGS 84 / UTM zone 33N", "wgs84 / utm zone 33n", "utm33")),
         *(("CH1903+ / LV95", "EPSG:2056"), ("CH1903 / LV03", "EPSG:21781"), ("World_Robinson", "ESRI:54030")),
+        *(("2056", "EPSG:2056"), ("EPSG3857", "EPSG:3857"), ("102003", "ESRI:102003"), ("esri54009", "ESRI:54009")),
         *(("UTM 33S", "EPSG:32733"), ("utm-zone-1n", "EPSG:32601"), ("utm_60", "EPSG:32660")),
     ],
 )
 def test_names_of_crss(text, code):
-    """As in PROJ's database, or a zone of UTM on WGS 84."""
+    """As in PROJ's database, or a zone of UTM on WGS 84; a number is EPSG's, or Esri's if EPSG has none of it."""
     assert make(text).definition == code
-
-
-def test_names_near_those_of_crss():
-    """They are suggested; no zone is made up."""
-    with pytest.raises(ProjectionError, match=r"^Invalid projection 'WGS 84 / UTM zone 99N'\. Did you mean WGS"):
-        make("WGS 84 / UTM zone 99N")
-    for text in ("utm0", "utm61", "utm33x"):
-        with pytest.raises(ProjectionError, match=rf"^Invalid projection '{text}'\."):
-            make(text)
