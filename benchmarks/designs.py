@@ -17,8 +17,7 @@ import numpy as np
 from scipy.optimize import least_squares as scipys
 
 from projdist import get_region, summarize
-from projdist.designs import design
-from projdist.designs import fits as equal_area_maps
+from projdist.designs import design, fits as equal_area_maps
 from projdist.designs.base_maps import BaseNodes, DesignObjective, base_nodes_of, best_base, design_objective
 from projdist.designs.fits import stage_of
 from projdist.earth import WGS84

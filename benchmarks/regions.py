@@ -10,8 +10,7 @@ import shapely
 from pyproj import Geod, Proj
 
 from projdist.answers.summaries import summarize
-from projdist.earth import WGS84
-from projdist.earth import natural_earth as geodata
+from projdist.earth import WGS84, natural_earth as geodata
 from projdist.projections import Projection
 from projdist.regions import Polygons, cells_of, get_region
 

@@ -18,6 +18,16 @@ QUICK = ["--tolerance", "1e-3"]
 HIDDEN = ["+proj=ortho +lat_0=90 +R=6371000", "--region", "box:0,-40,40,-10"]
 
 
+class Terminal(io.StringIO):
+    """What calls itself a terminal; it is as wide as COLUMNS says."""
+
+    encoding = "utf-8"
+
+    def isatty(self) -> bool:
+        """It is one."""
+        return True
+
+
 def run(*words: object, stdin: str | bytes = "") -> Result:
     result = CliRunner().invoke(app, [*map(str, words)], input=stdin)
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exception

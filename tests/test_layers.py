@@ -41,7 +41,7 @@ MAY_IMPORT = {
 # Packages for users to import from, besides the rooms.
 FACES = {*MAY_IMPORT, "applications.mosaics", "applications.oldmaps", "applications.pointclouds"}
 FOR_ALL = {"_typing"}
-NEEDS_VERSION = {"cli.app", "answers.batches"}
+NEEDS_VERSION = {"cli.app", "cli.report", "answers.batches"}
 
 HOMES = {
     "pyproj": {"projections"},

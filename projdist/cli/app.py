@@ -22,7 +22,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from projdist import __version__
+from projdist import __version__, field, matrices, projections
 from projdist.cli.errors import notices_said, refuse
 from projdist.support import orderly_end
 
@@ -180,19 +180,13 @@ def _values(parameter: Any) -> Iterable[str]:
         return what.split("|")
     # Each of these loads what it lists.
     if what.startswith("PROJECTION") or parameter.name == "against":
-        from projdist.projections import projection_names
-
-        return projection_names()
+        return projections.projection_names()
     if what == "REGION" or parameter.name == "region":
         return _REGIONS
     if parameter.name == "measure":
-        from projdist.matrices import MEASURES
-
-        return MEASURES
+        return matrices.MEASURES
     if parameter.name == "criterion":
-        from projdist.field import FIGURES
-
-        return FIGURES
+        return field.FIGURES
     return ()
 
 

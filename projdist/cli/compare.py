@@ -11,8 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from projdist import answers, field, plots, projections, regions, support
-from projdist.cli import options as opt
-from projdist.cli import wording as say
+from projdist.cli import options as opt, wording as say
 from projdist.cli.batches import RegionalWork, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
 from projdist.cli.report import SHARED, Column, Mapped, Report, Row, Table, present

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from projdist import designs, plots, support
-from projdist.cli import options as opt
-from projdist.cli import wording as say
+from projdist.cli import options as opt, wording as say
 from projdist.cli.errors import progress_bar, refuse, refusing, working
 from projdist.cli.report import HTML, JSON, TABLE, Column, Copy, Mapped, Report, Table, drawing, present
 

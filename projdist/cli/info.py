@@ -9,8 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from projdist import answers, decisions, earth, field, matrices, numerics, plots, projections, regions, support
-from projdist.cli import options as opt
-from projdist.cli import wording as say
+from projdist.cli import options as opt, wording as say
 from projdist.cli.draw import sketch_of
 from projdist.cli.errors import refuse, refusing, working
 from projdist.cli.report import DETAILS, Column, Mapped, Report, Row, Table, listing, present

@@ -12,8 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from projdist import answers, decisions, plots, projections, regions
-from projdist.cli import options as opt
-from projdist.cli import wording as say
+from projdist.cli import options as opt, wording as say
 from projdist.cli.errors import progress_bar, refuse, refusing, working
 from projdist.cli.report import CSV, DETAILS, HTML, JSON, TABLE, Column, Copy, Mapped, Report, Table, drawing, present
 

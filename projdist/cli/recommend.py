@@ -8,8 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, NamedTuple
 
 from projdist import decisions, designs, field, gis, plots, projections, regions, support
-from projdist.cli import options as opt
-from projdist.cli import wording as say
+from projdist.cli import options as opt, wording as say
 from projdist.cli.batches import RegionalWork, executor_opened, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing
 from projdist.cli.report import TABLE, Column, Columns, Mapped, Report, Row, Table, drawing, present, tell_written

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist import decisions, regions
-from projdist import projections as proj
+from projdist import decisions, projections as proj, regions
 from projdist._typing import FloatArray
 from projdist.designs import plane_maps
 from projdist.designs.base_maps import TORN, WIDEST, OnProgress, check_degree, check_extent, overlaps

@@ -13,8 +13,7 @@ import numpy as np
 import pyproj.exceptions
 
 from projdist.earth import data_rows
-from projdist.projections import catalogue, proj_strings
-from projdist.projections import projection as names
+from projdist.projections import catalogue, proj_strings, projection as names
 from projdist.projections.crs import form_of
 from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.exports import parameters_of, same_coordinates

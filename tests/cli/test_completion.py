@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 import typer
 from commands import refused, run_ok
-from tables import each
 
 from projdist.cli.app import COMMANDS, app, candidates
 from projdist.matrices import MEASURES
@@ -21,39 +20,32 @@ from projdist.projections import projection_names
 ROOT = typer.main.get_command(app)
 
 
-def test_commands() -> None:
-    """All of them, those that begin so, and the options beside them."""
-    assert candidates(ROOT, [""]) == candidates(ROOT, []) == list(COMMANDS)
-    assert candidates(ROOT, ["wor"]) == ["world-map"]
-    assert candidates(ROOT, ["--v"]) == ["--version"]
-    assert candidates(ROOT, ["nosuch", ""]) == []
-    assert candidates(ROOT, ["compare", "robin", "--mea"]) == ["--measure"]
-    assert {"--region", "--output", "--help"} <= set(candidates(ROOT, ["info", "-"]))
-
-
-VALUES = {
-    "info --format": ["table", "json", "csv", "markdown", "html"],
-    "heatmap robin --grid": ["map", "lonlat"],
-    "list": ["projections", "measures", "figures", "criteria", "indices", "regions"],
-    "completion": ["bash", "zsh", "fish"],
-    "info": list(projection_names()),
-    "compare robin": list(projection_names()),
-    "compare robin -m": list(MEASURES),
+BEGUN = {
+    "wor": ["world-map"],
+    "--v": ["--version"],
+    "nosuch|": [],
+    "compare|robin|--mea": ["--measure"],
+    "recommend|co": ["country:", "continent:"],
+    "info|robin|-r|co": ["country:", "continent:"],
+    "recommend|st": ["state:"],
+    "info|robin|-o|": [],
+    "find|utm": [],
+    "info|--format|": ["table", "json", "csv", "markdown", "html"],
+    "heatmap|robin|--grid|": ["map", "lonlat"],
+    "list|": ["projections", "measures", "figures", "criteria", "indices", "regions"],
+    "completion|": ["bash", "zsh", "fish"],
+    "info|": list(projection_names()),
+    "compare|robin|": list(projection_names()),
+    "compare|robin|-m|": list(MEASURES),
 }
 
 
-@each("line", VALUES)
-def test_values(line: str) -> None:
-    """Of options and arguments whose words can be listed."""
-    assert candidates(ROOT, [*line.split(), ""]) == VALUES[line]
-
-
-def test_regions_and_files() -> None:
-    assert candidates(ROOT, ["recommend", "co"]) == candidates(ROOT, ["info", "robin", "-r", "co"])
-    assert candidates(ROOT, ["recommend", "co"]) == ["country:", "continent:"]
-    assert candidates(ROOT, ["recommend", "st"]) == ["state:"]
-    assert candidates(ROOT, ["info", "robin", "-o", ""]) == []
-    assert candidates(ROOT, ["find", "utm"]) == []
+def test_commands() -> None:
+    """All of them, those that begin so, and the options beside them; regions by their kinds, and no files."""
+    assert candidates(ROOT, [""]) == candidates(ROOT, []) == list(COMMANDS)
+    for words, found in BEGUN.items():
+        assert candidates(ROOT, words.split("|")) == found
+    assert {"--region", "--output", "--help"} <= set(candidates(ROOT, ["info", "-"]))
 
 
 def test_scripts() -> None:
@@ -63,32 +55,26 @@ def test_scripts() -> None:
     assert "Invalid shell 'tcsh'. It must be bash, zsh or fish." in refused("completion", "tcsh")
 
 
-TYPED = {
-    "projdist wor\t": "world-map",
-    "projdist info --reg\t": "--region",
-    "projdist factors winkel-t\t": "winkel-tripel",
-}
+TYPED = {"wor": "world-map", "info --reg": "--region", "factors winkel-t": "winkel-tripel"}
+
+
+def installed(folder: Path) -> dict[str, str]:
+    """The environment of a shell that finds the command of this Python."""
+    (folder / "projdist").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m projdist "$@"\n')
+    (folder / "projdist").chmod(0o755)
+    return os.environ | {"PATH": f"{folder}:{os.environ['PATH']}", "HOME": str(folder), "TERM": "dumb", "PS1": "> "}
 
 
 def typed_in(shell: str, setup: str, line: str, folder: Path) -> str:
     """What stands on the command line of an interactive shell after a tab."""
     ours, theirs = pty.openpty()
-    (folder / "projdist").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m projdist "$@"\n')
-    (folder / "projdist").chmod(0o755)
-    environment = os.environ | {
-        "PATH": f"{folder}:{os.environ['PATH']}",
-        "HOME": str(folder),
-        "TERM": "dumb",
-        "PS1": "> ",
-    }
-    process = subprocess.Popen(
-        shell.split(), stdin=theirs, stdout=theirs, stderr=theirs, env=environment, cwd=folder, start_new_session=True
-    )
+    streams = {"stdin": theirs, "stdout": theirs, "stderr": theirs}
+    process = subprocess.Popen(shell.split(), **streams, env=installed(folder), cwd=folder, start_new_session=True)
     os.close(theirs)
     try:
         os.write(ours, f"{setup}; echo rea''dy\n".encode())
         _read_until(ours, "ready")
-        os.write(ours, line.encode())
+        os.write(ours, f"projdist {line}\t".encode())
         return _read_until(ours, TYPED[line])
     finally:
         process.kill()
@@ -124,9 +110,6 @@ def test_a_shell_completes(shell: str, line: str, tmp_path: Path) -> None:
 @pytest.mark.skipif(shutil.which("fish") is None, reason="needs fish")
 @pytest.mark.parametrize("line", TYPED)
 def test_fish_completes(line: str, tmp_path: Path) -> None:
-    (tmp_path / "projdist").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m projdist "$@"\n')
-    (tmp_path / "projdist").chmod(0o755)
-    asked = f"projdist completion fish | source; complete --do-complete '{line.rstrip()}'"
-    environment = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}", "HOME": str(tmp_path)}
-    done = subprocess.run(["fish", "-c", asked], capture_output=True, text=True, env=environment, timeout=120)
+    asked = f"projdist completion fish | source; complete --do-complete 'projdist {line}'"
+    done = subprocess.run(["fish", "-c", asked], capture_output=True, text=True, env=installed(tmp_path), timeout=120)
     assert TYPED[line] in [word.split("\t")[0] for word in done.stdout.split("\n")]

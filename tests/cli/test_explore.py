@@ -14,7 +14,7 @@ pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
 pytest.importorskip("websockets")
 pytest.importorskip("termios", reason="pseudo-terminals and signals of Unix")
-from commands import run
+from commands import refusal
 from live_pages import Command, asked, descendants, ended, exploring, is_running, page
 from terminals import in_terminal
 
@@ -23,38 +23,28 @@ pytestmark = pytest.mark.usefixtures("default_signals")
 
 def test_other_words_are_refused_before_anything_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("projdist.web.open_socket", lambda port: pytest.fail("it listens"))
-    for words, code, said in (
-        (("nowhere",), 1, "Invalid projection 'nowhere'"),
-        (("robinson", "--region", "country:Nowhere"), 2, "Nowhere"),
-        (("robinson", "--measure", "beauty"), 2, "Invalid measure 'beauty'"),
-        (("robinson", "--measure", "scale@30"), 2, "It must be one of fisher,"),
-        (("robinson", "--port", "many"), 2, "Invalid port 'many'"),
-        (("robinson", "--port", "70000"), 2, "Invalid port '70000'"),
-        (("robinson", "--port", "80.5"), 2, "It must be a whole number"),
-        (("robinson", "--port", "-1"), 2, "Invalid port '-1'"),
-        (("robinson",) * 7, 2, "at most 6"),
-    ):
-        result = run("explore", *words)
-        assert (result.exit_code, result.stdout) == (code, ""), words
-        assert said in result.stderr, words
-        assert result.stderr.count("\n") == 1, words
+    for words, said in {
+        "nowhere": "Invalid projection 'nowhere'",
+        "robinson --region country:Nowhere": "Nowhere",
+        "robinson --measure beauty": "Invalid measure 'beauty'",
+        "robinson --measure scale@30": "It must be one of fisher,",
+        "robinson --port many": "Invalid port 'many'",
+        "robinson --port 70000": "Invalid port '70000'",
+        "robinson --port 80.5": "It must be a whole number",
+        "robinson --port -1": "Invalid port '-1'",
+        "robinson " * 7: "at most 6",
+    }.items():
+        assert said in refusal("explore", *words.split(), code=1 if words == "nowhere" else 2)
 
 
-def test_without_the_extra_it_says_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "starlette", None)
-    result = run("explore", "robinson")
-    assert result.exit_code == 2
-    assert result.stderr == (
-        "projdist: The live page needs Starlette, uvicorn and websockets: pip install 'projdist[explore]'.\n"
-    )
-
-
-def test_a_port_that_is_taken_is_said() -> None:
+def test_without_the_extra_or_the_port_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        result = run("explore", "robinson", "--port", str(port))
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr == f"projdist: Invalid port '{port}'. It cannot be listened on: Address already in use.\n"
+        message = f"Invalid port '{port}'. It cannot be listened on: Address already in use."
+        assert refusal("explore", "robinson", "--port", port) == message
+    monkeypatch.setitem(sys.modules, "starlette", None)
+    message = "The live page needs Starlette, uvicorn and websockets: pip install 'projdist[explore]'."
+    assert refusal("explore", "robinson") == message
 
 
 @pytest.mark.slow
@@ -95,29 +85,34 @@ def check_end(command: Command, number: int) -> None:
     assert ended(pids), subprocess.run(["ps", "-ef"], capture_output=True, text=True, check=True).stdout
 
 
+def processes_of(command: Command) -> list[int]:
+    """Those of a command whose page waits for advice, for which there are processes of processes."""
+    deadline = time.monotonic() + 60.0
+    while len(pids := descendants(command.process.pid)) < 7 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert len(pids) >= 7 or os.cpu_count() == 1
+    return pids
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGKILL"])
 def test_signals_leave_no_process(name: str) -> None:
-    """With a page that is open and waits for advice, for which there are processes of processes."""
+    """Also where the command is killed and its processes have to see that themselves."""
     with exploring("robinson") as command, page(command.port, command.token) as one:
         one.send('{"id": 1, "kind": "recommend", "region": "country:BR"}')
-        deadline = time.monotonic() + 60.0
-        while len(descendants(command.process.pid)) < 7 and time.monotonic() < deadline:
-            time.sleep(0.02)
-        assert len(descendants(command.process.pid)) >= 7 or os.cpu_count() == 1
-        check_end(command, getattr(signal, name))
+        pids = processes_of(command)
+        if name == "SIGKILL":
+            command.process.kill()
+            command.process.wait()
+            assert ended(pids)
+        else:
+            check_end(command, getattr(signal, name))
 
 
-@pytest.mark.slow
-def test_processes_leave_with_a_command_that_was_killed() -> None:
-    with exploring("robinson") as command, page(command.port, command.token) as one:
-        one.send('{"id": 1, "kind": "recommend", "region": "country:BR"}')
-        deadline = time.monotonic() + 60.0
-        while len(pids := descendants(command.process.pid)) < 7 and time.monotonic() < deadline:
-            time.sleep(0.02)
-        command.process.kill()
-        command.process.wait()
-        assert ended(pids)
+def of_session(pid: int) -> list[int]:
+    """The processes of a session that are left."""
+    left = subprocess.run(["ps", "-s", str(pid), "-o", "pid="], capture_output=True, text=True, check=False)
+    return [*map(int, left.stdout.split())]
 
 
 @pytest.mark.slow
@@ -130,8 +125,7 @@ def test_it_is_ended_in_a_terminal(name: str, delay: float) -> None:
     assert screen.code == 128 + number
     assert all(line.startswith("http://127.0.0.1:") for line in screen.lines if line), screen.text
     time.sleep(3.0)
-    left = subprocess.run(["ps", "-s", str(screen.pid), "-o", "pid="], capture_output=True, text=True, check=False)
-    assert not [pid for pid in map(int, left.stdout.split()) if is_running(pid)]
+    assert not [pid for pid in of_session(screen.pid) if is_running(pid)]
 
 
 @pytest.mark.slow
@@ -143,8 +137,7 @@ def test_an_output_that_is_closed_leaves_no_process() -> None:
     with subprocess.Popen(command, stdout=writing, stderr=subprocess.PIPE, start_new_session=True) as process:
         os.close(writing)
         process.wait(30)
-    left = subprocess.run(["ps", "-s", str(process.pid), "-o", "pid="], capture_output=True, text=True, check=False)
-    assert ended([int(pid) for pid in left.stdout.split()])
+    assert ended(of_session(process.pid))
 
 
 @pytest.mark.slow

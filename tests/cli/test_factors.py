@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import FORMATS, HIDDEN, parse_csv, parse_markdown, refused, run, run_json, run_ok
+from refusals import refuses
 from tables import each
 
 from projdist import Notice, factors
@@ -27,57 +28,39 @@ def test_factors_json() -> None:
         assert [row[name] for row in found["results"]] == getattr(expected, name).tolist()
 
 
-@pytest.mark.parametrize(
-    ("given", "title"),
-    [
-        ("krovak", "krovak (+proj=krovak +ellps=bessel)"),
-        ("utm33", "utm33 (EPSG:32633)"),
-        ("EPSG:5514", "EPSG:5514"),
-        ("+proj=moll +R=1", "+proj=moll +R=1"),
-    ],
-)
+TITLES = {"krovak": "krovak (+proj=krovak +ellps=bessel)", "utm33": "utm33 (EPSG:32633)", "EPSG:5514": "EPSG:5514"}
+
+
+@each(("given", "title"), [*TITLES.items(), ("+proj=moll +R=1", "+proj=moll +R=1")])
 def test_factors_name_what_they_measure(given: str, title: str, tmp_path: Path) -> None:
     """The figure of the Earth of a name, which it does not tell, stands in its definition; also of points in a file."""
     assert title in run_ok("factors", given, "15", "50", "--details").splitlines()
     (tmp_path / "p.csv").write_text("lon,lat\n15,50\n")
-    words = ["factors", given, "--at", str(tmp_path / "p.csv")]
+    words = ["factors", given, "--at", tmp_path / "p.csv"]
     assert title in run_ok(*words, "--details").splitlines()
     found = run_json(*words)
-    assert found["projection"] == given
-    assert title.rstrip(")").endswith(found["definition"])
-
-
-def test_factors_json_has_null_where_undefined() -> None:
-    """Beyond the horizon nothing is defined: null, with the quality that says so."""
-    (row,) = run_json("factors", "+proj=ortho +lat_0=90 +R=6371000", "0", "-80")["results"]
-    assert row["quality"] == "outside"
-    assert {row[name] for name in FACTORS_KEYS if name not in ("lon", "lat", "quality")} == {None}
-
-
-@each(
-    "words",
-    [
-        ["robin", "-10", "-20"],
-        ["robin", "-1e1", "-2e+1"],
-        ["robin", "-10.", "-20.0"],
-        ["-m", "h", "robin", "-10", "-20"],
-        ["robin", "-10", "-m", "h", "-20"],
-        ["robin", "--", "-10", "-20"],
-        ["--", "robin", "-10", "-20"],
-        ["robin", " -10", "-20 "],
-        ["robin", "-10", "-.2e2"],
-    ],
-)
-def test_factors_negative_numbers(words: list[str]) -> None:
-    """Negative numbers are numbers, with or without `--`, wherever options stand."""
-    words = ["-m", "ppm", "-f", "json", *words]
-    (row,) = json.loads(run_ok("factors", *words))["results"]
-    assert (row["lon"], row["lat"]) == (-10, -20)
+    assert (found["projection"], title.rstrip(")").endswith(found["definition"])) == (given, True)
 
 
 def test_factors_measures() -> None:
-    (row,) = run_json("factors", "robin", "10", "20", "-m", "flexion,skewness", "-m", "scale@45")["results"]
+    """They stand behind the others; beyond the horizon nothing is defined: null, with the quality that says so."""
+    (row,) = run_json("factors", HIDDEN[0], "0", "-80", "-m", "flexion,skewness", "-m", "scale@45")["results"]
     assert list(row) == [*FACTORS_KEYS, "flexion", "skewness", "scale@45"]
+    assert row.pop("quality") == "outside"
+    assert {name for name, value in row.items() if value is not None} == {"lon", "lat"}
+
+
+NEGATIVE = [
+    *("robin|-10|-20", "robin|-1e1|-2e+1", "robin|-10.|-20.0", "-m|h|robin|-10|-20", "robin|-10|-m|h|-20"),
+    *("robin|--|-10|-20", "--|robin|-10|-20", "robin| -10|-20 ", "robin|-10|-.2e2"),
+]
+
+
+@each("words", NEGATIVE)
+def test_factors_negative_numbers(words: str) -> None:
+    """Negative numbers are numbers, with or without `--`, wherever options stand."""
+    (row,) = json.loads(run_ok("factors", "-m", "ppm", "-f", "json", *words.split("|")))["results"]
+    assert (row["lon"], row["lat"]) == (-10, -20)
 
 
 def test_factors_csv_and_markdown() -> None:
@@ -85,14 +68,11 @@ def test_factors_csv_and_markdown() -> None:
     words = ["factors", "robin", "10", "20", "-30", "-40"]
     expected = run_json(*words)["results"]
     for row, wanted in zip(parse_csv(run_ok(*words, "-f", "csv")), expected, strict=True):
-        assert list(row) == FACTORS_KEYS
-        assert float(row["omega"]) == wanted["omega"]
+        assert (list(row), float(row["omega"])) == (FACTORS_KEYS, wanted["omega"])
     for row, wanted in zip(parse_markdown(run_ok(*words, "-f", "markdown")), expected, strict=True):
         assert float(row["h"]) == pytest.approx(wanted["h"], abs=1e-8)
     text = run_ok("factors", "EPSG:32632", "9", "0", "9", "45", "--details")
-    assert "\nEPSG:32632\n" in text
-    assert "0.99960000" in text
-    assert "-0.000000" not in text
+    assert ("\nEPSG:32632\n" in text, "0.99960000" in text, "-0.000000" in text) == (True, True, False)
     (line,) = [line for line in run_ok("factors", HIDDEN[0], "0", "-80", "--details").splitlines() if "outside" in line]
     assert line.count(" - ") == 11
 
@@ -115,6 +95,12 @@ def test_factors_looks_at_the_projection_first() -> None:
         assert refused("factors", *words, code=1).startswith(f"projdist: Invalid projection '{words[0]}'. ")
 
 
+def told(form: str, lines: str | bytes) -> tuple[int, str, str]:
+    """Exit code, output and errors of points on the standard input."""
+    result = run("factors", "robin", "-", "-f", form, stdin=lines)
+    return result.exit_code, result.stdout, result.stderr
+
+
 LINES = """\ufeff# longitude latitude name
 10 20 Ab c, d
 -10,-20,Zürich|x
@@ -127,63 +113,48 @@ foo bar
 """
 
 
-def test_factors_stdin_json() -> None:
+TEXTS = ["Ab c, d", "Zürich|x", "", "*last*"]
+
+
+def test_factors_stdin() -> None:
     """Points in their order with the text that came with them; bad lines by their number, and exit code 1."""
-    result = run("factors", "robin", "-", "-f", "json", stdin=LINES)
-    assert result.exit_code == 1
-    rows = json.loads(result.stdout)["results"]
-    assert [(row["lon"], row["lat"], row["text"]) for row in rows] == [
-        (10, 20, "Ab c, d"),
-        (-10, -20, "Zürich|x"),
-        (-0.5, 10, ""),
-        (720, -90, "*last*"),
+    code, out, err = told("json", LINES)
+    assert [[row["lon"], row["lat"]] for row in json.loads(out)["results"]] == [
+        [10, 20],
+        [-10, -20],
+        [-0.5, 10],
+        [720, -90],
     ]
-    assert result.stderr.splitlines() == [
-        "projdist: line 5: Invalid point '3'. It must be 'lon lat [text]'.",
-        "projdist: line 6: Invalid point 'foo bar'. Longitude and latitude must be numbers of degrees.",
-        "projdist: line 8: Invalid latitude '95'. It must lie within -90 and 90 degrees.",
-    ]
-    rows = parse_csv(run_ok("factors", "robin", "-", "-f", "csv", stdin="1 2\n3,4\n"))
-    assert [list(row) for row in rows] == [FACTORS_KEYS, FACTORS_KEYS]
+    assert [row["text"] for row in json.loads(out)["results"]] == TEXTS
+    assert (code, err.splitlines()) == (
+        1,
+        [
+            "projdist: line 5: Invalid point '3'. It must be 'lon lat [text]'.",
+            "projdist: line 6: Invalid point 'foo bar'. Longitude and latitude must be numbers of degrees.",
+            "projdist: line 8: Invalid latitude '95'. It must lie within -90 and 90 degrees.",
+        ],
+    )
+    assert [list(row) for row in parse_csv(told("csv", "1 2\n3,4\n")[1])] == [FACTORS_KEYS, FACTORS_KEYS]
+    assert [row["text"] for row in parse_csv(told("csv", LINES)[1])] == TEXTS
+    escaped = ["Ab c, d", "Zürich\\|x", "", "\\*last\\*"]
+    assert [row["text"] for row in parse_markdown(told("markdown", LINES)[1])] == escaped
+    out = told("table", LINES)[1]
+    assert [text for text in TEXTS if text not in out] == []
 
 
-@pytest.mark.parametrize("form", ["csv", "markdown", "table"])
-def test_factors_stdin_text(form: str) -> None:
-    """The text is kept in every format, and escaped where the format asks for it."""
-    result = run("factors", "robin", "-", "-f", form, stdin=LINES)
-    assert result.exit_code == 1
-    if form == "csv":
-        assert [row["text"] for row in parse_csv(result.stdout)] == ["Ab c, d", "Zürich|x", "", "*last*"]
-    elif form == "markdown":
-        rows = parse_markdown(result.stdout)
-        assert [row["text"] for row in rows] == ["Ab c, d", "Zürich\\|x", "", "\\*last\\*"]
-    else:
-        assert all(text in result.stdout for text in ("Ab c, d", "Zürich|x", "*last*"))
-
-
-@pytest.mark.parametrize("text", ["", "\n\n", "# only a remark\n"])
-def test_factors_stdin_empty(text: str) -> None:
-    assert "It must have lines of 'lon lat [text]'; there were none." in refused("factors", "robin", "-", stdin=text)
-
-
-@pytest.mark.parametrize("form", FORMATS)
-def test_factors_stdin_of_bad_lines_only(form: str) -> None:
-    """What there is of results, which is none, still parses."""
-    result = run("factors", "robin", "-", "-f", form, stdin="a\nb c\n")
-    assert result.exit_code == 1
-    assert len(result.stderr.splitlines()) == 2
-    if form == "json":
-        assert json.loads(result.stdout)["results"] == []
-    if form == "csv":
-        assert parse_csv(result.stdout) == []
-
-
-def test_factors_stdin_of_bytes() -> None:
-    """Lines of any bytes are told without sending these to the terminal, and each in a line of its own length."""
-    result = run("factors", "robin", "-", stdin=b"\x1b[31mred\n1 2\n\0 \x07" + b"x" * 1000)
-    assert result.exit_code == 1
-    assert len(result.stderr.splitlines()) == 2
-    assert all(line.isprintable() and len(line) < 200 for line in result.stderr.splitlines())
+def test_factors_stdin_of_no_points() -> None:
+    """What there is of results, which is none, still parses; bytes and long lines do not reach the terminal."""
+    code, _, err = told("table", b"\x1b[31mred\n1 2\n\0 \x07" + b"x" * 1000)
+    assert (code, err.count("\n")) == (1, 2)
+    assert all(line.isprintable() and len(line) < 200 for line in err.splitlines())
+    for text in ("", "\n\n", "# only a remark\n"):
+        message = "It must have lines of 'lon lat [text]'; there were none."
+        assert message in refused("factors", "robin", "-", stdin=text)
+    for form in FORMATS:
+        code, out, err = told(form, "a\nb c\n")
+        assert (code, err.count("\n")) == (1, 2)
+        if form in ("json", "csv"):
+            assert (json.loads(out)["results"] if form == "json" else parse_csv(out)) == []
 
 
 # ---- points as people write them -----------------------------------------------------------------
@@ -192,26 +163,19 @@ def test_factors_stdin_of_bytes() -> None:
 @each(
     ("words", "points"),
     [
-        ("10 50", [(10, 50)]),
-        ("10,50 -20.5,-30", [(10, 50), (-20.5, -30)]),
-        ("10, 50", [(10, 50)]),
-        ("50N 10E", [(10, 50)]),
-        ("10W 50s", [(-10, -50)]),
-        ("50N,10W", [(-10, 50)]),
-        ("10d30' 50°30'", [(10.5, 50.5)]),
-        ("50°30'36\"N 10°15'W", [(-10.25, 50.51)]),
-        ("-10d30 0", [(-10.5, 0)]),
-        ("1e1 5e1", [(10, 50)]),
+        *(("10 50", [(10, 50)]), ("10,50 -20.5,-30", [(10, 50), (-20.5, -30)]), ("10, 50", [(10, 50)])),
+        *(("50N 10E", [(10, 50)]), ("10W 50s", [(-10, -50)]), ("50N,10W", [(-10, 50)])),
+        *(("10d30' 50°30'", [(10.5, 50.5)]), ("50°30'36\"N 10°15'W", [(-10.25, 50.51)])),
+        *(("-10d30 0", [(-10.5, 0)]), ("1e1 5e1", [(10, 50)])),
     ],
 )
 def test_points_in_words(words: str, points: list[tuple[float, float]]) -> None:
     """Longitude first, but where letters say otherwise; minutes are sixtieths."""
     found = read_points(words.split(), [])
-    assert found.lon == pytest.approx([lon for lon, _ in points], abs=1e-12)
-    assert found.lat == pytest.approx([lat for _, lat in points], abs=1e-12)
+    np.testing.assert_allclose(np.column_stack([found.lon, found.lat]), points, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("word", ["50N 10E", "50N, 10E", "10 50", "10 , 50", "50°0'N 10°0'E"])
+@each("word", ["50N 10E", "50N, 10E", "10 50", "10 , 50", "50°0'N 10°0'E"])
 def test_a_pair_may_be_one_word(word: str) -> None:
     """As it comes from a shell where it is quoted."""
     found = read_points([word], [])
@@ -230,8 +194,7 @@ def test_a_pair_may_be_one_word(word: str) -> None:
     ],
 )
 def test_words_that_are_no_points(words: str, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        read_points(words.split(), [])
+    refuses(message, read_points, words.split(), [])
 
 
 @each(

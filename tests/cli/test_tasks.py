@@ -3,13 +3,13 @@
 Each is asked in a terminal of 80 columns, whose screen has 24 lines. The samples on the pages are what is printed.
 """
 
-import io
 import re
 import shlex
 import sys
 from pathlib import Path
 
 import pytest
+from commands import Terminal
 from rich.cells import cell_len
 
 from projdist.cli.app import app
@@ -72,16 +72,6 @@ TASKS = {
     "How distorted is an old map?": ("oldmap points.csv", "the old map's scales are off by 3.9 %", slow),
     "Do two images fit together?": ("mosaic --correspondences pairs.csv --sizes 100x100,100x100", "2 images are", slow),
 }
-
-
-class Terminal(io.StringIO):
-    """A terminal of 80 columns."""
-
-    encoding = "utf-8"
-
-    def isatty(self) -> bool:
-        """It is one."""
-        return True
 
 
 @pytest.fixture(autouse=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist.cli import recommend as recommending
 from projdist.cli.wording import angle_error, area_error, distance_error, errors_text, less_text, of, region_words
@@ -16,18 +17,14 @@ from projdist.regions import get_region
 SYSTEMS = Path(__file__).parents[1] / "data" / "national_systems.csv"
 
 
-@pytest.mark.parametrize(
-    ("error", "distances", "areas"),
-    [
-        (0.0, "true", "true"),
-        (4e-4, "1 in 2,500", "0.04 %"),
-        (1764.33e-6, "1 in 560", "0.18 %"),  # 1 in 566.8
-        (0.0196, "1 in 51", "2 %"),
-        (0.0234, "2.4 %", "2.4 %"),
-        (1.2, "a factor of 2.2", "a factor of 2.2"),
-        (math.inf, "without bound", "without bound"),
-    ],
-)
+ERRORS = [
+    *((0.0, "true", "true"), (4e-4, "1 in 2,500", "0.04 %"), (1764.33e-6, "1 in 560", "0.18 %")),  # 1 in 566.8
+    *((0.0196, "1 in 51", "2 %"), (0.0234, "2.4 %", "2.4 %"), (1.2, "a factor of 2.2", "a factor of 2.2")),
+    (math.inf, "without bound", "without bound"),
+]
+
+
+@each(("error", "distances", "areas"), ERRORS)
 def test_errors_in_words(error: float, distances: str, areas: str) -> None:
     assert (distance_error(error), area_error(error)) == (distances, areas)
 
@@ -44,50 +41,43 @@ def test_bounds_hold() -> None:
 
 def test_sentences() -> None:
     """What is true, off and without bound stand apart."""
-    assert errors_text(839e-6, 0.0, 0.0961) == (
-        "distances are off by at most 1 in 1,100 and angles by 0.097°; areas are true"
-    )
+    told = "distances are off by at most 1 in 1,100 and angles by 0.097°; areas are true"
+    assert errors_text(839e-6, 0.0, 0.0961) == told
     assert errors_text(0.0, 0.0, 0.0) == "distances, areas and angles are true"
     assert errors_text(math.inf, 0.0, 180.0) == "distances and angles are off without bound; areas are true"
-    assert errors_text(0.34, 0.17, 24.0, mean=True) == (
-        "on average distances are off by 34 %, areas by 17 % and angles by 24°"
-    )
+    told = "on average distances are off by 34 %, areas by 17 % and angles by 24°"
+    assert errors_text(0.34, 0.17, 24.0, mean=True) == told
     assert [less_text(ratio) for ratio in (1.25, 4.0, 1e6)] == ["20 % less", "75 % less", "99 % less"]
 
 
-@pytest.mark.parametrize(
-    ("region", "words"),
-    [
-        ("country:KE", "Kenya"),
-        ("country:PH", "the Philippines"),
-        ("country:NL@main", "the main part of the Netherlands"),
-        ("globe", "the globe"),
-        ("box:-180,-85,180,85", "85°S to 85°N"),
-        ("box:6,47,12,55", "6°E to 12°E, 47°N to 55°N"),
-    ],
-)
-def test_places(region: str, words: str) -> None:
-    assert region_words(get_region(region)) == words
+PLACES = {
+    "country:KE": "Kenya",
+    "country:PH": "the Philippines",
+    "country:NL@main": "the main part of the Netherlands",
+    "globe": "the globe",
+    "box:-180,-85,180,85": "85°S to 85°N",
+    "box:6,47,12,55": "6°E to 12°E, 47°N to 55°N",
+}
 
 
-def test_possessives() -> None:
+@each("region", PLACES)
+def test_places(region: str) -> None:
+    assert region_words(get_region(region)) == PLACES[region]
     assert [of(name) for name in ("Kenya", "the Netherlands")] == ["Kenya's", "the Netherlands'"]
 
 
 @pytest.mark.slow
 def test_zones_by_the_compass() -> None:
     """Kenya has the equator and the meridian of 36 degrees east across it, Chile that of 72 degrees west."""
-    kenya, chile = (
-        {zone.code: zone.part for zone in recommend(region, limit=1).zones[0].zones}
-        for region in ("country:KE", "country:CL@main")
-    )
-    assert kenya == {
+    kenya, chile = (recommend(region, limit=1).zones[0].zones for region in ("country:KE", "country:CL@main"))
+    corners = {
         "EPSG:21036": "southwest",
         "EPSG:21037": "southeast",
         "EPSG:21096": "northwest",
         "EPSG:21097": "northeast",
     }
-    assert chile == {"EPSG:20048": "southwest", "EPSG:20049": "northeast"}
+    assert {zone.code: zone.part for zone in kenya} == corners
+    assert {zone.code: zone.part for zone in chile} == {"EPSG:20048": "southwest", "EPSG:20049": "northeast"}
 
 
 @pytest.mark.slow

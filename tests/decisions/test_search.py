@@ -14,8 +14,7 @@ from tables import each
 import projdist
 from projdist import recommend
 from projdist.decisions.ranking import CLOSE, WIDE_FACTOR
-from projdist.projections import ProjectionError, catalogue
-from projdist.projections import database as crs_database
+from projdist.projections import ProjectionError, catalogue, database as crs_database
 from projdist.regions import get_region
 
 GERMANY = "box:5.9,47.3,15.0,55.1"

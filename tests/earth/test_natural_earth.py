@@ -10,8 +10,7 @@ from gis_files import some_slow
 from refusals import refuses
 from tables import each
 
-from projdist.earth import data_rows, even_odd, state_outline
-from projdist.earth import natural_earth as earth
+from projdist.earth import data_rows, even_odd, natural_earth as earth, state_outline
 from projdist.earth.natural_earth import borders, coastlines, country, lakes, land, polygons_within
 
 WITH_LAKES = earth.RESOLUTIONS[:2]

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 from jacobians import ACCURACY, FORMS, UNDEFINED, R, make, matrices, polar_stereographic, random_points, value
-from numpy.polynomial.polynomial import polyder
-from numpy.polynomial.polynomial import polyval2d as polyval
+from numpy.polynomial.polynomial import polyder, polyval2d as polyval
 from tables import each
 
 from projdist.earth.ellipsoid import WGS84

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import scipy.linalg
 import scipy.optimize
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from projdist.matrices.measures import MEASURES, get_measure
 

@@ -5,8 +5,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from matrix_samples import MATRICES, MIRROR, POINTWISE, SECOND_ORDER, jacobians, rotation, value
 from refusals import refuses
 from tables import each

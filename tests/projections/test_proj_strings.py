@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 import pyproj.list
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from projection_points import make, message
 from pyproj import CRS, Transformer
 from pyproj.exceptions import CRSError, ProjError

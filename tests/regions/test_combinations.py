@@ -7,8 +7,7 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from tables import each
 
 from projdist.earth import MEAN_EARTH_RADIUS

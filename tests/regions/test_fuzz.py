@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 import shapely
 from commands import refused
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from tables import each
 
 from projdist import Notice, get_region

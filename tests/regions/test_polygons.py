@@ -15,8 +15,7 @@ from region_texts import geodesic_area, square
 from tables import each
 
 from projdist.answers.summaries import summarize
-from projdist.earth import GEOS_ARITHMETIC, MEAN_EARTH_RADIUS, SPHERE, WGS84, data_rows
-from projdist.earth import natural_earth as geodata
+from projdist.earth import GEOS_ARITHMETIC, MEAN_EARTH_RADIUS, SPHERE, WGS84, data_rows, natural_earth as geodata
 from projdist.field import field_resolving
 from projdist.numerics.polynomials import NODES
 from projdist.projections import Projection

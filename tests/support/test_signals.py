@@ -20,8 +20,7 @@ from gis_files import some_slow
 from tables import each
 from terminals import in_terminal
 
-from projdist.cli import app as cli_app
-from projdist.cli import errors
+from projdist.cli import app as cli_app, errors
 from projdist.support import signals
 
 pytestmark = pytest.mark.usefixtures("default_signals")

@@ -7,8 +7,7 @@ from gis_files import some_slow
 from refusals import refuses
 from tables import each
 
-from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
-from projdist.earth.ellipsoid import destination
+from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R, destination
 from projdist.field.at_points import jacobian
 from projdist.matrices.measures import principal_scales
 from projdist.projections import Projection

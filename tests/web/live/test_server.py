@@ -12,8 +12,7 @@ from tables import each
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
 pytest.importorskip("websockets")
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from live_pages import asked, connected, header_of, page, served, until
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from live_pages import Hearing, Traps, ended, is_running, listed, until, wanted, worker
 
 from projdist.web.live.dispatcher import Request
