@@ -128,13 +128,12 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
         share = Column("share", show=lambda share: f"{100.0 * share:.1f} %")
         of_modes = [_MAP, share, Column("words", "mode", left=True), Column("rms", "RMS", "{:.4f}".format)]
         tables.append(Table(modes, of_modes, "Modes, after the best linear map", keys=3))
-    best = min(found.results, key=lambda one: one.airy_kavrayskiy)
     drawn = [one.given for one in found.results[:_DRAWN]]
     draw = shlex.join(["projdist", "compare", *drawn, "-r", found.region.name, "-o", "maps.png"])
-    elsewhere = best.projection.ellipsoid.is_of_another_body or isinstance(found.region, regions.PointSet)
+    elsewhere = maps[0].ellipsoid.is_of_another_body or isinstance(found.region, regions.PointSet)
     advice = f"projdist recommend {say.typed(found.region)}"
     return Report(
-        answer=[*_answer(found, best, bars)],
+        answer=[*least_distorting(found, bars)],
         brief=[Table(rows, first_columns, bars=bars), *tables[1:]],
         next={draw: "To see where they distort"} | ({} if elsewhere else {advice: "For the best CRS"}),
         title=f"{found.region.name} ({say.size_text(found.region)}), by {sort}",
@@ -146,8 +145,9 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
     )
 
 
-def _answer(found: answers.Comparison, best: answers.Summary, column: str) -> Iterator[str]:
-    """The least distorting map, and by how much more the others distort."""
+def least_distorting(found: answers.Comparison, column: str = "") -> Iterator[str]:
+    """The least distorting map, by how much more the others distort, and the first by another column."""
+    best = min(found.results, key=lambda one: one.airy_kavrayskiy)
     place, others = say.region_words(found.region), [one for one in found.results if one is not best]
     names = {id(one): say.label_of(one.given, one.projection.name) for one in found.results}
     error = f"scales are off by {say.rms_text(best.airy_kavrayskiy)} (RMS)"

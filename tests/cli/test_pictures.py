@@ -43,10 +43,12 @@ SLOWLY = [
 @pytest.mark.parametrize(("command", "suffix"), [("heatmap", "PNG"), *SLOWLY])
 @pytest.mark.usefixtures("few_cells")
 def test_pictures(command: str, suffix: str, tmp_path: Path) -> None:
-    """PNG, SVG and PDF by suffix, of the size and dots asked for; the path is printed; nothing else is left."""
+    """PNG, SVG and PDF by suffix, of the size and dots asked for; the error and the path are printed."""
     path = tmp_path / f"map.{suffix}"
     words = ["eqc", "-r", "box:0,0,40,30", "--size", "5,4", "--dpi", "50", "-o", path]
-    assert run_ok(command, *words) == f"Wrote: {path}\n"
+    # The RMS of ln(1 / cos lat) by true area is 0.0617; of a and b, e^(0.0617 / sqrt(2)) - 1 is 0.0446.
+    said = "On eqc scales are off by 4.5 % (RMS) over 0° to 40°E, 0° to 30°N.\n"
+    assert run_ok(command, *words) == f"{said}Wrote: {path}\n"
     check_picture(path, (5, 4), 50)
     assert list(tmp_path.iterdir()) == [path]
 
@@ -57,7 +59,7 @@ def test_pictures_beside_failures(command: str, tmp_path: Path, monkeypatch: pyt
     """Good projections are drawn, each bad one has its line, the exit code is 1; the usual name is the command's."""
     monkeypatch.chdir(tmp_path)
     code, out, err = told(command, "nosuch", "eqc", *HIDDEN, "--dpi", "20")
-    assert (code, out) == (1, f"Wrote: {command}.png\n")
+    assert (code, out.splitlines()[-1]) == (1, f"Wrote: {command}.png")
     unknown, outside = err.splitlines()
     assert ("'nosuch'" in unknown, "No point of it can be projected" in outside) == (True, True)
     check_picture(tmp_path / f"{command}.png")

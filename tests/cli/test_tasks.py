@@ -51,8 +51,12 @@ TASKS = {
     "Which map is between two?": ("mean-map robinson moll --degree 5", "The mean of 2 maps over 85°S to 85°N", slow),
     "A map of the land?": ("world-map land --cells 16", "less than on", slow),
     "How much better is a plate carree that is squeezed?": ("correct plate-carree", "19 % less"),
-    "May I see Tissot's ellipses?": ("tissot robinson --dpi 30 -o t.png", "Wrote: t.png", slow),
-    "And the angles in colour?": ("heatmap robinson -m omega --dpi 30 -o h.png", "Wrote: h.png", slow),
+    "May I see Tissot's ellipses?": (
+        "tissot robinson --dpi 30 -o t.png",
+        "On robinson scales are off by 35 %",
+        slow,
+    ),
+    "And the angles in colour?": ("heatmap robinson -m omega --dpi 30 -o h.png", "On robinson scales are off by", slow),
     # Surveyors
     "A ground projection for a town?": ("ldp box:-105.3,39.9,-105.1,40.1 --height 1610", "by at most 0.58 ppm"),
     "Which way is grid north?": ("factors 32610 -- -120 34", "Grid north lies 1.67865° east of true north."),

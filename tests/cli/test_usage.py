@@ -159,8 +159,8 @@ WRONG: dict[str, dict[str, str | tuple[str, str]]] = {
         "moll --size 0.6,0.6": "Invalid size '…'. It has no room for a film.",
     },
     "list": {
-        "": "Missing argument 'projections|measures|figures|criteria|indices'. See 'projdist list --help'.",
-        "nothing": "Invalid list 'nothing'. It must be projections, measures, figures, criteria or indices.$",
+        "": "Missing argument 'projections|measures|figures|criteria|indices|regions'. See 'projdist list --help'.",
+        "nothing": "Invalid list 'nothing'. It must be projections, measures, figures, criteria, indices or regions.$",
         "measures criteria": "…unexpected extra argument…criteria",
         "measures -o x": "No such option…-o",
     },
