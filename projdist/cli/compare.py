@@ -225,6 +225,7 @@ def _rounded_index(value: float, error: float | None) -> str:
 # ---- many regions --------------------------------------------------------------------------------
 
 
+_MOST = 12  # regions on a screen
 _NO_FIGURE = ("given", "name")  # orders by which no map is the best
 
 
@@ -276,7 +277,11 @@ def _compare_regions(
 
     over = {index.name: index.published_over for index in indices if index.published_over}
     note = "* is the best of a region. JSON and CSV have all figures of every map over every region."
+    first = [row["projection"] for row in best.values()]
+    wins = sorted((one for one in maps if one in first), key=first.count, reverse=True)
+    counted = [f"{one} {'is the best ' * (one == wins[0])}in {first.count(one)}" for one in wins]
     report = Report(
+        answer=[f"Of {len(groups)} regions {support.listed(counted, 'and')}, by {figure}."] if groups else [],
         title=f"{len(groups)} regions, {len(maps)} maps, {figure}" if groups else "No region could be measured.",
         tables=[*_regional_tables(groups, best, maps, figure)] if groups else [],
         notes=[note, *notices_note(found)] if groups else [],
@@ -315,7 +320,7 @@ def _regional_tables(
     ]
     names = {row["projection"]: row["name"] for group in groups.values() for row in group}
     of_maps = [Column(one, say.label_of(one, names.get(one, one)), of=functools.partial(cell, one)) for one in maps]
-    yield Table(regions, ["region", Column("best", left=True), *of_maps, _COVERAGE])
+    yield Table(regions, ["region", Column("best", left=True), *of_maps, _COVERAGE], most=_MOST)
     totals: list[dict[str, Any]] = []
     for one in maps:
         of_it = [row for group in groups.values() for row in group if row["projection"] == one]

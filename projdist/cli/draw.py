@@ -16,8 +16,7 @@ import numpy as np
 
 from projdist import answers, earth, gis, matrices, plots, projections, regions, support, surfaces, web
 from projdist._typing import BoolArray, FloatArray
-from projdist.cli import options as opt
-from projdist.cli.compare import least_distorting
+from projdist.cli import compare, options as opt
 from projdist.cli.errors import note, progress_bar, refuse, refusing, tell_problems, width_of, working
 from projdist.cli.report import drawing, emit, notes_text, takes_blocks, tell_written, wrote
 from projdist.cli.wording import certain
@@ -173,7 +172,7 @@ def _draw(
         maps, figures = [one.projection for one in drawn], [one.airy_kavrayskiy for one in drawn]
         options |= {"region": found.region, "step": picture.step, "airy_kavrayskiy": figures, "context": shown}
         picture.save(figure, maps, **options)
-        emit(notes_text(least_distorting(found)) + wrote(picture.path), None)
+        emit(notes_text(compare.least_distorting(found)) + wrote(picture.path), None)
     tell_problems([failure.error for failure in found.failures])
 
 

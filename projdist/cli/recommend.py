@@ -165,6 +165,7 @@ def _report(result: decisions.Recommendation, use: _Use, mapped: Mapped, picture
 
 
 _ROWS = 3
+_MOST = 12  # regions on a screen
 _TOLD = 5  # zones by name
 _BETTER = 1.5  # times less: a map that is worth naming beside the official one
 
@@ -391,9 +392,12 @@ def _recommend_regions(
         "region in the CRS's area of use.",
         *notices_note(found),
     ]
+    worst = max(best, key=lambda row: row["value"], default=None)
+    most = f"; it is largest for {worst['region']}: {certain(worst['value'])} on {worst['code']}" if worst else ""
     report = Report(
+        answer=[f"The best CRS of each of {len(best)} regions, by {criterion}{most}."] if best else [],
         title=f"{len(best)} regions, {options['purpose']}, by {criterion}" if best else "No region is served.",
-        tables=[Table(best, columns)] if best else [],
+        tables=[Table(best, columns, most=_MOST)] if best else [],
         notes=notes if best else [],
         data=lambda: {
             "regions": [

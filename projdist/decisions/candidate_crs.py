@@ -15,7 +15,7 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.decisions.map_info import WeightedPoints, properties_of
 from projdist.decisions.measurement import Area, Distortion, Rejected, lattice_of
 from projdist.field import FIGURES, Figure, jacobian
-from projdist.support import HIDDEN, Record, close_words, did_you_mean, schema, values_of
+from projdist.support import HIDDEN, Record, close_words, did_you_mean, listed, schema, values_of
 
 LEVEL = FIGURES["airy_kavrayskiy"]
 """The figure that orders maps for which the criterion vanishes."""
@@ -383,7 +383,7 @@ def of_datum(candidates: Sequence[Candidate], datum: str) -> list[Candidate]:
         close = [known[name] for name in close_words(wanted, known)] if wanted else []
         raise ValueError(
             f"Invalid datum '{datum}'. {did_you_mean(close)}It must be a part of the name of a geodetic CRS "
-            "with candidates for the region, as WGS 84 or ETRS89."
+            f"with candidates for the region and purpose, as {listed(sorted(known.values(), key=len)[:3], 'or')}."
         )
     return [one for one in candidates if wanted in _plain_name(one.datum)]
 

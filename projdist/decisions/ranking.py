@@ -170,8 +170,10 @@ def preferred(maps: Sequence[Candidate]) -> list[Candidate]:
     """Maps that are close, in order of preference: national, for general use, on the datum in force, the least key."""
     latest = _latest(maps)
 
-    def rank(one: Candidate) -> tuple[bool, bool, bool, Key]:
-        return not one.national, one.special, latest is not None and _is_outdated(one, latest), one.key
+    def rank(one: Candidate) -> tuple[Any, ...]:
+        outdated = latest is not None and _is_outdated(one, latest)
+        figure = float(f"{one.key[0] or one.key[1]:.9g}")  # maps of the world that are turned differ by rounding
+        return not one.national, one.special, outdated, figure, one.code
 
     return sorted(maps, key=rank)
 

@@ -61,12 +61,13 @@ def test_comparisons_are_those_of_each_region():
 
 @pytest.mark.filterwarnings("ignore::projdist.Notice")
 def test_a_table_tells_the_best_of_each():
-    """A star for it, and below how each map does in all."""
+    """A sentence, a star for each, and with --details how each map does in all."""
     text = run_ok(*COMPARE)
-    assert text.startswith("2 regions, 3 maps, airy_kavrayskiy\n")
+    assert text.startswith("Of 2 regions EPSG:3035 is the best in 2, by airy_kavrayskiy.\n")
+    assert "2 regions, 3 maps, airy_kavrayskiy\n" in run_ok(*COMPARE, "--details")
     best = {line.split()[1]: line.split()[3] for line in text.splitlines() if line.startswith("│ box:")}
     assert best == {box: projdist.compare(MAPS, box, tolerance=1e-4).results[0].given for box in BOXES}
-    assert text.count("*") == len(BOXES) + 1  # and one in the note
+    assert text.count("*") == len(BOXES)
 
 
 def test_what_fails_is_named(tmp_path):
