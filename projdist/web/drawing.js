@@ -301,7 +301,7 @@ export class MapView {
     // Round ends of short pieces would make beads of a line.
     [context.lineJoin, context.lineCap] = ["round", "butt"];
     context.stroke(path);
-    this.levels(context, middles, scale.labels);
+    if (!this.frame.preview) this.levels(context, middles, scale.labels);
   }
 
   // The values of isolines: each as far as can be from the others and from the sides.
@@ -311,10 +311,11 @@ export class MapView {
     [context.textAlign, context.textBaseline] = ["center", "middle"];
     middles.forEach((places, k) => {
       const half = context.measureText(labels[k]).width / 2 + 3 * this.ratio;
-      const inside = ([x, y]) => this.region === null || context.isPointInPath(this.region, x, y, "evenodd");
+      const within = (x, y) => this.region === null || context.isPointInPath(this.region, x, y, "evenodd");
+      const inside = ([x, y]) => within(x - half, y) && within(x, y) && within(x + half, y);
       const room = ([x, y]) =>
         Math.min(x - half, width - half - x, y - size, height - size - y, ...taken.map(([a, b]) => Math.hypot(x - a, y - b) - 2 * half));
-      const few = places.filter((_, n) => n % Math.ceil(places.length / 200) === 0).filter(inside);
+      const few = places.filter((_, n) => n % Math.ceil(places.length / 60) === 0).filter(inside);
       const best = few.reduce((one, other) => (one === null || room(other) > room(one) ? other : one), null);
       if (best === null || room(best) < 0) return;
       taken.push(best);
