@@ -20,7 +20,7 @@ import numpy as np
 from projdist import earth, projections, regions, support
 
 # Words for all regions of a kind, and one of them, with which a suffix is checked before the work.
-_ALL = {"countries": "country:France", "continents": "continent:Europe", "states": "state:Ohio"}
+_ALL = {"countries": "country:FR", "continents": "continent:Europe", "areas": "area:DACH", "states": "state:Ohio"}
 _FROM_FILES = re.compile(r"\b(file|geodesic|points):", re.IGNORECASE)  # files that workers may not have
 
 
@@ -38,7 +38,7 @@ class Area(NamedTuple):
 
 
 def areas_of(regions: regions.RegionLike | Iterable[regions.RegionLike | Area]) -> list[Area]:
-    """The regions of `countries`, `continents`, `states`, of the features of a file or frame, or of a list of these."""
+    """The regions of `countries`, `continents`, `areas` or `states`, of a file or frame, or of a list of these."""
     # Equal names get a number. Raises ValueError for unknown regions, for none, and for points.
     several = [regions]
     if isinstance(regions, list | tuple):

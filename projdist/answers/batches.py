@@ -89,7 +89,8 @@ def batch(
         `function(region, **options)`, or `function(projection, region, **options)` with projections, as
         `projdist.summarize`; for other processes one that can be imported. It returns an answer or a value for JSON.
     regions : RegionLike, or a list of them
-        `"countries"`, `"continents"`, `"states"`, a file or frame of them, or what `get_region` takes except points.
+        `"countries"`, `"continents"`, `"areas"`, `"states"`, a file or frame of them, or anything that `get_region`
+        takes, except points.
     projections : ProjectionLike or iterable of ProjectionLike, optional
         Anything that `Projection.from_user_input` takes and that has a text, which is sent to workers: no function.
     options : mapping, optional

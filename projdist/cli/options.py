@@ -83,8 +83,8 @@ Weight = Annotated[str | None, option("FILE|COLUMN", _WEIGHTS, ...)]
 Regions = Annotated[
     list[str] | None,
     option(
-        "countries|continents|states|FILE",
-        "Each of many regions: all countries, continents or states of the USA, the features of a file "
+        "countries|continents|areas|states|FILE",
+        "Each of many regions: all countries, continents, areas or states of the USA, the features of a file "
         "(PATH#LAYER), or any region; may be repeated.",
         ...,
     ),

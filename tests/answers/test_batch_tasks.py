@@ -103,6 +103,7 @@ def test_countries_and_continents():
     rows = data_rows("countries.csv")
     assert {area.text for area in areas_of("countries")} == {f"country:{row['name']}" for row in rows}
     assert {area.text for area in areas_of("continents")} == {f"continent:{row['continent']}" for row in rows}
+    assert len(areas_of("areas")) == 55
     assert len(areas_of("states")) == len(areas_of("states@10m")) == 56
     assert areas_of("states")[5] == ("state:California", "state:California")
     (switzerland,) = (one for one in areas_of("countries@10m") if "Switzerland" in one.text)
