@@ -152,11 +152,11 @@ def area(text: str, kind: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons
         raise ValueError(
             f"Invalid {kind} '{text}'. {question(text, kind)}It must be one of {', '.join(names[:_SOME])}{more}."
         )
-    return _outlines(_area(kind, row["name"], resolution), f"{kind}:{row['name']}", resolution)
+    return _area(kind, row["name"], resolution)
 
 
 @functools.cache
-def _area(kind: str, name: str, resolution: str) -> shapely.MultiPolygon:
+def _area(kind: str, name: str, resolution: str) -> Polygons:
     """The whole countries of an area and its parts of others, but those that are too small for the resolution."""
     row = rows_of(kind)[folded(name)]
     found = [_shape(code, resolution) for code in row["whole"].split()]
@@ -166,14 +166,14 @@ def _area(kind: str, name: str, resolution: str) -> shapely.MultiPolygon:
         for operator, other in zip(steps[::2], steps[1::2], strict=True):
             geometry = OPERATIONS[operator](geometry, _shape(other, resolution))
         found.append(geometry)
-    return merged(found)
+    return _outlines(merged(found), f"{kind}:{name}", resolution)
 
 
 def _shape(text: str, resolution: str) -> shapely.Geometry:
     """A country by its code, a continent, a box or a polygon, as the table of areas names them."""
     kind, colon, argument = text.partition(":")
     if kind == "continent":
-        return _area(kind, argument, resolution)
+        return _area(kind, argument, resolution).geometry
     if colon:
         numbers = np.array(argument.split(","), dtype=float)
         return shapely.box(*numbers) if kind == "box" else shapely.Polygon(numbers.reshape(-1, 2))
