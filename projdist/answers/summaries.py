@@ -67,7 +67,6 @@ class Summary(Answer):
     evaluations: int
     limit: str = field(metadata=HIDDEN)  # why the tolerance was not met, "" if it was
     mdt: FloatArray = field(metadata=HIDDEN)  # (2, 2), mean distorting transformation, the inverse of that linear map
-    mirrored: float = field(metadata=HIDDEN)  # share of the covered area that the map mirrors
     measures: dict[str, MeasureSummary] = field(metadata=schema(spread=True))
     indices: answers.IndexSummary | None = field(default=None, metadata=schema(of="values", optional=True))
     modes: matrices.Modes | None = field(default=None, metadata=schema(of="rows", optional=True))
@@ -191,7 +190,7 @@ def summarize(
     names = [index.name for index in answers.get_indices(names)] if names else []
     field = sample(projection, place, measures=measures, tolerance=tolerance)
     found = field.airy_kavrayskiy
-    extremes = field.extremes(field.measures.values())
+    extremes = field.extremes(field.measures.values()) if field.measures else ()
     summary = Summary(
         projection=projection,
         given=given or projection.label,
@@ -204,7 +203,6 @@ def summarize(
         evaluations=field.evaluations,
         limit=field.limit or ("rounding" if found.error > tolerance else ""),
         mdt=found.mdt,
-        mirrored=field.mirrored,
         measures={name: _statistics(field, name, *pair) for name, pair in zip(field.measures, extremes, strict=True)},
         indices=answers.indices(projection, place, names, tolerance=max(tolerance, _FINEST_INDICES)) if names else None,
         modes=field.modes if with_modes else None,
@@ -295,11 +293,11 @@ def compare(
     >>> [(one.given, round(one.airy_kavrayskiy, 6)) for one in found.results]
     [('plate-carree', 0.52124), ('mercator', 0.737145)]
     """
-    chosen, names = matrices.listed_measures(measures), listed_values(indices)
+    chosen, names = named_measures(measures), listed_values(indices)
     published = answers.get_indices(names) if names else []  # which are loaded only here
     check_bool("modes", modes)
     names = [index.name for index in published]
-    column = sort_column(sort, named_measures(chosen), names)  # an error here is not one of the projections
+    column = sort_column(sort, chosen, names)  # an error here is not one of the projections
     maps: list[tuple[str, Projection]] = []
     results: list[Summary] = []
     failures: list[Failure] = []

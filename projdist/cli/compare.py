@@ -87,7 +87,7 @@ def compare_command(
             refuse(f"Invalid option '--plot {plot}'. It needs a picture to draw to: -o FILE.png.")
         picture = opt.PictureFile(output, pictured)
     target = opt.target(format, None if picture else output, pictured.overwrite, others=plots.SUFFIXES)
-    area = opt.region_given(region, given, weight)
+    area = opt.region_of(region, given, weight)
     with refusing(), progress_bar("maps") as progress:
         options |= {"modes": modes or plot == "modes", "sort": sort, "progress": progress}
         found = answers.compare(given, area, **options)
@@ -131,7 +131,7 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
     drawn = [one.given for one in found.results[:_DRAWN]]
     draw = shlex.join(["projdist", "compare", *drawn, "-r", found.region.name, "-o", "maps.png"])
     elsewhere = maps[0].ellipsoid.is_of_another_body or isinstance(found.region, regions.PointSet)
-    advice = f"projdist recommend {say.typed(found.region)}"
+    advice = f"projdist recommend {shlex.quote(found.region.name)}"
     return Report(
         answer=[*least_distorting(found, bars)],
         brief=[Table(rows, first_columns, bars=bars), *tables[1:]],
@@ -175,7 +175,7 @@ def _columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> Itera
     for version in ("", " scaled", " affine"):
         key = f"airy_kavrayskiy{version.replace(' ', '_')}"
         yield Column(key, f"AK{version}", say.rounded, error="error_estimate", best=True)
-    yield Column("error_estimate", "error", say.first_digit)
+    yield Column("error_estimate", "error", "{:.0e}".format)
     for name in dict.fromkeys(measures):
         for statistic in answers.STATISTICS:
             yield Column(f"{name}_{statistic}", f"{name} {statistic}", say.certain, error=f"{name}_{statistic}_error")

@@ -73,7 +73,7 @@ def design_command(
     target = opt.target(format, output, pictured.overwrite, _DESIGN_FORMS, plots.SUFFIXES)
     drawn = opt.picture_of(picture, pictured)
     opt.choice("symmetry", symmetric, designs.SYMMETRIES)
-    area = opt.region_of(region, weight, [] if base is None else [base])
+    area = opt.region_of(region, [] if base is None else [base], weight)
     up = None
     if north is not None:
         lon, comma, lat = north.partition(",")
@@ -205,7 +205,7 @@ def mean_map_command(
     output, picture = opt.picture_apart(output, picture)
     target = opt.target(format, output, pictured.overwrite, _MEAN_FORMS, plots.SUFFIXES)
     drawn = opt.picture_of(picture, pictured)
-    area = opt.region_given(region, projections)
+    area = opt.region_of(region, projections)
     counts = None if weights is None else opt.numbers(weights)
     if counts == []:
         refuse(f"Invalid weights '{weights}'. They must be numbers with commas, as 1,2.")
@@ -307,7 +307,7 @@ def world_map_command(
     }
     if exponent is not None:
         options["exponent"] = opt.number("exponent", exponent, 0.0, 1.0)
-    area = None if region is None else opt.region_of(region, weight)
+    area = None if region is None else opt.region_of(region, weight=weight)
     with refusing(), progress_bar("cells") as progress:
         found = designs.world_map(area, **options, progress=progress)
     pipeline = None

@@ -44,7 +44,7 @@ def tissot_command(
         crosses = "" if axes else None
         drawn = {"--grid": grid, "--exaggerate": exaggerate, "--axes": crosses, "--context": context}
         opt.refuse_given(drawn | pictured.given(), "It is for pictures.", f" for '{path}'")
-        area, spacing = opt.region_given(region, given), opt.number("step", step, 1e-5, 90, " of degrees")
+        area, spacing = opt.region_of(region, given), opt.number("step", step, 1e-5, 90, " of degrees")
         projection = _only_map(given, path)
         with drawing(path):
             found = gis.indicatrices(projection, region=area, step=spacing)
@@ -98,7 +98,7 @@ def heatmap_command(
     if path.suffix.lower() in opt.RASTER_SUFFIXES:
         drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--context": context, "--against": against}
         opt.refuse_given(drawn | pictured.given(but="--size"), "It is for pictures.", f" for '{path}'")
-        area = opt.region_given(region, given)
+        area = opt.region_of(region, given)
         opt.choice("grid", grid, gis.GRIDS)
         pixels, side = _pixels(size), opt.number("resolution", resolution, 1e-12, 1e12)
         projection = _only_map(given, path)
@@ -164,7 +164,7 @@ def _draw(
     shown = plots.CONTEXTS[-1] if context is None else opt.choice("context", context, plots.CONTEXTS)
     other = options.get("against")
     others = [] if other is None else [other]
-    area = opt.region_given(region, [*given, *(one.definition for one in others)])  # a region that all have
+    area = opt.region_of(region, [*given, *(one.definition for one in others)])  # a region that all have
     with refusing(), progress_bar("maps measured") as progress:
         found = answers.compare([*given, *others], area, sort="given", tolerance=_TOLERANCE, progress=progress)
     drawn = [one for one in found.results if one.projection is not other]
@@ -198,7 +198,7 @@ def morph_command(
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A film shows one.")
     count, length = opt.whole_number("frames", frames, 2, 500), opt.number("seconds", seconds, 0.1, 600)
     dots = opt.number("dpi", dpi, 10, 1200)
-    room, area = opt.size_of(size, dots), opt.region_given(region, [first, second])
+    room, area = opt.size_of(size, dots), opt.region_of(region, [first, second])
     look = pictured.look()
     with refusing():
         maps = projections.Projection.from_user_input(first), projections.Projection.from_user_input(second)
@@ -241,7 +241,7 @@ def explore_command(
         maps = [projections.Projection.from_user_input(text) for text in given]
         chosen = matrices.get_measure(measure).name
         support.check_choice("measure", chosen, web.SHOWN_MEASURES)
-        place = regions.region_for(opt.region_given(region, given), maps)
+        place = regions.region_for(opt.region_of(region, given), maps)
         web.check_server()
         wanted = 0 if port is None else opt.whole_number("port", port, 0, _LAST_PORT)
     try:

@@ -34,11 +34,6 @@ def width_of(stream: TextIO) -> int | None:
         return USUAL
 
 
-def takes_escapes(stream: TextIO) -> bool:
-    """True if a stream is a terminal with escape codes and NO_COLOR is not set (https://no-color.org)."""
-    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") not in ("dumb", "unknown")
-
-
 def folded(text: str, width: int | None) -> str:
     """Text wrapped at blanks; words longer than a line, such as paths, stay whole so that they can be copied."""
     if width is None:

@@ -45,7 +45,7 @@ def info_command(
         present(_region_report(projection), *target)
         return
     picture = opt.picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
-    area = opt.region_given(region, [projection])
+    area = opt.region_of(region, [projection])
     with refusing(), working("Measuring"):
         found = decisions.info(projection, area)
     if picture is not None:
@@ -55,7 +55,7 @@ def info_command(
     parameters = [one._asdict() for one in stated.parameters]
     card = [{"what": what, "it is": text} for what, text in _card(found) if text]
     on_earth = not found.projection.ellipsoid.is_of_another_body and not isinstance(found.region, regions.PointSet)
-    given, place = shlex.quote(stated.code or label), say.typed(found.region)
+    given, place = shlex.quote(stated.code or label), shlex.quote(found.region.name)
     value = Column("value", show=lambda value: f"{value:.12g}" if isinstance(value, float) else value)
     columns = [Column("name", "parameter"), value, Column("unit", left=True)]
     report = Report(
@@ -91,7 +91,7 @@ def _region_report(text: str) -> Report:
     return Report(
         answer=[*answer, *([f"Its limits: {stated['limits']}."] if stated["limits"] else [])],
         brief=[],
-        next={f"projdist recommend {say.typed(region)}": "For the best map of it"},
+        next={f"projdist recommend {shlex.quote(region.name)}": "For the best map of it"},
         tables=[Table(made_of, ["it is made of"])] if made_of else [],
         data=lambda: facts,
         rows=lambda: [facts],
@@ -129,7 +129,7 @@ def _card(found: decisions.MapInfo) -> Iterator[tuple[str, str | None]]:
     if stated.deprecated:
         instead = f"; use {support.listed(stated.replaced_by, 'or')} instead" if stated.replaced_by else ""
         yield "status", f"deprecated{instead}"
-    kept = [f"{_KEEPS[name]} ({name}, to {say.first_digit(found.departures[name])})" for name in found.keeps]
+    kept = [f"{_KEEPS[name]} ({name}, to {found.departures[name]:.0e})" for name in found.keeps]
     yield "keeps", f"{support.listed(kept, 'and') if kept else 'neither angles, areas nor distances'}, as measured"
     if found.promises and found.promises not in found.keeps:
         yield "should keep", f"{_KEEPS[found.promises]}, by its method: it is not {found.promises} as measured"
@@ -361,7 +361,7 @@ def _tables_report(found: dict[str, Any]) -> Report:
         "measure",
         Column("published", of=lambda row: f"{row['published']:.{row['decimals']}f}"),
         Column("value", "ours", of=lambda row: _published("value", row)),
-        Column("error", show=say.first_digit),
+        Column("error", show="{:.0e}".format),
         Column("difference", of=lambda row: _published("difference", row, "+")),
         Column("reproduced", "comes out", of=verdict, left=True),
     ]

@@ -69,8 +69,8 @@ def optimize_command(
         answer=[*_optimum_answer(found)],
         brief=[Table(tables[0].rows, [one for one in tables[0].columns if one.key != "definition"])],
         next={
-            f"projdist heatmap {shlex.quote(found.proj)} -r {say.typed(found.region)}": "To see where it distorts",
-            f"projdist design {say.typed(found.region)}": "For a map made to measure",
+            shlex.join(["projdist", "heatmap", found.proj, "-r", found.region.name]): "To see where it distorts",
+            f"projdist design {shlex.quote(found.region.name)}": "For a map made to measure",
         },
         title=f"{name} for {found.region.name} ({say.size_text(found.region)})",
         lead=[*_optimum_lead(found)],
@@ -328,7 +328,7 @@ def correct_command(
 ) -> None:
     """Find the linear map that reduces a map's distortion most, and the corrected map."""
     target = opt.page_target(format, output, pictured.overwrite, _CORRECTION_FORMS)
-    area = opt.region_given(region, [projection])
+    area = opt.region_of(region, [projection])
     opt.choice("criterion", criterion, answers.CORRECTION_CRITERIA)
     opt.choice("constraint", constraint, answers.CONSTRAINTS)
     picture = opt.picture_of(output, pictured, step=step, beside=(opt.PAGE_SUFFIX,))
@@ -422,9 +422,9 @@ def _correction_table(result: answers.Correction) -> Table:
 def _correction_notes(result: answers.Correction) -> Iterator[str]:
     (xx, xy), (yx, yy) = result.matrix
     if result.spread is None:
-        yield f"The error of these figures is about {say.first_digit(result.error_estimate)}."
+        yield f"The error of these figures is about {result.error_estimate:.0e}."
     else:
-        yield f"The error of the matrix is about {say.first_digit(result.matrix_error)}."
+        yield f"The error of the matrix is about {result.matrix_error:.0e}."
     yield f"x' = {xx:.9g} x {xy:+.9g} y" if xy else f"x' = {xx:.9g} x"
     yield f"y' = {yx:.9g} x {yy:+.9g} y" if yx else f"y' = {yy:.9g} y"
     yield f"That is {result.words}."

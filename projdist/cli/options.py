@@ -181,14 +181,15 @@ def numbers(text: str) -> list[float]:
         return []
 
 
-def region_given(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> regions.Place | None:
-    """Region of `--region`, None for the default of the maps; with weights the default is the globe."""
-    return None if text is None and weight is None else region_of("globe" if text is None else text, weight, maps)
-
-
-def region_of(text: str, weight: str | None = None, maps: Iterable[str] = ()) -> regions.Place:
-    """Region of a text, possibly weighted; prints notes on repairs."""
-    known = []
+@overload
+def region_of(text: str, maps: Iterable[str] = (), weight: str | None = None) -> regions.Place: ...
+@overload
+def region_of(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> regions.Place | None: ...
+def region_of(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> regions.Place | None:
+    """Region of a text, possibly weighted, which is by default the globe; prints notes on repairs. None of None."""
+    if text is None and weight is None:
+        return None
+    text, known = "globe" if text is None else text, []
     with support.notices_kept():  # they are left to the measuring
         for one in maps:
             with contextlib.suppress(projections.ProjectionError):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, NamedTuple
@@ -254,7 +255,7 @@ def _brief_table(result: decisions.Recommendation) -> Table:
 
 def _next(result: decisions.Recommendation, use: _Use) -> dict[str, str]:
     """Where to look, and maps that are to be made, with what they would gain."""
-    region, best = say.typed(result.region), _best(result)[0]
+    region, best = shlex.quote(result.region.name), _best(result)[0]
     found = {f"projdist heatmap {best.code} -r {region}": "To see where it distorts"}
     if use.reason:
         return found | {f"projdist recommend {region}": "For a map to measure on"}

@@ -9,6 +9,7 @@ import errno
 import io
 import json
 import math
+import os
 import re
 import shlex
 import sys
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from projdist import __version__, projections, regions, support, web
-from projdist.cli.errors import USUAL, cannot_write, folded, refuse, refusing, takes_escapes, width_of, working
+from projdist.cli.errors import USUAL, cannot_write, folded, refuse, refusing, width_of, working
 from projdist.cli.wording import certain, per_cent
 
 TABLE, JSON, CSV, MARKDOWN, HTML = FORMATS = ("table", "json", "csv", "markdown", "html")
@@ -53,14 +54,9 @@ class Column:
     best: bool = False
     only: Callable[[Any], bool] | None = None
 
-    def values(self, rows: Sequence[Row]) -> list[Any]:
-        """The values as computed."""
-        return [value_of(row, self.key) for row in rows]
-
-    def cells(self, rows: Sequence[Row]) -> list[str]:
-        """The values as texts; a dash for an undefined one."""
-        values = self.values(rows)
-        cells = []
+    def cells(self, rows: Sequence[Row]) -> tuple[list[str], bool]:
+        """The values as texts, a dash for an undefined one; and True if they stand left, and may be folded."""
+        values, cells = [value_of(row, self.key) for row in rows], []
         for row, value in zip(rows, values, strict=True):
             if self.of is not None:
                 cells.append(self.of(row))
@@ -68,19 +64,13 @@ class Column:
                 cells.append("-")
             else:
                 cells.append(self.show(value, value_of(row, self.error)) if self.error else self.show(value))
-        if not self.best:
-            return cells
-        least = min((value for value in values if value is not None), default=None) if len(rows) > 1 else None
-        return [
-            f"{cell}{'*' if value is not None and value == least else ' '}"
-            for cell, value in zip(cells, values, strict=True)
-        ]
-
-    def is_left(self, rows: Sequence[Row]) -> bool:
-        """True if the texts stand left, and may be folded."""
+        if self.best:
+            least = min((value for value in values if value is not None), default=None) if len(rows) > 1 else None
+            marks = ("*" if value is not None and value == least else " " for value in values)
+            cells = [cell + mark for cell, mark in zip(cells, marks, strict=True)]
         if self.left is not None:
-            return self.left
-        return any(isinstance(value, str) and not support.is_number(value) for value in self.values(rows))
+            return cells, self.left
+        return cells, any(isinstance(value, str) and not support.is_number(value) for value in values)
 
 
 SHARED = {
@@ -121,7 +111,9 @@ class Table:
 
     def __post_init__(self, given: Iterable[Column | str]) -> None:
         columns = [SHARED.get(one, Column(one)) if isinstance(one, str) else one for one in given]
-        kept = (one for one in columns if one.only is None or any(map(one.only, one.values(self.rows))))
+        kept = (
+            one for one in columns if one.only is None or any(one.only(value_of(row, one.key)) for row in self.rows)
+        )
         object.__setattr__(self, "columns", tuple(kept))
 
 
@@ -284,7 +276,8 @@ def table_text(table: Table, output: Path | None = None, *, brief: bool = False)
     rows = table.rows[: table.most] if brief else table.rows
     columns = []
     for one in table.columns:
-        head, texts, left = one.title or one.key, one.cells(table.rows)[: len(rows)], one.is_left(table.rows)
+        head, (texts, left) = one.title or one.key, one.cells(table.rows)
+        texts = texts[: len(rows)]
         widest = max(map(cell_len, texts), default=0)
         folds = left or widest > _LONGEST_FIGURE
         columns.append(_Drawn(head, texts, left, one.best, max(cell_len(head), widest), folds))
@@ -299,7 +292,7 @@ def table_text(table: Table, output: Path | None = None, *, brief: bool = False)
         if 1 + sum(least) + column.least(narrowest) <= room:
             columns.append(column)
     stream = io.StringIO()
-    styled = output is None and takes_escapes(sys.stdout)
+    styled = terminal is not None and not os.environ.get("NO_COLOR")  # https://no-color.org; rich knows TERM
     blocks = [columns] if room is None else [*_blocks(columns, keys, room, narrowest)]
     for block in blocks[:1] if brief else blocks:
         shown = RichTable(box=box.HEAVY_HEAD if unicode else box.ASCII)
@@ -371,8 +364,9 @@ def _markdown_table(table: Table) -> str:
         return "| " + " | ".join(" ".join(_escaped(cell).split()) for cell in cells) + " |\n"
 
     title = f"{_escaped(table.title)}\n\n" if table.title else ""
-    rule = "| " + " | ".join("---" if column.is_left(table.rows) else "---:" for column in table.columns) + " |\n"
-    rows = zip(*(column.cells(table.rows) for column in table.columns), strict=True)
+    texts, left = zip(*(column.cells(table.rows) for column in table.columns), strict=True)
+    rule = "| " + " | ".join("---" if one else "---:" for one in left) + " |\n"
+    rows = zip(*texts, strict=True)
     return title + line(column.title or column.key for column in table.columns) + rule + "".join(map(line, rows))
 
 
@@ -430,8 +424,8 @@ def _page_table(table: Table) -> web.PageTable:
             return None
         return number if math.isfinite(number) else None
 
-    columns = [(column.title or column.key, column.is_left(table.rows)) for column in table.columns]
-    texts = [column.cells(table.rows) for column in table.columns]
+    texts, left = zip(*(column.cells(table.rows) for column in table.columns), strict=True)
+    columns = [(column.title or column.key, one) for column, one in zip(table.columns, left, strict=True)]
     rows = [
         [web.Cell(text[k], figure(row, column.key)) for text, column in zip(texts, table.columns, strict=True)]
         for k, row in enumerate(table.rows)

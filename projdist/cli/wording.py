@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 from collections.abc import Mapping
 
 from projdist import decisions, earth, regions
@@ -61,7 +60,7 @@ def with_error(value: float, error: float) -> str:
     """A value and its error: `0.12346 +- 3e-09`, or within the error `327 +- 27,000`."""
     if error > _ROUNDING and abs(value) <= error:
         return f"{_plain(value, 3)} +- {_plain(error, 2)}"
-    return f"{rounded(value, error)} +- {first_digit(error)}"
+    return f"{rounded(value, error)} +- {error:.0e}"
 
 
 def _plain(value: float, digits: int) -> str:
@@ -73,11 +72,6 @@ def _plain(value: float, digits: int) -> str:
 def fixed(value: float, decimals: int, sign: str = "") -> str:
     """A number with fixed decimals, never "-0.00"."""
     return f"{round(value, decimals) + 0.0:{sign}.{decimals}f}"
-
-
-def first_digit(error: float) -> str:
-    """An error with one digit."""
-    return f"{error:.0e}"
 
 
 def per_cent(share: float, digits: int = 4) -> str:
@@ -266,11 +260,6 @@ def with_article(name: str) -> str:
 def of(name: str) -> str:
     """The possessive of a name: Kenya's, the Netherlands'."""
     return f"{name}'" if name.endswith("s") else f"{name}'s"
-
-
-def typed(region: regions.Place) -> str:
-    """The region as an argument of the next command."""
-    return shlex.quote(region.name)
 
 
 def named(code: str, name: str) -> str:

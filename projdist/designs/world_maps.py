@@ -17,6 +17,7 @@ from projdist._typing import AnyPath, FloatArray, IntArray
 from projdist.designs.base_maps import SYMMETRIES, OnProgress, check_within
 from projdist.designs.newton import Elements, minimise_elements
 from projdist.designs.spline_sheets import Cut, CutLike, SplineMap, Splines, SplineSheet, get_cut
+from projdist.field import sample
 from projdist.matrices import EXPONENT, Energy
 from projdist.projections import Projection, ProjectionLike, listed_projections
 
@@ -355,7 +356,7 @@ def world_map(
     others = listed_projections(against)
     function, refinements = _refined(spec, finest, progress)
     projection = Projection(spec.name, spec.name, earth.SPHERE, function)
-    own = answers.summarize(projection, spec.area, tolerance=_TOLERANCE)
+    own = sample(projection, spec.area, tolerance=_TOLERANCE)
     return WorldMap(
         projection=projection,
         region=spec.area,
@@ -364,9 +365,9 @@ def world_map(
         until=spec.until,
         symmetric=spec.symmetric,
         exponent=spec.energy.exponent,
-        airy_kavrayskiy=own.airy_kavrayskiy_scaled,
-        error_estimate=own.error_estimate,
-        over_globe=_over_globe(own, spec),
+        airy_kavrayskiy=own.airy_kavrayskiy.scaled,
+        error_estimate=own.error,
+        over_globe=_over_globe(projection, own.airy_kavrayskiy.scaled, spec),
         coverage=own.coverage,
         mirrored=own.mirrored,
         refinements=refinements,
@@ -377,16 +378,17 @@ def world_map(
 def _standing(given: ProjectionLike, spec: WorldSpec) -> Standing:
     found = answers.summarize(given, spec.area, tolerance=_TOLERANCE)
     name, figure = found.projection.name, found.airy_kavrayskiy_scaled
-    return Standing(name, figure, found.error_estimate, _over_globe(found, spec), found.coverage)
+    over_globe = _over_globe(found.projection, figure, spec)
+    return Standing(name, figure, found.error_estimate, over_globe, found.coverage)
 
 
-def _over_globe(found: answers.Summary, spec: WorldSpec) -> float:
-    """The error of a measured map over the whole Earth; NaN for maps that do not show it."""
+def _over_globe(projection: Projection, figure: float, spec: WorldSpec) -> float:
+    """The error of a map over the whole Earth, by its figure over the region; NaN for maps that do not show it."""
     if spec.until < 90.0:
         return float("nan")
     if spec.region is None:
-        return found.airy_kavrayskiy_scaled
-    return answers.summarize(found.projection, "globe", tolerance=_TOLERANCE_OF_GLOBE).airy_kavrayskiy_scaled
+        return figure
+    return answers.summarize(projection, "globe", tolerance=_TOLERANCE_OF_GLOBE).airy_kavrayskiy_scaled
 
 
 # ---- the search -----------------------------------------------------------------------------

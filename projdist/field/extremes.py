@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -26,7 +25,7 @@ class Extreme(NamedTuple):
     value: float
     lon: float
     lat: float
-    error: float = math.nan  # by how much the true extreme may lie beyond, with rounding; NaN if infinite
+    error: float = np.nan  # by how much the true extreme may lie beyond, with rounding; NaN if infinite
 
 
 @dataclass(frozen=True)

@@ -111,7 +111,7 @@ class Field:
         defined = np.isfinite(square) & (matrices.areal_scale(J) > 0)
         if not defined.any():
             raise ProjectionError(_SINGULAR)
-        best = matrices.field_mdt(J[defined], weight[defined])
+        best = matrices.field_mdt(J[defined], weight[defined] / weight[defined].sum())
         distances = np.full(square.shape, np.nan)
         distances[defined] = best.distances
         slopes = 2.0 * np.sqrt(square), 1.0, 2.0 * np.sqrt(distances)
@@ -156,11 +156,12 @@ class Field:
         >>> round(float(sample("plate-carree").geometric_median.T[0, 0]), 3)  # half of the globe has less: 2 / sqrt(3)
         1.155
         """
-        noise = 0.0 if self._half_factors is None else _NOISE
-        found = matrices.field_median(*self.dense_factors, noise)
-        if self._half_factors is None:
+        (L, w), half = self.dense_factors, self._half_factors
+        found = matrices.field_mdt(L, w / w.sum(), "median", 0.0 if half is None else _NOISE)
+        if half is None:
             return GeometricMedian(found.T, 0.0, bool(found.unique))
-        other = matrices.field_median(*self._half_factors, noise)
+        L, w = half
+        other = matrices.field_mdt(L, w / w.sum(), "median", _NOISE)
         return GeometricMedian(found.T, 0.5 * float(matrices.factor_distance(found.T, other.T)), True)
 
     def spread(self, T: ArrayLike = ((1.0, 0.0), (0.0, 1.0))) -> Spread:

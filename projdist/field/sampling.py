@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,10 +16,10 @@ from projdist.field.cubature import STENCIL, Integrand, Mesh, MeshGoal
 from projdist.field.field import AnyMeasure, Field
 from projdist.field.panels import Pieces
 from projdist.field.stencils import fourth_order, hessian
-from projdist.matrices import Measure, get_measure, listed_measures, log_scales
+from projdist.matrices import Measure, get_measure, log_scales
 from projdist.projections import Projection, ProjectionError, ProjectionLike, declared_property_of, native_pole_of
 from projdist.regions import Box, Place, PointSet, Region, RegionLike, TurnedGlobe, cells_of, get_region, region_for
-from projdist.support import check_number, check_numbers, tell
+from projdist.support import check_number, check_numbers, listed_values, tell
 
 # ---- fields of maps ------------------------------------------------------------------------------
 
@@ -33,9 +33,11 @@ _STUCK = 1.5  # for means of integrands: kinks may keep nearly all of their erro
 
 
 def named_measures(measures: Any) -> dict[str, Measure]:
-    """Measures by the names that they were asked for; raises ValueError if two have the same."""
+    """Measures by the names that they were asked for, or such already; raises ValueError if two have the same."""
+    if isinstance(measures, Mapping):
+        return dict(measures)
     chosen: dict[str, Measure] = {}
-    for given in listed_measures(measures):
+    for given in [] if measures is None else listed_values(measures, (str, Measure)):
         measure = get_measure(given)
         name = given if isinstance(given, str) else measure.name
         if chosen.get(name, measure) != measure:
@@ -104,7 +106,7 @@ def sample(
         finer = _SLACK * tolerance * tolerance / error
         field = replace(field_resolving(projection, place, integrands, of_H, tolerance=finer), measures=chosen)
     if isinstance(place, PointSet) and place.coarse is not None:
-        coarse = sample(projection, place.coarse, measures=chosen.values(), tolerance=tolerance)
+        coarse = sample(projection, place.coarse, measures=chosen, tolerance=tolerance)
         field = replace(field, evaluations=field.evaluations + coarse.evaluations, _coarser=coarse)
     return field
 

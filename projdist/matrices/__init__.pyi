@@ -1,7 +1,7 @@
 from . import spd
 from .distortion_modes import Modes, field_modes, modes
 from .energies import EXPONENT, Energy, Expansion
-from .mean_transformation import MDT, check_weights, field_mdt, field_median, mdt
+from .mean_transformation import MDT, check_weights, field_mdt, mdt
 from .measures import (
     FACTORS,
     MEASURES,
@@ -15,7 +15,6 @@ from .measures import (
     fisher,
     get_measure,
     jordan,
-    listed_measures,
     log_anisotropy,
     log_areal_scale,
     log_scales,
@@ -49,13 +48,11 @@ __all__ = [
     "factor_distance",
     "factors_of",
     "field_mdt",
-    "field_median",
     "field_modes",
     "field_rotation",
     "fisher",
     "get_measure",
     "jordan",
-    "listed_measures",
     "log_anisotropy",
     "log_areal_scale",
     "log_scales",

@@ -141,7 +141,8 @@ def modes(A: ArrayLike, weights: ArrayLike | None = None, *, T: ArrayLike | None
 
 def field_modes(J: FloatArray, weights: FloatArray, T: FloatArray | None = None) -> Modes:
     """The modes of a smooth field of matrices at the nodes of a quadrature rule, whose weights may be negative."""
-    return _modes(J, weights / weights.sum(), field_mdt(J, weights).T if T is None else T)
+    w = weights / weights.sum()
+    return _modes(J, w, field_mdt(J, w).T if T is None else T)
 
 
 def _seen(T: FloatArray, A: FloatArray) -> FloatArray:

@@ -114,23 +114,13 @@ def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto")
     A = check_matrices(A)
     w = check_weights(weights, A.shape[:-2])
     check_choice("method", method, ("auto", *frechet.METHODS, "median"))
-    return _solved(A, w, method)
+    return field_mdt(A, w, method)
 
 
-def field_mdt(J: FloatArray, weights: FloatArray) -> MDT:
-    """The MDT of a smooth field J (N, n, n) at the nodes of a rule; ValueError for singular or non-finite matrices."""
-    # The rule's weights may be negative, over polygons; the field's own weight is positive.
-    return _solved(J, weights / weights.sum(), "auto")
-
-
-def field_median(J: FloatArray, weights: FloatArray, noise: float) -> MDT:
-    """The geometric median of many samples J (N, n, n) of a smooth field, with non-negative weights; ValueError."""
-    # Distances and directions below `noise` count as 0.
-    return _solved(J, weights / weights.sum(), "median", noise)
-
-
-def _solved(A: FloatArray, w: FloatArray, method: str, noise: float = 0.0) -> MDT:
-    """The means of sets of matrices (..., N, n, n) with weights (..., N), some sets at a time."""
+def field_mdt(A: FloatArray, w: FloatArray, method: str = "auto", noise: float = 0.0) -> MDT:
+    """The means of sets of matrices (..., N, n, n) with weights (..., N) of sum 1; ValueError for singular matrices."""
+    # Weights at the nodes of a rule may be negative, over polygons, but not for medians, to which distances and
+    # directions below `noise` count as 0. Some sets are taken at a time.
     shape, (count, n, _) = A.shape[:-3], A.shape[-3:]
     A, w = A.reshape(-1, count, n, n), w.reshape(-1, count)
     rows, in_plane = max(1, _GROUP // (count * n * n)), n == 2 and method in ("auto", "newton")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from projdist._typing import FloatArray
 from projdist.matrices.flexion import flexion, skewness
-from projdist.support import Registry, check_numbers, listed_values, quoted
+from projdist.support import Registry, check_numbers, quoted
 
 _SMALL, _LARGE = 1e-290, 1e300  # squares that have all their digits
 _FAR = 1e100  # scales whose squares have them
@@ -443,11 +443,6 @@ def get_measure(measure: str | Measure | Callable[[FloatArray], FloatArray]) -> 
     if isinstance(measure, str) and measure.startswith("scale@"):
         return _scale_measure(measure)
     return MEASURES.named(measure)
-
-
-def listed_measures(measures: Any) -> list[Any]:
-    """The measures of an iterable, a single one as a list, or [] for None."""
-    return [] if measures is None else listed_values(measures, (str, Measure))
 
 
 def _scale_measure(name: str) -> Measure:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -51,7 +50,7 @@ class CrsMetadata:
     ellipsoid_name: str = ""
     prime_meridian: str = ""
     unit: str = ""
-    unit_metres: float = math.nan
+    unit_metres: float = float("nan")
     axes: tuple[CrsAxis, ...] = ()
     method: str = ""
     parameters: tuple[Setting, ...] = ()
@@ -144,7 +143,7 @@ def declared_property_of(projection: Projection) -> DeclaredProperty | None:
     """The property that a map's method declares on its ellipsoid; None for others, pipelines and functions."""
     function = projection.function
     if isinstance(function, CrsOperation):
-        key = "method", _method_of(function.crs)
+        key = "method", function.method
     elif isinstance(function, Pipeline):  # its first operation, which is `pipeline` if there are several
         key = "operation", proj_strings.stated_in(function.definition.split()).get("proj", "")
     else:
@@ -153,12 +152,6 @@ def declared_property_of(projection: Projection) -> DeclaredProperty | None:
     if not keeps or (figure == "sphere" and not projection.ellipsoid.is_sphere):
         return None
     return DeclaredProperty(key[1], keeps)
-
-
-def _method_of(wkt: str) -> str:
-    """Name of the method in the WKT2 of a projected CRS, 100 times faster than by PROJ; "" for derived CRSs."""
-    method = re.search(r'METHOD\["([^"]*)"', wkt) if wkt.startswith("PROJCRS[") else None
-    return method[1] if method else ""
 
 
 # ---- discontinuities -----------------------------------------------------------------------------
@@ -183,7 +176,7 @@ def discontinuities_of(projection: Projection) -> Discontinuities:
         centre = values.get("lon_0", 0.0)
         return _known_about("operation", values.get("proj"), centre) if isinstance(centre, float) else SMOOTH
     if isinstance(function, CrsOperation) and function.angles.per_degree == 1.0:
-        key = "method", _method_of(function.crs)
+        key = "method", function.method
         if key in _KNOWN and (stated := _CENTRE.search(function.crs)):
             return _known_about(*key, float(stated[1]) + function.angles.greenwich)
     return SMOOTH

@@ -23,6 +23,7 @@ _AXES = [
     {"name": "Geodetic longitude", "abbreviation": "Lon", "direction": "east", "unit": "degree"},
     {"name": "Geodetic latitude", "abbreviation": "Lat", "direction": "north", "unit": "degree"},
 ]
+_METHOD = re.compile(r'PROJCRS\[.*?\bMETHOD\["([^"]*)"', re.DOTALL)  # 100 times faster than by PROJ
 _ROUNDED = 1e-9  # relative: digits of degrees that programs write
 _IDENTITY = ("id", "ids", "$schema", "scope", "area", "bbox", "usages", "remarks")  # refer to the old axes
 
@@ -197,6 +198,7 @@ class CrsOperation:
     crs: str
     angles: GeographicAxes  # of its `geographic_base`
     axes: tuple[tuple[float, float], tuple[float, float]]  # (east, north) in metres per unit of each CRS axis
+    method: str  # the name of the method of its conversion, "" for derived CRSs
 
     @functools.cached_property
     def transformer(self) -> Transformer:
@@ -222,7 +224,9 @@ class CrsOperation:
             matrix = ((0.0, sign[second] * v), (sign[first] * u, 0.0))
         elif first in ("east", "west") and second in ("north", "south"):
             matrix = ((sign[first] * u, 0.0), (0.0, sign[second] * v))
-        made = cls(crs.to_wkt(), GeographicAxes.of(base), matrix)
+        wkt = crs.to_wkt()
+        method = _METHOD.match(wkt)
+        made = cls(wkt, GeographicAxes.of(base), matrix, method[1] if method else "")
         if crs.type_name == "Projected CRS":  # a derived one has other axes in memory than in its WKT
             # Twice as fast as from WKT. For a few CRSs PROJ's database has several operations, some with datum
             # transformations, and picks one at the first point; these keep the WKT, which has the conversion only.

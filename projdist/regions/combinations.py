@@ -158,9 +158,11 @@ def _suffixed(name: str, suffix: str) -> str:
 
 def told_apart(region: Polygons) -> Polygons:
     """The region, with a note on parts beyond gaps of `FAR_KM` if there are any."""
-    west, south, east, north = region.bounds
-    reach = math.radians(east - west + north - south) * (region.figure.mean_radius / 1000.0)
-    if reach < FAR_KM:  # no two points are farther apart
+    parts = shapely.get_parts(region.geometry)
+    largest = parts[np.argmax(shapely.area(parts))]
+    shapely.prepare(largest)
+    # No degree is longer than those of the equator.
+    if shapely.dwithin(largest, parts, math.degrees(1000.0 * FAR_KM / region.figure.a)).all():
         return region
     outline = _Outline(region, MAIN_KM)
     if outline.main(FAR_KM).all():

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import functools
 import itertools
-import math
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,7 +15,7 @@ import numpy as np
 
 from projdist import earth, regions  # both load shapely when it is needed
 from projdist._typing import FloatArray
-from projdist.earth import WGS84, Ellipsoid, data_rows, latitude_text, longitude_text
+from projdist.earth import WGS84, Ellipsoid, latitude_text, longitude_text
 from projdist.projections import Body, Projection, ProjectionError, area_of_use, ground_of, is_same_body
 from projdist.regions.caps import Cap
 from projdist.regions.region import GLOBE, Box, PointSet, Region, likelier
@@ -166,20 +164,22 @@ def weighted_points(text: str, column: str) -> PointSet:
     return regions.shapes.points_from_file(*_path(text, argument.strip()), text.strip(), column)
 
 
+@dataclasses.dataclass
 class _Parser:
     """Recursive descent: a sum of products of atoms and brackets."""
 
-    def __init__(self, text: str, body: Body | None, check: Callable[[str, str], None] | None = None) -> None:
-        if len(text) > _LONGEST:
-            raise ValueError(f"Invalid region '{shown(text)}'. It must have at most {_LONGEST} characters.")
-        self.text, self.body, self.check = text, body, check
-        self.given = text.strip()
-        self.rest = self.given
-        self.kinds: set[str] = set()  # of atoms, and of suffixes
-        self.combined = False
-        self.depth = 0
+    text: str
+    body: Body | None
+    check: Callable[[str, str], None] | None = None
+    rest: str = ""
+    kinds: set[str] = dataclasses.field(default_factory=set)  # of atoms, and of suffixes
+    combined: bool = False
+    depth: int = 0
 
     def parse(self) -> Place:
+        if len(self.text) > _LONGEST:
+            raise ValueError(f"Invalid region '{shown(self.text)}'. It must have at most {_LONGEST} characters.")
+        self.rest = self.text.strip()
         found = self._combination()
         if self.rest:
             raise ValueError(f"Invalid region '{shown(self.text)}'. Its brackets must close what they open.")
@@ -187,7 +187,7 @@ class _Parser:
 
     def _combination(self, operators: str = "+-") -> Place:
         """A sum of products of factors, or, of `&`, a product."""
-        part = self._factor if operators == "&" else functools.partial(self._combination, "&")
+        part = self._factor if operators == "&" else lambda: self._combination("&")
         before, name = self.rest, ""
         found = [part()]  # not yet added up: in pairs it is fast for a sum of many countries
         while (operator := _OPERATOR.match(self.rest)) and operator[1] in operators:
@@ -224,7 +224,7 @@ class _Parser:
     def _atom(self) -> Place:
         end = _end_of_atom(self.rest)
         text, self.rest = self.rest[:end].strip(), self.rest[end:]
-        if (not text and self.given) or re.match(r"[&+-]\s", text):
+        if (not text and self.text.strip()) or re.match(r"[&+-]\s", text):
             raise ValueError(
                 f"Invalid region '{shown(self.text)}'. There must be a region on each side of an operator."
             )
@@ -433,25 +433,15 @@ def ground_of_maps(projections: Iterable[Projection]) -> Ellipsoid:
     return next((figure for figure in figures if not figure.is_sphere), figures[0] if figures else WGS84)
 
 
-_WHOLE = 1.0 - 1e-9
-
-
 def share_in(box: Box, region: Region | PointSet) -> float:
     """Share of a region that lies in a box; for region types of other packages that of its bounds."""
     if isinstance(region, PointSet):
         return float(region.weight[box.contains(region.lon, region.lat)].sum() / region.weight.sum())
-    around = Box.between(region.bounds, getattr(region, "ellipsoid", None))
-    (west, south, east, north), (left, low, right, high) = around.bounds, box.bounds
-    turns = (-720.0, -360.0, 0.0, 360.0, 720.0)
-    width = sum(max(0.0, min(east, right + turn) - max(west, left + turn)) for turn in turns)
-    below = around.figure.area_below([max(south, low), min(north, high)])
-    share = float(math.radians(width) * max(0.0, below[1] - below[0]) / 1e6) / around.area_km2
-    if share == 0.0 or isinstance(region, Box):
-        return share
-    if share > _WHOLE:
+    if not isinstance(region, Box | Cap | regions.Polygons):
+        region = Box.between(region.bounds, getattr(region, "ellipsoid", None))
+    (west, south, east, north), (left, low, right, high) = region.bounds, box.bounds
+    if low <= south and north <= high and min((west - left) % 360.0 + east - west, 360.0) <= right - left:
         return 1.0
-    if not isinstance(region, Cap | regions.Polygons):
-        return share
     try:
         return regions.combine("&", region, box, region.name).area_km2 / region.area_km2
     except ValueError:  # nothing is left
@@ -463,17 +453,10 @@ def share_in(box: Box, region: Region | PointSet) -> float:
 _LONGEST_TITLE = 70  # letters
 
 
-@functools.cache
-def _names_by_code() -> dict[str, str]:
-    """Names of countries by `country:` and their code, of states by `state:` and theirs."""
-    countries = {f"country:{row['iso_a2']}": row["name"] for row in data_rows("countries.csv")}
-    return countries | {f"state:{row['postal']}": row["name"] for row in data_rows("states.csv")}
-
-
 _TITLES = (
     (
-        re.compile(r"((?:country|state):([A-Z]{2}))(@\d+m)?(?![\w])"),
-        lambda match: f"{_names_by_code()[match[1]]} ({match[2]})",
+        re.compile(r"(country|state):([A-Z]{2})(@\d+m)?(?![\w])"),
+        lambda match: f"{regions.countries.rows_of(match[1])[match[2].lower()]['name']} ({match[2]})",
     ),
     (re.compile(r"(?:country|continent|area|state):([\w .'-]+?)(@\d+m)?(?=$|[)@]| [&+-] )"), lambda match: match[1]),
     (re.compile(r"(?:file|geodesic|points):(?:[^\s&()]*[/\\])?([^\s/\\&()]+)"), lambda match: match[1]),

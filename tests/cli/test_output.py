@@ -17,7 +17,7 @@ from tables import each
 from projdist import CRITERIA, MEASURES, projection_names
 from projdist.answers.published_indices import INDICES
 from projdist.cli.report import Column, Copy, Report, Table, _bars, listing, render
-from projdist.cli.wording import certain, change, first_digit, fixed, label_of, per_cent, rounded
+from projdist.cli.wording import certain, change, fixed, label_of, per_cent, rounded
 
 
 def process(*words: str, **options: object) -> subprocess.CompletedProcess:
@@ -273,22 +273,22 @@ def test_texts_to_copy(capsys: pytest.CaptureFixture[str]) -> None:
 def test_words_stand_to_the_left() -> None:
     """Texts that are no numbers, unless it is said; undefined is a dash, and none is the best; one row has no best."""
     rows = [{"id": "12", "name": "x", "figure": 1.0, "none": None}]
-    left = {name: Column(name).is_left(rows) for name in rows[0]}
+    left = {name: Column(name).cells(rows)[1] for name in rows[0]}
     assert left == {"id": False, "name": True, "figure": False, "none": False}
-    assert Column("id", left=True).is_left(rows)
+    assert Column("id", left=True).cells(rows)[1]
     assert [column.title or column.key for column in listing(rows).tables[0].columns] == list(rows[0])
     rows = [{"x": value} for value in (None, float("nan"), 2.0, 1.0)]
-    assert Column("x", show=certain).cells(rows) == ["-", "-", "2", "1"]
-    assert Column("x", show=certain, best=True).cells([rows[0], *rows[2:]]) == ["- ", "2 ", "1*"]
-    assert Column("x", show=certain, best=True).cells(rows[3:]) == ["1 "]
-    assert Column("x", of=lambda row: f"<{row['x']}>").cells(rows[2:]) == ["<2.0>", "<1.0>"]
+    assert Column("x", show=certain).cells(rows)[0] == ["-", "-", "2", "1"]
+    assert Column("x", show=certain, best=True).cells([rows[0], *rows[2:]])[0] == ["- ", "2 ", "1*"]
+    assert Column("x", show=certain, best=True).cells(rows[3:])[0] == ["1 "]
+    assert Column("x", of=lambda row: f"<{row['x']}>").cells(rows[2:])[0] == ["<2.0>", "<1.0>"]
 
 
 def test_numbers_as_texts() -> None:
     """Shares, changes, sizes of errors, fixed decimals without a negative zero, names of a bearable length."""
     assert [per_cent(0.98765), per_cent(1.0)] == ["98.77 %", "100 %"]
     assert [change(1.0125), change(0.5), change(float("inf"))] == ["+1.25 %", "-50.00 %", "-"]
-    assert [first_digit(2.4e-9), fixed(-1e-9, 4), fixed(0.5, 2, "+")] == ["2e-09", "0.0000", "+0.50"]
+    assert [fixed(-1e-9, 4), fixed(0.5, 2, "+")] == ["0.0000", "+0.50"]
     assert certain(float("inf"), 1e-3) == "inf"
     assert [label_of("moll", "X"), label_of("a\nb", "X"), label_of("a" * 61, "X")] == ["moll", "X", "X"]
     assert _bars([1.0, 0.5, 0.0, None], unicode=True) == ["█" * 12, "█" * 6, "", ""]

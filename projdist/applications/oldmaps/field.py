@@ -280,7 +280,7 @@ def old_map(
         raise ValueError(f"Invalid control points for model '{model}'. The fitted map folds everywhere.")
     J, w = jacobian[~folded], weights[~folded]
     flip = np.diag([1.0, -1.0 if is_mirrored else 1.0])
-    T = matrices.field_mdt(flip @ J, w).T
+    T = matrices.field_mdt(flip @ J, w / w.sum()).T
     turn = matrices.field_rotation(flip @ J, w, T)
     matrix = turn.q @ np.linalg.inv(T) @ flip
     mean = matrices.Affine(matrix, (points.new - points.old @ matrix.T).mean(axis=0))
