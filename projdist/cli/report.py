@@ -292,7 +292,9 @@ def table_text(table: Table, output: Path | None = None, *, brief: bool = False)
         if 1 + sum(least) + column.least(narrowest) <= room:
             columns.append(column)
     stream = io.StringIO()
-    styled = terminal is not None and not os.environ.get("NO_COLOR")  # https://no-color.org; rich knows TERM
+    # https://no-color.org; of a dumb terminal rich would not take the width.
+    plain = os.environ.get("NO_COLOR") or os.environ.get("TERM") in ("dumb", "unknown")
+    styled = terminal is not None and not plain
     blocks = [columns] if room is None else [*_blocks(columns, keys, room, narrowest)]
     for block in blocks[:1] if brief else blocks:
         shown = RichTable(box=box.HEAVY_HEAD if unicode else box.ASCII)
