@@ -165,7 +165,8 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, k
         ) from error
     if path.suffix.lower() == ".parquet" and "Parquet" not in pyogrio.list_drivers():
         raise ValueError(f"{text} The GDAL of pyogrio here reads no Parquet; GeoPackage and GeoJSON are read.")
-    with _refusing(text):
+    with _refusing(text), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # as below
         path.stat()
         likely = [layer] if layer else _likely_layers(pyogrio, path, kinds)
     if len(likely) > 1:

@@ -91,7 +91,8 @@ class _Ending:
 def _tell_again(lost: sys.UnraisableHookArgs) -> None:
     """Send a signal again shortly after its SystemExit was raised where Python ignores exceptions, as after a fork."""
     if not isinstance(lost.exc_value, SystemExit):
-        sys.__unraisablehook__(lost)
+        if not any(isinstance(signal.getsignal(number), _Ending) for number in _SIGNALS):  # else it is a consequence
+            sys.__unraisablehook__(lost)
         return
     _handle(_stop)
     again = threading.Timer(_SOON, os.kill, (os.getpid(), int(str(lost.exc_value.code)) - 128))
