@@ -18,7 +18,7 @@ BUDGET = {
     "applications": (5_770, 20),
     "cli": (5_770, 17),
     "decisions": (4_600, 14),
-    "designs": (3_260, 10),
+    "designs": (3_270, 10),
     "earth": (580, 3),
     "field": (4_590, 13),
     "gis": (1_630, 7),

@@ -341,7 +341,10 @@ def _turned(plane_map: PlaneMap, base: projections.Projection, north: tuple[floa
     """The map with its origin at a place and north up there."""
     lon, lat = np.array([north[0]]), np.array([north[1]])
     new_x, new_y, by = plane_map.at(*base(lon, lat))
-    east, up = (by @ jacobian(base, lon, lat))[0, :, 1]
+    at = jacobian(base, lon, lat)
+    if not np.isfinite(at).all():  # a pole beside the middle of the base: 10 m from it
+        at = jacobian(base, lon, lat * (1.0 - 1e-6))
+    east, up = (by @ at)[0, :, 1]
     size = float(np.hypot(east, up))
     if not (np.isfinite(size) and size > 0.0):
         raise ValueError(f"Invalid north '{north[0]:g},{north[1]:g}'. The map does not show it.")
