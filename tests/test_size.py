@@ -16,7 +16,7 @@ SOURCES = {path: path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rgl
 BUDGET = {
     "answers": (3_270, 10),
     "applications": (5_770, 20),
-    "cli": (5_770, 17),
+    "cli": (5_780, 17),
     "decisions": (4_600, 14),
     "designs": (3_270, 10),
     "earth": (580, 3),
@@ -28,7 +28,7 @@ BUDGET = {
     "projections": (4_580, 15),
     "regions": (2_900, 10),
     "support": (1_010, 7),
-    "surfaces": (1_730, 7),
+    "surfaces": (1_740, 7),
     "web": (2_910, 11),
 }
 LONGEST = 600  # lines of a module

@@ -26,6 +26,7 @@ _TITLES = {
     "k": "scale along parallels",
 }
 _BRIEF = ("area of use", "datum", "coordinates")
+_SIDES = ("west", "south", "east", "north")
 _KEEPS = {"conformal": "angles", "equal-area": "areas", "equidistant": "distances"}
 
 
@@ -41,10 +42,11 @@ def info_command(
 ) -> None:
     """Show what a projection is, what it keeps as measured, and its errors where it is for; or what a region is."""
     target = opt.page_target(format, output, pictured.overwrite)
-    if output is None and projection not in projections.projection_names() and regions.is_region_text(projection):
+    picture = opt.picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
+    if projection not in projections.projection_names() and regions.is_region_text(projection):
+        opt.refuse_given({"--region": region, "--output": picture}, "It is for projections, not for a region.")
         present(_region_report(projection), *target)
         return
-    picture = opt.picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
     area = opt.region_of(region, [projection])
     with refusing(), working("Measuring"):
         found = decisions.info(projection, area)
@@ -84,14 +86,22 @@ def _region_report(text: str) -> Report:
     region = opt.region_of(text)
     west, south, east, north = (round(bound, 1) for bound in region.bounds)
     words, stated = say.region_words(region), regions.definition(region.name)
-    within = "" if region.name == "globe" else f", from {regions.region_title(regions.Box(west, south, east, north))}"
-    answer = [f"{words[0].upper()}{words[1:]} has {say.size_text(region)}{within}."]
+    within = "" if region.name == "globe" else f" from {regions.region_title(regions.Box(west, south, east, north))}"
+    begin = words.replace("the ", "The ", 1) if words.startswith("the ") else words
+    size = "lie" if isinstance(region, regions.PointSet) else f"has {say.size_text(region)}"
+    answer = [f"{begin} {size}{within}."]
     made_of = [{"it is made of": part} for part in filter(None, stated["definition"].split(" + "))]
-    facts = {"region": region.name, "area_km2": region.area_km2, "bounds": list(region.bounds), **stated}
+    facts = {
+        "region": region.name,
+        "area_km2": region.area_km2,
+        **dict(zip(_SIDES, region.bounds, strict=True)),
+        **stated,
+    }
     return Report(
         answer=[*answer, *([f"Its limits: {stated['limits']}."] if stated["limits"] else [])],
         brief=[],
         next={f"projdist recommend {shlex.quote(region.name)}": "For the best map of it"},
+        title=begin,
         tables=[Table(made_of, ["it is made of"])] if made_of else [],
         data=lambda: facts,
         rows=lambda: [facts],

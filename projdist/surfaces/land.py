@@ -45,10 +45,10 @@ class PreparedArea:
             west, south, east, north = shapely.bounds(polygons)
             lons, lats = np.linspace(west, east, _TILES + 1), np.linspace(south, north, _TILES + 1)
             for k in range(_TILES):
-                strip = shapely.clip_by_rect(polygons, lons[k], south, lons[k + 1], north)
+                strip = clipped(polygons, lons[k], south, lons[k + 1], north)
                 if not strip.is_empty:
                     sides = pairwise(lats)
-                    tiles += [shapely.clip_by_rect(strip, lons[k], low, lons[k + 1], high) for low, high in sides]
+                    tiles += [clipped(strip, lons[k], low, lons[k + 1], high) for low, high in sides]
         # A coast that a tile's side cuts many times may cross itself there.
         tiles = [tile if tile.is_valid else shapely.make_valid(tile) for tile in tiles if not tile.is_empty]
         pairs = ((turn, tile) for turn in _TURNS for tile in tiles if abs(tile.centroid.x + turn) < _REACH)
@@ -160,8 +160,16 @@ def _parts_of(tiles: NDArray[np.object_], cells: NDArray[np.object_]) -> NDArray
     if not np.allclose(shapely.area(shapely.box(*bounds.T)), shapely.area(cells), rtol=_STRAIGHT, atol=0.0):
         return np.asarray(shapely.intersection(cells, tiles))
     found = np.empty(len(cells), dtype=object)
-    found[:] = [shapely.clip_by_rect(tile, *box) for tile, box in zip(tiles, bounds.tolist(), strict=True)]
+    found[:] = [clipped(tile, *box) for tile, box in zip(tiles, bounds.tolist(), strict=True)]
     return found
+
+
+def clipped(polygons: shapely.Geometry, *box: float) -> shapely.Geometry:
+    """Polygons within west, south, east, north; GEOS's fast way fails for some valid ones, and the general does not."""
+    try:
+        return shapely.clip_by_rect(polygons, *box)
+    except shapely.errors.GEOSException:
+        return shapely.intersection(polygons, shapely.box(*box))
 
 
 # ---- land ----------------------------------------------------------------------------------------
@@ -218,7 +226,7 @@ def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArra
         return None
     bounds = _window(surface.domain.box.bounds, -_INSET)
     if _is_wide(surface) and resolution != _FINEST:
-        found = shapely.clip_by_rect(land(resolution), *bounds)
+        found = clipped(land(resolution), *bounds)
     else:
         found = polygons_within("land", bounds, resolution)
     rings = shapely.segmentize(shapely.get_rings(shapely.get_parts(found)), max(ground_size(bounds)) / _ALONG)

@@ -114,3 +114,16 @@ def test_a_table_of_hits() -> None:
 def test_nothing(form: str) -> None:
     message = "Nothing is found for 'amersfort'. Did you mean 'amersfoort'?"
     assert refusal("find", "amersfort", "-f", form, code=1) == message
+
+
+def test_what_a_region_is(tmp_path: Path) -> None:
+    """A sentence, its limits and what it is made of; options of maps are refused."""
+    assert run_ok("info", "Lower 48").startswith("The Contiguous United States has 7,9")
+    assert "│ country:AT " in run_ok("info", "EU", "--details")
+    row = parse_csv(run_ok("info", "box:1,2,3,4", "-f", "csv"))[0]
+    assert (row["region"], row["west"], row["north"], row["definition"]) == ("box:1,2,3,4", "1.0", "4.0", "")
+    (tmp_path / "p.csv").write_text("lon,lat\n1,2\n3,4\n")
+    assert run_ok("info", f"points:{tmp_path / 'p.csv'}").startswith("The 2 points of p.csv lie from 0.9°E to 3.1°E")
+    for words in (("-r", "land"), ("-o", tmp_path / "x.png")):
+        assert "It is for projections, not for a region." in refusal("info", "Europe", *words)
+    assert not (tmp_path / "x.png").exists()

@@ -9,8 +9,16 @@ from tables import each
 from projdist import atlas
 from projdist.regions import get_region
 from projdist.support import Notice
+from projdist.surfaces.land import clipped
 from projdist.surfaces.regional import shown_part, surface_of
 from projdist.surfaces.tissot_ellipses import tissot_points
+
+
+def test_what_geos_cannot_clip() -> None:
+    """A border that was cut by another one; the area within the box is that of the general intersection."""
+    box = 26.390677415095325, 40.22908803275496, 26.98986004925743, 40.82832081467412
+    border = get_region("country:TR - continent:Europe").geometry
+    assert clipped(border, *box).area == pytest.approx(shapely.intersection(border, shapely.box(*box)).area, rel=1e-12)
 
 
 def area_of(pieces) -> float:
