@@ -12,6 +12,7 @@ from projdist.cli import options as opt
 from projdist.cli.errors import cannot_write, note, progress_bar, refuse, refusing, tell_problems
 from projdist.cli.report import Report, Row, drawing, present, tell_written
 
+SHOWN = 12  # regions below an answer: they fit on a screen
 OWN: str | None = "processes"
 """The executor where none is asked for."""
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from projdist import answers, field, plots, projections, regions, support
 from projdist.cli import options as opt, wording as say
-from projdist.cli.batches import RegionalWork, notices_note, regions_given
+from projdist.cli.batches import SHOWN, RegionalWork, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
 from projdist.cli.report import SHARED, Column, Mapped, Report, Row, Table, present
 
@@ -225,7 +225,6 @@ def _rounded_index(value: float, error: float | None) -> str:
 # ---- many regions --------------------------------------------------------------------------------
 
 
-_MOST = 12  # regions on a screen
 _NO_FIGURE = ("given", "name")  # orders by which no map is the best
 
 
@@ -277,11 +276,13 @@ def _compare_regions(
 
     over = {index.name: index.published_over for index in indices if index.published_over}
     note = "* is the best of a region. JSON and CSV have all figures of every map over every region."
-    first = [row["projection"] for row in best.values()]
-    wins = sorted((one for one in maps if one in first), key=first.count, reverse=True)
-    counted = [f"{one} {'is the best ' * (one == wins[0])}in {first.count(one)}" for one in wins]
+    firsts = [row["projection"] for row in best.values()]
+    leader, *others = sorted((one for one in maps if one in firsts), key=firsts.count, reverse=True) or [""]
+    counts = [f"{leader} is the best in {firsts.count(leader)}", *(f"{one} in {firsts.count(one)}" for one in others)]
+    several = f"Of {len(groups)} regions {support.listed(counts, 'and')}"
+    said = several if len(groups) > 1 else f"{leader} is the best over {next(iter(groups), '')}"
     report = Report(
-        answer=[f"Of {len(groups)} regions {support.listed(counted, 'and')}, by {figure}."] if groups else [],
+        answer=[f"{said}, by {figure}."] if groups else [],
         title=f"{len(groups)} regions, {len(maps)} maps, {figure}" if groups else "No region could be measured.",
         tables=[*_regional_tables(groups, best, maps, figure)] if groups else [],
         notes=[note, *notices_note(found)] if groups else [],
@@ -320,7 +321,7 @@ def _regional_tables(
     ]
     names = {row["projection"]: row["name"] for group in groups.values() for row in group}
     of_maps = [Column(one, say.label_of(one, names.get(one, one)), of=functools.partial(cell, one)) for one in maps]
-    yield Table(regions, ["region", Column("best", left=True), *of_maps, _COVERAGE], most=_MOST)
+    yield Table(regions, ["region", Column("best", left=True), *of_maps, _COVERAGE], most=SHOWN)
     totals: list[dict[str, Any]] = []
     for one in maps:
         of_it = [row for group in groups.values() for row in group if row["projection"] == one]

@@ -10,7 +10,7 @@ from typing import Annotated, Any, NamedTuple
 
 from projdist import decisions, designs, field, gis, plots, projections, regions, support
 from projdist.cli import options as opt, wording as say
-from projdist.cli.batches import RegionalWork, executor_opened, notices_note, regions_given
+from projdist.cli.batches import SHOWN, RegionalWork, executor_opened, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing
 from projdist.cli.report import TABLE, Column, Columns, Mapped, Report, Row, Table, drawing, present, tell_written
 from projdist.cli.wording import area_text, certain, change, per_cent, rounded, shortened, size_text
@@ -166,7 +166,6 @@ def _report(result: decisions.Recommendation, use: _Use, mapped: Mapped, picture
 
 
 _ROWS = 3
-_MOST = 12  # regions on a screen
 _TOLD = 5  # zones by name
 _BETTER = 1.5  # times less: a map that is worth naming beside the official one
 
@@ -393,12 +392,13 @@ def _recommend_regions(
         "region in the CRS's area of use.",
         *notices_note(found),
     ]
-    worst = max(best, key=lambda row: row["value"], default=None)
+    known = [row for row in best if row["value"] is not None]
+    worst = max(known, key=lambda row: row["value"]) if len(known) > 1 else None
     most = f"; it is largest for {worst['region']}: {certain(worst['value'])} on {worst['code']}" if worst else ""
     report = Report(
-        answer=[f"The best CRS of each of {len(best)} regions, by {criterion}{most}."] if best else [],
+        answer=[f"The best CRS of each region, by {criterion}{most}."] if best else [],
         title=f"{len(best)} regions, {options['purpose']}, by {criterion}" if best else "No region is served.",
-        tables=[Table(best, columns, most=_MOST)] if best else [],
+        tables=[Table(best, columns, most=SHOWN)] if best else [],
         notes=notes if best else [],
         data=lambda: {
             "regions": [

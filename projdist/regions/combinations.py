@@ -161,8 +161,8 @@ def told_apart(region: Polygons) -> Polygons:
     parts = shapely.get_parts(region.geometry)
     largest = parts[np.argmax(shapely.area(parts))]
     shapely.prepare(largest)
-    # No degree is longer than those of the equator.
-    if shapely.dwithin(largest, parts, math.degrees(1000.0 * FAR_KM / region.figure.a)).all():
+    # No degree is longer than those of meridians at the poles.
+    if shapely.dwithin(largest, parts, math.degrees(1000.0 * FAR_KM * (1.0 - region.figure.f) / region.figure.a)).all():
         return region
     outline = _Outline(region, MAIN_KM)
     if outline.main(FAR_KM).all():

@@ -68,6 +68,9 @@ def test_a_table_tells_the_best_of_each():
     best = {line.split()[1]: line.split()[3] for line in text.splitlines() if line.startswith("│ box:")}
     assert best == {box: projdist.compare(MAPS, box, tolerance=1e-4).results[0].given for box in BOXES}
     assert text.count("*") == len(BOXES)
+    assert run_ok("compare", "robin", "moll", "--regions", BOXES[0], *QUICK).startswith(
+        f"moll is the best over {BOXES[0]}, "
+    )
 
 
 def test_what_fails_is_named(tmp_path):
