@@ -35,7 +35,7 @@ _STUCK = 1.5  # for means of integrands: kinks may keep nearly all of their erro
 def named_measures(measures: Any) -> dict[str, Measure]:
     """Measures by the names that they were asked for, or such already; raises ValueError if two have the same."""
     if isinstance(measures, Mapping):
-        return dict(measures)
+        return {str(name): get_measure(given) for name, given in measures.items()}
     chosen: dict[str, Measure] = {}
     for given in [] if measures is None else listed_values(measures, (str, Measure)):
         measure = get_measure(given)

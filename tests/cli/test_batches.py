@@ -124,7 +124,9 @@ def test_recommendations_are_those_of_each_region():
     assert [one | {"notices": None} for one in found] == plain
     assert [row["code"] for row in rows] == [one.code for other in expected for one in other.results]
     text = run_ok(*RECOMMEND)
-    assert text.startswith("2 regions, any, by airy_kavrayskiy\n")
+    worst = max(expected, key=lambda one: one.results[0].value)
+    assert text.startswith(f"The best CRS of each region, by airy_kavrayskiy; it is largest for {worst.region.name}: ")
+    assert "2 regions, any, by airy_kavrayskiy\n" in run_ok(*RECOMMEND, "--details")
     first = [line.split()[3] for line in text.splitlines() if line.startswith("│ box:")]
     assert first == [other.results[0].code for other in expected]
 
