@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import json
 import math
@@ -20,7 +21,7 @@ from pyproj.enums import PJType
 from projdist import earth, support
 from projdist.projections import catalogue
 from projdist.projections.errors import ProjectionError
-from projdist.projections.operations import GeographicAxes
+from projdist.projections.operations import GeographicAxes, Pipeline, ellipsoid_of_crs
 from projdist.projections.projection import Projection
 
 FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
@@ -178,7 +179,8 @@ def _records_of(authority: str, deprecated: bool) -> tuple[CrsRecord, ...]:
 @functools.lru_cache(maxsize=_KEPT)
 def load_crs(code: str) -> DatabaseCrs:
     """The CRS of a code; raises ProjectionError if PROJ cannot compute it or it is not on an Earth ellipsoid."""
-    crs = CRS.from_user_input(code)
+    world_map = _world_maps().get(code)
+    crs = CRS.from_user_input(world_map.text if world_map else code)
     ellipsoid, geodetic = crs.ellipsoid, crs.geodetic_crs
     figure = (ellipsoid.semi_major_metre, ellipsoid.inverse_flattening) if ellipsoid else (0.0, 0.0)
     if reason := _reason_against(code, crs.name, *figure):
@@ -193,7 +195,37 @@ def load_crs(code: str) -> DatabaseCrs:
             value += meridian if "ongitude" in parameter.name else 0.0
             values.append((parameter.name, round(value, _DIGITS)))
     conversion = operation.method_name if operation else crs.name, tuple(sorted(values))
-    return DatabaseCrs(Projection.from_user_input(crs), geodetic.name if geodetic else "", conversion, upright)
+    projection = (world_map and world_map.projection(crs)) or Projection.from_user_input(code)
+    return DatabaseCrs(projection, geodetic.name if geodetic else "", conversion, upright)
+
+
+class _WorldMap(NamedTuple):
+    """A CRS that the database holds as a text with ESRI's names of WGS 84, here with PROJ's."""
+
+    record: CrsRecord
+    text: str
+
+    def projection(self, crs: CRS) -> Projection | None:
+        """The projection of the CRS of the text, without a search for it; None if PROJ cannot compute it."""
+        ellipsoid, operation = ellipsoid_of_crs(crs), crs.coordinate_operation
+        function = Pipeline((operation and operation.to_proj4()) or "", 1.0)
+        with contextlib.suppress(pyproj.exceptions.ProjError):
+            if ellipsoid and function.transformer:
+                return Projection(crs.name, self.record.code, ellipsoid, function, self.record.area_of_use)
+        return None
+
+
+# PROJ searches its tables for ESRI's names, 25 ms for each text.
+_ESRIS = 'GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",'
+_PROJS = 'GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",'
+
+
+@functools.cache
+def _world_maps() -> dict[str, _WorldMap]:
+    records = {record.code: record for record in _records_of("ESRI", False)}
+    query = "SELECT auth_name || ':' || code, text_definition FROM projected_crs WHERE text_definition LIKE ?"
+    rows = catalogue.readable_rows(query, [f"%{_ESRIS}%"])
+    return {code: _WorldMap(records[code], text.replace(_ESRIS, _PROJS)) for code, text in rows if code in records}
 
 
 def reasons_against(codes: Iterable[str]) -> dict[str, str]:
