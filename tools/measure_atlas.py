@@ -15,9 +15,10 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
+from atlas_measurement import AtlasArea, atlas_areas, measured_entry
+
 import projdist
 from projdist.answers import Area
-from projdist.designs import AtlasArea, atlas_areas, measured_entry
 from projdist.projections import proj_version
 
 PARTIAL = Path(__file__).parent / "made" / "results.jsonl"

@@ -1,13 +1,10 @@
 from .atlas_entries import (
-    AtlasArea,
     AtlasEntry,
     AtlasMap,
     AtlasPurpose,
     AtlasZones,
     atlas,
-    atlas_areas,
     atlas_names,
-    measured_entry,
 )
 from .averaging import MeanMap, Nearness, mean_map
 from .base_maps import CRITERIA_OF_DESIGNS, KINDS, SYMMETRIES
@@ -21,7 +18,6 @@ __all__ = [
     "KINDS",
     "SYMMETRIES",
     "WORLD_SYMMETRIES",
-    "AtlasArea",
     "AtlasEntry",
     "AtlasMap",
     "AtlasPurpose",
@@ -37,11 +33,9 @@ __all__ = [
     "Surroundings",
     "WorldMap",
     "atlas",
-    "atlas_areas",
     "atlas_names",
     "design",
     "mean_map",
     "mean_plane_map",
-    "measured_entry",
     "world_map",
 ]

@@ -11,14 +11,14 @@ from types import SimpleNamespace
 import numpy as np
 import pyproj
 import pytest
+from atlas_measurement import _scale_error, atlas_areas, measured_entry
 from pyproj.database import query_crs_info
 from pyproj.enums import PJType
 from refusals import refuses
 from tables import each
 
 from projdist.decisions import CLOSE, WIDE_FACTOR
-from projdist.designs import atlas, atlas_areas, atlas_names, measured_entry
-from projdist.designs.atlas_entries import _scale_error
+from projdist.designs import atlas, atlas_names
 from projdist.regions import get_region
 
 NAMES, WHAT = atlas_names(), ("existing", "custom", "made")
