@@ -176,6 +176,7 @@ DECIMALS = 7
 """Decimals of parameters in degrees that are not rounded otherwise: a centimetre."""
 
 _COARSE, _FINE = 300, 2000  # nodes of the global search, and of the last descent
+_ROUGHLY = 1.25  # times the best of other families: beyond, a coarse search gives a family up
 _MOST_FREE = 6  # two more than any family has; nine take minutes, and the lattice over them has holes
 _SOME, _QUANTILE = 5, 0.75  # members tried to find out whether a criterion vanishes, and the quantile that must
 _LOST = {"": 10.0, "deg": 180.0, "ppm": 1e7}  # penalty by unit for points that the map does not show: distortion e^10
@@ -329,13 +330,19 @@ class Members:
         left = self.objective.figure.measure(self.best_scale(J, w) * J[w > 0])
         return float(np.quantile(np.abs(left), _QUANTILE))
 
-    def search(self) -> tuple[dict[str, float], float, Nodes, int]:
-        """Free parameters of the best member, its value at nodes, these nodes, and the number of evaluations."""
+    def search(self, most: float = np.inf) -> tuple[dict[str, float], float, Nodes, int]:
+        """Free parameters of the best member, its value at nodes, these nodes, and the number of evaluations.
+
+        Raises ProjectionError for a family that shows no part of the region, or has about no value below `most`.
+        """
         edges = self.objective.figure.is_maximum
         coarse = nodes_of(self.region, self.base.ellipsoid, _COARSE, edges=edges)
         fine = nodes_of(self.region, self.base.ellipsoid, _FINE, edges=edges)
-        first = numerics.minimise(self._at(coarse), self.low, self.high, worst=edges)
-        best, least, evaluations = self.refine(self.named(first.place), fine)
+        first = numerics.minimise(self._at(coarse), self.low, self.high, worst=edges, rough=True)
+        start = self.named(first.place)
+        if self.value(start, coarse) > _ROUGHLY * most:
+            raise projections.ProjectionError(f"Invalid family '{self.family.name}'. Others are better.")
+        best, least, evaluations = self.refine(start, fine)
         if not self.jacobian(best, fine)[1].any():
             raise projections.ProjectionError(
                 f"Invalid family '{self.family.name}' for {self.region.name}. It shows no part of it."

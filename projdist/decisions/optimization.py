@@ -245,13 +245,16 @@ def optimize(
 
 
 def best_member(
-    family: str, region: regions.Place, figure: Figure, ellipsoid: Ellipsoid
+    family: str, region: regions.Place, figure: Figure, ellipsoid: Ellipsoid, most: float = np.inf
 ) -> tuple[projections.Projection, dict[str, float]]:
-    """The best member of a family and its free parameters, without measuring it; raises ProjectionError."""
+    """The best member of a family and its free parameters, without measuring it.
+
+    Raises ProjectionError if the family shows no part of the region, or has about no value below `most`.
+    """
     members = _members(
         families.get_family(family, families.extent_of(region)), region, Objective(figure), None, ellipsoid
     )
-    best, _, fine, _ = _search_with_exchange(members)
+    best, _, fine, _ = _search_with_exchange(members, most)
     chosen, scale = members.written(best, fine)
     return members.member(chosen, scale), members.shown(chosen, scale)
 
@@ -269,10 +272,10 @@ def _members(
     return Members(family, region, _DECIDES, free, ellipsoid, step) if members.vanishes() else members
 
 
-def _search_with_exchange(members: Members) -> tuple[dict[str, float], float, Nodes, int]:
+def _search_with_exchange(members: Members, most: float = np.inf) -> tuple[dict[str, float], float, Nodes, int]:
     """`Members.search`; for maxima, nodes are added where the best map exceeds its maximum at the nodes."""
     # The place of the true maximum becomes a node, and the search goes on (E. Remez, 1934): few corners matter.
-    best, least, fine, evaluations = members.search()
+    best, least, fine, evaluations = members.search(most)
     for _ in range(_EXCHANGES if members.objective.figure.is_maximum else 0):
         chosen, scale = members.written(best, fine)
         field = _field(members.member(chosen, scale), members.region, members.objective, 1e-6)

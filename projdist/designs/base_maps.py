@@ -271,7 +271,8 @@ def best_base(region: Place, objective: DesignObjective, nodes: Nodes, symmetry:
         if name == "omerc" and symmetry == "meridian":
             continue
         try:
-            projection, _ = decisions.best_member(name, region, figure, nodes.ellipsoid)
+            least = min((value for value, _ in found), default=np.inf)
+            projection, _ = decisions.best_member(name, region, figure, nodes.ellipsoid, least)
         except projections.ProjectionError:
             continue
         J, _ = nodes.jacobian(projection)

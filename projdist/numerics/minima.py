@@ -71,11 +71,12 @@ def minimise(
     worst: bool,
     count: int | None = None,
     start: FloatArray | None = None,
+    rough: bool = False,
 ) -> BoxMinimum:
     """Minimum over the box of the sum of squares of a function's terms, or, with `worst`, of the largest term."""
     # With `worst` the terms have the shape (groups, n), and the sum of the groups' largest terms is minimised. `count`
     # points are tried before the descents; by default 24 in one dimension, 53 in two, 126 in four. With a `start` the
-    # minimum is the local one that a descent from there finds.
+    # minimum is the local one that a descent from there finds. A `rough` one is good to 1e-4 of the box.
     counted = _Counted(function, low, high, worst)
     dimensions = low.size
     if not dimensions:
@@ -86,7 +87,7 @@ def minimise(
         begin = min((_descend(counted, one, _ROUGH) for one in _starts(points, values)), key=counted.value)
     else:
         begin = (start - low) / counted.width
-    best = _descend(counted, begin, _FINE)
+    best = begin if rough else _descend(counted, begin, _FINE)
     return BoxMinimum(counted.place(best), counted.value(best), counted.evaluations)
 
 
