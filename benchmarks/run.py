@@ -14,7 +14,7 @@ from pyproj import Proj
 
 from projdist.answers.points_and_lines import factors
 from projdist.answers.summaries import summarize
-from projdist.field import interpolant, jacobian, jacobian_grid
+from projdist.field import jacobian
 from projdist.matrices.measures import principal_scales
 from projdist.projections import Projection
 from projdist.projections.operations import Pipeline
@@ -174,21 +174,42 @@ def worst(found: tuple[np.ndarray, np.ndarray], truth: tuple[np.ndarray, np.ndar
     return "" if truth is None else f"{np.nanmax(np.abs(np.stack(found) / np.stack(truth) - 1)):.0e}"
 
 
+# ---- factors of CRSs --------------------------------------------------------------------------
+
+CRSS = "EPSG:25832 EPSG:2154 EPSG:2056 EPSG:28992 EPSG:3375 EPSG:3035 EPSG:5070 EPSG:3413 EPSG:3857 EPSG:6933".split()
+
+
+def crss() -> None:
+    n, rng = 200_000, np.random.default_rng(1)
+    titles = (
+        "CRS",
+        "factors ms",
+        "PROJ's transform ms",
+        "get_factors ms",
+        "ratio to transform",
+        "ratio to get_factors",
+    )
+    table(f"Factors at {n:,} points of areas of use, of methods that have closed forms", *titles)
+    for code in CRSS:
+        projection, proj = Projection.from_user_input(code), Proj(code)
+        west, south, east, north = projection.area_of_use
+        lon, lat = rng.uniform(west, east, n), rng.uniform(south, north, n)
+        ours, plain = alternating(partial(factors, projection, lon, lat), partial(projection, lon, lat))
+        _, theirs = alternating(partial(projection, lon, lat), partial(proj.get_factors, lon, lat, errcheck=False))
+        times = [f"{1e3 * each:.0f}" for each in (ours, plain, theirs)]
+        row(code, *times, f"{ours / plain:.2f}", f"{ours / theirs:.2f}")
+
+
 # ---- (c) rasters ----------------------------------------------------------------------------
 
 
 def rasters() -> None:
-    try:
-        from projdist.field.at_points import jacobian_grid
-    except ImportError:
-        print("\nNo rasters: this projdist has no jacobian_grid.")
-        return
     lon, lat = np.linspace(-175, 175, 1414), np.linspace(-85, 85, 708)
     table(
         f"A raster of {lon.size} x {lat.size} points",
         *(
             "map",
-            "jacobian_grid ms",
+            "jacobian ms",
             "largest relative error of a, b",
             "get_factors ms",
             "its largest",
@@ -199,11 +220,11 @@ def rasters() -> None:
     for name, scales in SCALES.items():
         projection, proj = Projection.from_user_input(definition(name)), Proj(definition(name))
         truth = np.stack(scales(np.radians(lons), np.radians(lats)), axis=-1)
-        found = principal_scales(jacobian_grid(projection, lon, lat))
+        found = principal_scales(jacobian(projection, lons, lats))
         theirs_found = proj.get_factors(lons, lats, errcheck=False)
         usual = np.stack([theirs_found.tissot_semimajor, theirs_found.tissot_semiminor], axis=-1)
         ours, theirs = alternating(
-            lambda p=projection: jacobian_grid(p, lon, lat),
+            lambda p=projection: jacobian(p, lons, lats),
             lambda p=proj: p.get_factors(lons, lats, errcheck=False),
             runs=3,
         )
@@ -270,44 +291,7 @@ def units() -> None:
         )
 
 
-# ---- (e) where interpolants would serve ---------------------------------------------------
-
-
-def interpolants() -> None:
-    table(
-        "A new interpolant and its values, over what serves the same points: processor time",
-        *("map", "10,000 points, over jacobian", "a million", "a raster of a million, over jacobian_grid"),
-    )
-    few = np.meshgrid(np.linspace(-179, 179, 140), np.linspace(-88, 88, 72))
-    lon, lat = np.linspace(-175, 175, 1414), np.linspace(-85, 85, 708)
-    many = np.meshgrid(lon, lat)
-    for name in ("moll", "robin", "wintri", "merc", "eqearth", "igh", "laea"):
-        projection = Projection.from_user_input(definition(name))
-        pairs = [
-            (partial(_interpolated, projection, few), partial(jacobian, projection, *few)),
-            (partial(_interpolated, projection, many), partial(jacobian, projection, *many)),
-            (partial(_interpolated, projection, many), partial(jacobian_grid, projection, lon, lat)),
-        ]
-        row(name, *(f"{statistics.median(process_ratios(*pair)):.2f}" for pair in pairs))
-
-
-def _interpolated(projection: Projection, places: list[np.ndarray]) -> object:
-    west, east = float(places[0].min()), float(places[0].max())
-    return interpolant(projection, (west, float(places[1].min()), east, float(places[1].max())))(*places)
-
-
-def process_ratios(ours: Callable[[], object], theirs: Callable[[], object]) -> list[float]:
-    """Ratios of processor times of runs in turn, after one of each."""
-    return [processor_seconds(ours) / processor_seconds(theirs) for _ in range(RUNS + 1)][1:]
-
-
-def processor_seconds(function: Callable[[], object]) -> float:
-    start = time.process_time()
-    function()
-    return time.process_time() - start
-
-
-TABLES = {"globe": globe, "points": points, "rasters": rasters, "units": units, "interpolants": interpolants}
+TABLES = {"globe": globe, "points": points, "crss": crss, "rasters": rasters, "units": units}
 
 if __name__ == "__main__":
     for chosen in sys.argv[1:] or TABLES:

@@ -12,9 +12,7 @@ from .field import (
     derivatives,
     field_of,
     hessian,
-    interpolant,
     jacobian,
-    jacobian_grid,
     sample,
 )
 from .matrices import MDT, MEASURES, Measure, axes_shift, get_measure, mdt, mean_rotation, modes, principal_scales, spd
@@ -116,9 +114,7 @@ __all__ = [
     "hessian",
     "indices",
     "info",
-    "interpolant",
     "jacobian",
-    "jacobian_grid",
     "ldp",
     "local_corrections",
     "mdt",

@@ -11,5 +11,6 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int_]
 BoolArray = NDArray[np.bool_]
+ComplexArray = NDArray[np.complex128]
 AnyArray = NDArray[Any]
 AnyPath = str | os.PathLike[str]

@@ -151,8 +151,8 @@ def test_rooms_above_take_figures_of_fields() -> None:
     known = (
         "DEFAULT_TOLERANCE FIGURES AnyFigure Links Map Field Figure field_of field_resolving get_figure named_measures "
     )
-    known += "sample AiryKavrayskiy Extreme GeometricMedian Spread Derivatives Interpolant Quality derivatives hessian "
-    known += "interpolant jacobian Nodes cut_length drawn evaluate find_tears is_interrupted jacobian_grid measure_at "
+    known += "sample AiryKavrayskiy Extreme GeometricMedian Spread Derivatives Quality derivatives hessian "
+    known += "jacobian Nodes cut_length drawn evaluate find_tears is_interrupted measure_at "
     known += "nodes_at nodes_of check_declared_property"
     assert set(importlib.import_module("projdist.field").__all__) == set(known.split())
 

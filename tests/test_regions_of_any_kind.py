@@ -98,7 +98,6 @@ DRAWN_TWICE = {*(f"plots.{name}" for name in ("figure", "heatmap", "tissot", "lo
 LONG = {*(f"plots.{kind}_figure" for kind in ("heatmap", "modes", "tissot", "local", "space"))}
 OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "field_of": lambda region, _: projdist.field_of(of_plate_carree, region=region).weight.sum(),
-    "interpolant": lambda region, _: projdist.interpolant("robin", region)([8.05, 8.15], 48.1).jacobian,
     "gis.indicatrices": lambda region, _: gis.indicatrices("robin", region=region, step=0.1).total_bounds,
     "gis.measure_arrays": extent_of_arrays,
     "gis.raster": lambda region, _: gis.raster("robin", ["fisher"], region=region, size=20).pixels.transform,

@@ -1,11 +1,8 @@
 from .at_points import (
     Derivatives,
-    Interpolant,
     Quality,
     derivatives,
-    interpolant,
     jacobian,
-    jacobian_grid,
     measure_at,
 )
 from .extremes import Extreme
@@ -35,7 +32,6 @@ __all__ = [
     "Field",
     "Figure",
     "GeometricMedian",
-    "Interpolant",
     "Links",
     "Map",
     "Nodes",
@@ -51,10 +47,8 @@ __all__ = [
     "find_tears",
     "get_figure",
     "hessian",
-    "interpolant",
     "is_interrupted",
     "jacobian",
-    "jacobian_grid",
     "measure_at",
     "named_measures",
     "nodes_at",

@@ -1,6 +1,7 @@
-"""Jacobians of projections at points and on rasters, by differences that check themselves, and as polynomials.
+"""Jacobians of projections at points: by formulas that are checked, and by differences that check themselves.
 
-The first stage is cheap and enough for nearly all points: a fourth-order stencil along the parallel and the meridian,
+Where a map has a closed form with its coordinates, J is that of the formula. Elsewhere the first stage is cheap and
+enough for nearly all points: a fourth-order stencil along the parallel and the meridian,
 with a step of 4e-4 rad, where rounding (eps / step = 5e-13) and the truncated term (step^4) balance, so that eight
 evaluations a point give about 1e-12. Points where the stencil's own check fails, and those near the poles, go to
 `stencils`, which tries ever smaller steps and then one side only. The rest is NaN, with the reason.
@@ -9,7 +10,7 @@ evaluations a point give about 1e-12. Points where the stencil's own check fails
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,8 +20,7 @@ from projdist.field import chebyshev_panels as chebyshev
 from projdist.field.stencils import TANGENT_LATITUDE, StencilPoints, fourth_order, hessian, is_torn, refine
 from projdist.matrices import Measure, principal_scales
 from projdist.projections import Projection, ProjectionLike
-from projdist.regions import RegionLike, region_for
-from projdist.support import check_degrees, check_numbers
+from projdist.support import check_degrees
 
 
 class Quality(enum.IntEnum):
@@ -145,12 +145,14 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
     shape, lon, lat = lon.shape, lon.ravel(), lat.ravel()
     J, error = _empty(lon.size)
     found = Derivatives(*projection(lon, lat), J, np.zeros(lon.size, dtype=np.int8), error)
-    done = np.zeros(lon.size, dtype=bool)
-    if lon.size >= _MANY and np.isfinite(lon).any():
+    done = _formula_stage(projection, lon, lat, found)
+    if done.all():
+        return found.reshaped(shape)
+    if lon.size - np.count_nonzero(done) >= _MANY and np.isfinite(lon).any():
         _panel_stage(projection, lon, lat, found, done)
     rest = np.flatnonzero(~done)
     whole = rest.size == lon.size
-    for chunk in chebyshev.parts_of(rest.size):
+    for chunk in chebyshev.parts_of(rest.size) if rest.size else ():
         part = chunk if whole else rest[chunk]
         there, doubt = (J[chunk], error[chunk]) if whole else _empty(rest[chunk].size)
         done[part] = _fast_stage(projection, lon[part], lat[part], (found.x[part], found.y[part]), there, doubt)
@@ -191,6 +193,17 @@ def _flag_lost_digits(found: Derivatives) -> None:
     quality[suspect[(of_a > _POOR * b) & (quality[suspect] == Quality.OK)]] = Quality.ROUGH
     lost = suspect[of_a > _LOST * b]
     J[lost], error[lost], quality[lost] = np.nan, np.nan, Quality.SINGULAR
+
+
+def _formula_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found: Derivatives) -> BoolArray:
+    """Derivatives by the map's closed form, written into `found`; True where it has one with the map's x and y."""
+    form, J = projection.closed_form, found.jacobian
+    if form is not None:
+        for part in chebyshev.parts_of(lon.size):
+            plane, found.error[part] = form.checked(lon[part], lat[part], found.x[part], found.y[part])
+            for j, along in enumerate((plane.east, plane.north)):
+                J[part, 0, j], J[part, 1, j] = along.real, along.imag
+    return np.isfinite(found.error)
 
 
 def _panel_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found: Derivatives, done: BoolArray) -> None:
@@ -273,181 +286,3 @@ def _hard_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found:
         best.jacobian[lost], best.error[lost] = np.nan, np.nan
         code[lost] = np.where(is_torn(points.take(lost), centre[:, lost]), Quality.SEAM, Quality.SINGULAR)
     J[hard], error[hard], quality[hard] = best.jacobian, best.error, code
-
-
-# ---- on rasters ----------------------------------------------------------------------------------
-
-# Central weights over one to four neighbours on each side, of eighth order, and their difference from the sixth.
-_EIGHTH = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
-_BEYOND_SIXTH = _EIGHTH - np.array([3 / 4, -3 / 20, 1 / 60, 0.0])
-# The difference of the two orders falls as (spacing / distance of the singularity)^6, eighth order's own error
-# as ^8: 1e-9 of the one is 1e-12 of the other.
-_GRID_TARGET = 1e-9
-_GRID_ROWS = 16  # at a time: their arrays stay in the cache
-
-
-def jacobian_grid(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> FloatArray:
-    """The Jacobian on a raster, at one evaluation of the projection a point.
-
-    The raster's own neighbours are the stencil. Where orders six and eight differ by more than 1e-9 of J (seams, kinks,
-    poles, the raster's rim, coarse rasters) each point is computed as by `jacobian`.
-
-    Parameters
-    ----------
-    projection : ProjectionLike
-    lon : array_like (m,)
-        Longitudes of the columns in degrees, evenly spaced.
-    lat : array_like (n,)
-        Latitudes of the rows in degrees, evenly spaced.
-
-    Returns
-    -------
-    ndarray (n, m, 2, 2)
-        Metre per metre; NaN where there is none.
-
-    Raises
-    ------
-    ProjectionError, ValueError
-        For what is no projection; for uneven spacing, and arrays of another shape.
-
-    References
-    ----------
-    B. Fornberg 1988, Mathematics of Computation 51:699, table 1: the weights of the central differences.
-
-    Examples
-    --------
-    On a sphere Mercator's scale is 1 / cos(lat).
-
-    >>> import numpy as np
-    >>> J = jacobian_grid("mercator", np.arange(0, 30), np.arange(40, 62))
-    >>> J.shape, round(float(J[20, 15, 0, 0]), 9)
-    ((22, 30, 2, 2), 2.0)
-    """
-    projection = Projection.from_user_input(projection)
-    lon, lat = check_numbers("longitudes", lon), check_numbers("latitudes", lat)
-    for name, values in (("longitudes", lon), ("latitudes", lat)):
-        if values.ndim != 1 or not np.allclose(np.diff(values), np.diff(values)[:1], rtol=1e-6, atol=0):
-            raise ValueError(f"Invalid {name} of a raster. They must be evenly spaced along one axis.")
-    J = np.full((lat.size, lon.size, 2, 2), np.nan)
-    hard = np.ones((lat.size, lon.size), dtype=bool)
-    if lon.size > 8 and lat.size > 8:
-        _difference_grid(projection, lon, lat, J[4:-4, 4:-4], hard[4:-4, 4:-4])
-    rows, columns = np.nonzero(hard)
-    J[rows, columns] = jacobian(projection, lon[columns], lat[rows])
-    return J
-
-
-def _difference_grid(projection: Projection, lon: FloatArray, lat: FloatArray, J: FloatArray, hard: BoolArray) -> None:
-    """Differences along the rows and columns of a raster, written into its inner part J, and `hard` where not good."""
-    meridian, vertical = projection.ellipsoid.radii(lat)
-    per_east = 1.0 / (np.radians(lon[1] - lon[0]) * vertical * np.cos(np.radians(lat)))[:, None]
-    per_north = 1.0 / (np.radians(lat[1] - lat[0]) * meridian)[:, None]
-    xy = projection(lon[None, :], lat[:, None])
-    m = lon.size - 4
-    for first in range(4, lat.size - 4, _GRID_ROWS):
-        last = min(first + _GRID_ROWS, lat.size - 4)
-        size, gap = np.zeros((2, last - first, m - 4))
-        for i, f in enumerate(xy):
-            columns = f[first:last]
-            east = [columns[:, 4 + k : m + k] - columns[:, 4 - k : m - k] for k in (1, 2, 3, 4)]
-            rows = f[:, 4:m]
-            north = [rows[first + k : last + k] - rows[first - k : last - k] for k in (1, 2, 3, 4)]
-            for j, (steps, per_metre) in enumerate(((east, per_east), (north, per_north))):
-                factor = per_metre[first:last]
-                column, beyond = (sum(map(np.multiply, some, steps)) * factor for some in (_EIGHTH, _BEYOND_SIXTH))
-                J[first - 4 : last - 4, :, i, j] = column
-                size += np.abs(column)
-                gap += np.abs(beyond)
-        hard[first - 4 : last - 4] = ~(gap <= _GRID_TARGET * size)
-    # Beside a kink the orders agree by accident at a point, and then not at the next: with its neighbours' gaps
-    # an error is at most 28 times what the orders differ by, whatever kink of degree one or more there is.
-    own = hard.copy()
-    hard[1:] |= own[:-1]
-    hard[:-1] |= own[1:]
-    hard[:, 1:] |= own[:, :-1]
-    hard[:, :-1] |= own[:, 1:]
-
-
-# ---- as polynomials on panels --------------------------------------------------------------------
-
-_HELD_OUT = np.array([[-0.83, 0.31], [0.13, -0.71], [0.57, 0.89]])  # of a panel, where no node is
-
-
-@dataclass(frozen=True)
-class Interpolant:
-    """A map, and its polynomials on panels over the bounds of a region; None if no panel resolves the map."""
-
-    projection: Projection
-    panels: chebyshev.Panels | None
-
-    def __call__(self, lon: ArrayLike, lat: ArrayLike) -> Derivatives:
-        """`derivatives` at points (...) in degrees; in panels those of the polynomials, without a call of the map."""
-        lon, lat = check_degrees(lon, lat)
-        shape, lon, lat = lon.shape, lon.ravel(), lat.ravel()
-        x, y, error = np.full((3, lon.size), np.nan)
-        J = np.empty((lon.size, 2, 2))
-        quality = np.full(lon.size, Quality.OK, dtype=np.int8)
-        found: BoolArray = np.zeros(lon.size, dtype=bool)
-        if self.panels is not None:
-            found, _, _ = chebyshev.evaluate_points(self.panels, lon, lat, (x, y), J, error, known=False)
-            found &= error <= _FAST_TARGET
-        rest = np.flatnonzero(~found)
-        if rest.size:
-            other = derivatives(self.projection, lon[rest], lat[rest])
-            x[rest], y[rest], J[rest] = other.x, other.y, other.jacobian
-            quality[rest], error[rest] = other.quality, other.error
-        result = Derivatives(x, y, J, quality, error)
-        _flag_lost_digits(result)
-        return result.reshaped(shape)
-
-
-def interpolant(projection: ProjectionLike, region: RegionLike | None = None) -> Interpolant:
-    """A piecewise polynomial of a map over the bounds of a region, with J as its derivative.
-
-    A panel is kept if its Chebyshev coefficients have died away and three points between its nodes have the map's x
-    and y, to rounding, and its J. Details smaller than a panel, which is 2.5 to 360 degrees wide, are missed if they
-    are at none of these points; `derivatives` looks at each of its points.
-
-    Parameters
-    ----------
-    projection : ProjectionLike
-    region : RegionLike, optional
-        Anything that `get_region` takes; by default the map's area of use, else the globe.
-
-    Returns
-    -------
-    Interpolant
-        A function of lon and lat (...) that returns `Derivatives`: outside, and where it is not smooth, the map's own.
-
-    Raises
-    ------
-    ProjectionError, ValueError
-        For what is no projection, and no region.
-
-    References
-    ----------
-    Townsend & Trefethen 2013, SIAM Journal on Scientific Computing 35:C495: how coefficients tell what is resolved.
-
-    Examples
-    --------
-    On a sphere Mercator's scale is 1 / cos(lat).
-
-    >>> mercator = interpolant("mercator", (0, 50, 20, 70))
-    >>> round(float(mercator(10, 60).jacobian[0, 0]), 9)
-    2.0
-    """
-    projection = Projection.from_user_input(projection)
-    west, south, east, north = region_for(region, [projection]).bounds
-    panels = chebyshev.panels_over(projection, (float(west), float(south), float(east), float(north)))
-    if panels is None:
-        return Interpolant(projection, None)
-    # Panels that do not agree with the map at places between their nodes are removed from the index.
-    lon, lat = (panels.centre[:, None] + panels.half[:, None] * _HELD_OUT).reshape(-1, 2).T
-    truth = derivatives(projection, lon, lat)
-    J, error = np.empty((lon.size, 2, 2)), np.full(lon.size, np.nan)
-    found, _, _ = chebyshev.evaluate_points(panels, lon, lat, (truth.x, truth.y), J, error)
-    size: FloatArray = np.abs(truth.jacobian).sum(axis=(1, 2))
-    close = np.abs(J - truth.jacobian).sum(axis=(1, 2)) <= (_APART + 10.0 * (error + truth.error)) * size
-    agree = found & (close | (truth.quality != Quality.OK))
-    good = np.append(agree.reshape(-1, len(_HELD_OUT)).all(axis=1), False)
-    return Interpolant(projection, replace(panels, index=np.where(good[panels.index], panels.index, -1)))

@@ -28,7 +28,6 @@ _NARROWEST = 0.1  # degrees, of a panel that may not reach beyond the points; in
 ORDER = 14  # nodes along a side of a panel
 _NODES = ORDER * ORDER
 _FEWEST = 100  # points in a panel: differences take 8 evaluations each, a panel 196 and some 40 microseconds
-_PER_CELL = 300  # points that a region counts as: dense enough for any panel
 _SPARE = 0.2  # evaluations a point that may be spent before any has paid
 _AHEAD = 4  # times as much must be allowed as the largest panels take
 _TRUNCATION = 3e-13  # of J
@@ -99,18 +98,6 @@ def panels_for(projection: Projection, lon: FloatArray, lat: FloatArray) -> Pane
         rows, columns = _cells_of(lon[part], lat[part], corner, shape)
         counts += np.bincount(rows * np.int32(shape[1] + 1) + columns, minlength=counts.size)
     return _resolving_panels(projection, (west, south, east, north), corner, counts.reshape(shape[0] + 1, -1)[:-1, :-1])
-
-
-def panels_over(projection: Projection, bounds: tuple[float, float, float, float]) -> Panels | None:
-    """Polynomials over a box, west, south, east and north in degrees; None if no panel resolves the map."""
-    corner, shape = _graticule(*bounds)
-    if shape[1] > _MOST_COLUMNS:
-        return None
-    low = np.floor((np.array(bounds[1::-1]) - corner[::-1]) / (_CELL_HEIGHT, _CELL_WIDTH)).astype(int)
-    high = np.ceil((np.array(bounds[:1:-1]) - corner[::-1]) / (_CELL_HEIGHT, _CELL_WIDTH)).astype(int)
-    counts = np.zeros(shape, dtype=np.int64)
-    counts[low[0] : max(high[0], low[0] + 1), low[1] : max(high[1], low[1] + 1)] = _PER_CELL
-    return _resolving_panels(projection, bounds, corner, counts)
 
 
 def _graticule(west: float, south: float, east: float, north: float) -> tuple[tuple[float, float], tuple[int, int]]:
@@ -331,25 +318,21 @@ def evaluate_points(
     xy: tuple[FloatArray, FloatArray],
     J: FloatArray,
     error: FloatArray,
-    *,
-    known: bool = True,
 ) -> tuple[BoolArray, NDArray[np.uint16], IntArray]:
     """J (m, 2, 2) and its relative error, written where points (m,) lie in panels that have the map's own x and y."""
     # The root mean square by which x and y differ from the polynomial in a panel counts as an error of J: by Markov's
     # inequality the derivative of a polynomial of p coefficients that is below d on [-1, 1] is below p^2 d. Panels that
-    # differ by more than the map's own rounding anywhere are not used. If x and y are not `known` they are written in
-    # all panels. Returned are a mask of points with a J, each point's panel, 0 for none, and some points of each panel.
+    # differ by more than the map's own rounding anywhere are not used. Returned are a mask of points with a J, each
+    # point's panel, 0 for none, and some points of each panel.
     number = panels.at(lon, lat)
     found, good = np.zeros(lon.size, dtype=bool), np.ones(len(panels.centre) + 1, dtype=bool)
     order = np.argsort(number, kind="stable")
     counts = np.bincount(number, minlength=good.size)
-    given = np.stack([lon, lat, *xy] if known else [lon, lat], axis=1)  # the numbers of a point are contiguous
+    given = np.stack([lon, lat, *xy], axis=1)  # the numbers of a point are contiguous
     scratch = _Scratch()
     for pieces in _groups(counts):
         index = order[pieces[0][1] : pieces[-1][2]]
         good[[piece[0] for piece in pieces]] &= _evaluate_group(panels, pieces, index, given, J, error, found, scratch)
-        if not known:
-            xy[0][index], xy[1][index] = scratch.of(scratch.out, 6, index.size)[:2]
     if not good.all():
         found &= good[number]
     ends = np.cumsum(counts)
@@ -373,13 +356,12 @@ def _evaluate_group(
     there, begins, sizes = np.array([(number - 1, begin - first, end - begin) for number, begin, end in pieces]).T
     beside, arrays = scratch.beside[:m], ((scratch.places, 2), (scratch.out, 6), (scratch.known, 2))
     places, out, known = (scratch.of(array, rows, m) for array, rows in arrays)
-    columns = given.shape[1]
-    rows = np.take(given, index, axis=0, out=scratch.rows[: columns * m].reshape(m, columns), mode="clip")
+    rows = np.take(given, index, axis=0, out=scratch.rows[: 4 * m].reshape(m, 4), mode="clip")
     places[:] = rows[:, :2].T
     for k, begin, end in pieces:
         part = slice(begin - first, end - first)
         _evaluate_panel(panels, k - 1, places[:, part], out[:, part], beside[part], scratch)
-    np.subtract(rows[:, 2:].T if columns == 4 else out[:2], out[:2], out=known)
+    np.subtract(rows[:, 2:].T, out[:2], out=known)
     gap = np.abs(known, out=known).max(axis=0, out=known[0])
     rounding = 0.5 * _EPS * panels.size[there]
     good = np.asarray(np.maximum.reduceat(gap, begins) <= _DISAGREEMENT * rounding)

@@ -261,6 +261,13 @@ class Nodes:
 
     def jacobian(self, projection: Projection) -> tuple[FloatArray, BoolArray]:
         """Jacobians (n, 2, 2), NaN where the map is torn or undefined, and a mask of where it is defined."""
+        if form := projection.closed_form:
+            plane, error = form.plane(self.lon, self.lat)
+            J, left = plane.jacobian, np.flatnonzero(~(error >= 0.0))
+            J[left] = jacobian(projection, self.lon[left], self.lat[left])
+            shown = np.ones(self.lon.size, dtype=bool)
+            shown[left] = np.isfinite(projection(self.lon[left], self.lat[left])[0])
+            return J, shown
         x, y = projection(self.stencil_lon, self.stencil_lat)
         J = np.empty((self.lon.size, 2, 2))
         change = np.zeros(self.lon.size)
@@ -288,6 +295,8 @@ class Nodes:
 
     def meridional_scale(self, projection: Projection) -> FloatArray:
         """The scale along the meridian, at half the cost of J; on conformal maps it is the scale in all directions."""
+        if projection.closed_form:
+            return np.hypot(*self.jacobian(projection)[0][:, :, 1].T)
         x, y = projection(self.stencil_lon[4:], self.stencil_lat[4:])
         meridian, _ = self.ellipsoid.radii(self.lat)
         moved = [(8.0 * (value[0] - value[1]) - (value[2] - value[3])) / 12.0 for value in (x, y)]

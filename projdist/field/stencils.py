@@ -331,9 +331,19 @@ def hessian(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> Float
     shape, lon, lat = lon.shape, lon.ravel(), lat.ravel()
     best = np.full((lon.size, 3, 2), np.nan)
     best_error = np.full(lon.size, np.inf)
-    index = np.arange(lon.size)
+    if form := projection.closed_form:
+        plane, error = form.checked(lon, lat, *projection(lon, lat))
+        if plane.second:
+            with np.errstate(all="ignore"):  # at points where the formula is not good
+                east, mixed, north = plane.second()
+            lines = (east, north, mixed + 0.5 * (east + north))
+            best = np.stack([np.stack([values.real, values.imag], axis=-1) for values in lines], axis=1)
+            best_error = np.where(error >= 0.0, error, np.inf)
+    index = np.flatnonzero(~(best_error <= 1e-7))
     along_east, along_north = np.array(_LINES).T[:, :, None, None]
     for step in _STEPS:
+        if not index.size:
+            break
         place = lon[index], lat[index]
         centre = np.stack(projection(*place))
         metres = step * projection.ellipsoid.a
@@ -349,8 +359,6 @@ def hessian(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> Float
         better = error < best_error[index]
         best[index[better]], best_error[index[better]] = values[better], error[better]
         index = index[~(error <= 1e-7)]
-        if not index.size:
-            break
     best[~(best_error <= 1e-2)] = np.nan
     east, north, diagonal = best[:, 0], best[:, 1], best[:, 2]
     mixed = diagonal - 0.5 * (east + north)

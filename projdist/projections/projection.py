@@ -23,6 +23,7 @@ from pyproj.enums import PJType
 from projdist._typing import FloatArray
 from projdist.earth import SPHERE, Ellipsoid, wrapped
 from projdist.projections import catalogue, operations, proj_strings
+from projdist.projections.closed_forms import ClosedForm, closed_form
 from projdist.projections.crs import form_of, grid_mapping_in, parse_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.operations import CrsOperation, Function, Parts, Pipeline
@@ -481,6 +482,11 @@ class Projection:
         """True if any place can be evaluated without an error; functions and pipelines with grids may fail."""
         operation = self.function
         return isinstance(operation, CrsOperation) or (isinstance(operation, Pipeline) and not operation.reads_grids)
+
+    @property
+    def closed_form(self) -> ClosedForm | None:
+        """Its derivatives by formulas, if there are some that have its coordinates."""
+        return closed_form(self.function, self.ellipsoid)
 
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Coordinates x, y in metres of points in degrees; the shape is that of lon and lat broadcast."""

@@ -5,15 +5,12 @@ import math
 import numpy as np
 import pytest
 from jacobians import ACCURACY, FORMS, R, arc_distance, make, matrices, recorded
-from refusals import refuses
 from tables import each
 
-from projdist import jacobian, jacobian_grid
 from projdist.earth.ellipsoid import SPHERE, WGS84
-from projdist.field.at_points import Quality, derivatives, interpolant
+from projdist.field.at_points import Quality, derivatives
 from projdist.field.chebyshev_panels import panels_for
 from projdist.matrices.measures import principal_scales
-from projdist.projections import Projection
 
 MANY = 40_000  # of the globe, for which polynomials on panels pay
 HONEST, ROUNDING = 10.0, 1e-12  # an error is told within this factor, and not below the rounding of J's own entries
@@ -231,82 +228,3 @@ def test_functions_are_asked_within_the_points():
     derivatives(recording, *points(MANY, (5.0, 45.0, 9.0, 49.0)))
     lon, lat = np.hstack(calls)
     assert np.nanmin([lon - 4.9, lat - 44.9, 9.1 - lon, 49.1 - lat]) > 0
-
-
-def test_values_and_derivatives():
-    """x, y and J of Mercator's map (Snyder 1987, 7-1 to 7-3), with an error that is no larger than is told."""
-    lon, lat = points()
-    found = interpolant("mercator", BOUNDS)(lon, lat)
-    phi = np.radians(lat)
-    np.testing.assert_allclose(found.x, R * np.radians(lon), atol=1e-7)
-    np.testing.assert_allclose(found.y, R * np.arctanh(np.sin(phi)), atol=1e-7)
-    gap = np.abs(found.jacobian - np.eye(2) / np.cos(phi)[:, None, None]).sum(axis=(1, 2)) * np.cos(phi)
-    assert gap.max() <= ACCURACY
-    assert (gap <= 10 * found.error + 1e-13).all()
-    assert (found.quality == Quality.OK).all()
-
-
-def test_the_map_is_not_called_again():
-    """Where there are polynomials the map is not called; elsewhere it is, and answers as ever."""
-
-    def conic(lon, lat):
-        rho, theta = 1.8 - np.radians(lat), 0.7 * np.radians(lon)
-        return R * rho * np.sin(theta), -R * rho * np.cos(theta)
-
-    recording, calls = recorded(conic)
-    f = interpolant(recording, BOUNDS)
-    assert sum(lon.size for lon, _ in calls) < 10_000
-    calls.clear()
-    lon, lat = points(100_000)
-    J = f(lon, lat).jacobian
-    assert not calls
-    k = 0.7 * (1.8 - np.radians(lat)) / np.cos(np.radians(lat))
-    np.testing.assert_allclose(np.hypot(J[:, 0], J[:, 1]), np.stack([k, np.ones_like(k)], axis=-1), rtol=ACCURACY)
-    beyond = f(100.0, 10.0)
-    assert calls
-    np.testing.assert_array_equal(beyond.jacobian, derivatives(recording, 100.0, 10.0).jacobian)
-
-
-@each("name", ["robinson", "igh", "EPSG:3035", *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW_MAPS)])
-def test_any_map_of_the_globe(name):
-    """Seams, kinks, horizons and noise: the same qualities but beside edges, and J to 1e-9 of what differences have."""
-    lon, lat = points(3000, (-180.0, -90.0, 180.0, 90.0))
-    found, truth = interpolant(name, (-180, -90, 180, 90))(lon, lat), derivatives(name, lon, lat)
-    np.testing.assert_array_equal(found.quality == Quality.OUTSIDE, truth.quality == Quality.OUTSIDE)
-    both = (found.quality <= Quality.ONE_SIDED) & (truth.quality <= Quality.ONE_SIDED)
-    size = np.abs(truth.jacobian[both]).sum(axis=(1, 2))
-    assert (np.abs(found.jacobian - truth.jacobian)[both].sum(axis=(1, 2)) <= 1e-8 * size).all()
-    np.testing.assert_allclose(found.x[both], truth.x[both], atol=1e-6, rtol=1e-12)
-
-
-def test_shapes_and_missing_points():
-    """Points have any shape, and what is no number has no figures."""
-    f = interpolant(Projection.from_user_input("mercator"), BOUNDS)
-    found = f([[0.0, 10.0], [np.nan, 20.0]], 60.0)
-    assert found.jacobian.shape == (2, 2, 2, 2)
-    assert np.isnan(found.x).tolist() == [[False, False], [True, False]]
-    np.testing.assert_allclose(found.jacobian[0, :, 0, 0], 2.0, rtol=ACCURACY)
-
-
-# Robinson's map has other polynomials every five degrees: two orders agree beside these by accident. On Mercator's
-# differences of eighth order over neighbours half a degree apart err by h^8 / 630 of a ninth derivative, 1e-13
-# of one that doubles with each order beside 60 degrees. Points that are no better than 1e-9 are done one by one.
-STEPS = [(first, step) for first in (-80.0, -79.3) for step in (5.0, 2.0, 1.0, 0.5)]
-WIDE = np.linspace(-60.0, 60.0, 25), np.linspace(-69.0, 84.0, 32), 1e-7
-RASTERS = [
-    ("merc +ellps=WGS84", np.linspace(-10.0, 10.0, 41), np.linspace(40.0, 60.0, 41), 1e-9),
-    *((name, *WIDE) for name in ("moll", "igh", "ortho +lat_0=20")),
-    *(("robin", np.arange(0.0, 12 * step, step), np.arange(first, 80.0, step), 5e-9) for first, step in STEPS),
-]
-
-
-@each(("name", "lon", "lat", "atol"), RASTERS)
-def test_points_of_a_raster(name, lon, lat, atol):
-    """Pole lines, cuts, edges and kinks do not show in a raster's Jacobian: it is that of the points."""
-    truth = jacobian(name, *np.meshgrid(lon, lat))
-    np.testing.assert_allclose(jacobian_grid(name, lon, lat), truth, rtol=0, atol=atol)
-
-
-@each("lon", [[0.0, 1.0, 3.0], [[0.0, 1.0]]])
-def test_uneven_rasters_are_refused(lon):
-    refuses(r"^Invalid longitudes of a raster\. They must be evenly spaced", jacobian_grid, "merc", lon, [0.0, 1.0])
