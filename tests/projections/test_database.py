@@ -1,5 +1,7 @@
 """The database of CRSs: search by words, facts of the registry, and CRSs that draw the same map."""
 
+import re
+
 import numpy as np
 import pyproj
 import pytest
@@ -7,7 +9,7 @@ from refusals import refuses
 from tables import each
 
 from projdist.earth import data_rows
-from projdist.projections import catalogue, codes_of_same_map, database, find_crs
+from projdist.projections import Projection, ProjectionError, catalogue, codes_of_same_map, database, find_crs
 from projdist.projections.database import facts_of, year_of
 
 
@@ -183,3 +185,27 @@ def test_whole_words_make_beginnings_in_lists_needless() -> None:
 def test_names_of_people_are_of_countries_that_there_are() -> None:
     countries = {row["name"] for row in data_rows("countries.csv")}
     assert {row["country"] for row in data_rows("demonyms.csv")} <= countries
+
+
+@pytest.mark.slow
+def test_world_maps_are_what_proj_reads_by_their_codes() -> None:
+    """ESRI's texts with PROJ's names of WGS 84: the same operation, name, method, parameters, datum and area of use."""
+    checked = 0
+    for code in database._world_maps():
+        try:
+            truth = Projection.from_user_input(code)
+        except ProjectionError as error:
+            refuses(re.escape(str(error)), database.load_crs, code)
+            continue
+        found, crs = database.load_crs(code), pyproj.CRS(code)
+        assert found.projection.function.definition == truth.function.definition, code
+        same = ("name", "ellipsoid", "area_of_use")
+        assert found.projection.definition == code
+        assert [getattr(found.projection, key) for key in same] == [getattr(truth, key) for key in same], code
+        values = {parameter.name: parameter.value for parameter in crs.coordinate_operation.params}
+        assert found.conversion[0] == crs.coordinate_operation.method_name, code
+        assert {name for name, _ in found.conversion[1]} <= set(values), code
+        upright = {axis.direction for axis in crs.axis_info} == {"east", "north"}
+        assert (found.datum, found.is_upright) == (crs.geodetic_crs.name, upright), code
+        checked += 1
+    assert checked > 60
