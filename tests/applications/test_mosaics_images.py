@@ -62,7 +62,7 @@ def test_large_images_are_reduced(monkeypatch, fine):
 
 
 # What is looked at has the same size in leaves; the files differ.
-AERIAL = {"small": (577, 433, 1.33, 1.7e4, 6.7e4), "9 megapixels": (3464, 2598, 8.0, 6e5, 2.4e6)}
+AERIAL = {"small": (577, 433, 1.33, 1.7e4, 6.7e4), "4 megapixels": (2309, 1732, 5.33, 2.7e5, 1.07e6)}
 
 
 @pytest.mark.slow

@@ -76,11 +76,10 @@ SLACK = 2e-4
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("region", "criterion"), [
-    (GERMANY, "airy_kavrayskiy"), (GERMANY, "max_scale_error_ppm"), (GERMANY, "max_omega"), (GERMANY, "mean_omega"),
-    (GERMANY, "max_areal_error_ppm"), ("box:-76,-56,-66,-17.5", "airy_kavrayskiy"),
-    ("box:-180,-90,180,-60", "airy_kavrayskiy"), ("box:177,-20,-178,-15", "max_scale_error_ppm"),
-    ("cap:13.4,52.5,200", "max_scale_error_ppm"), ("country:NO", "airy_kavrayskiy"),
-    ("country:CH", "mean_scale_error_ppm"), ("globe", "airy_kavrayskiy"),
+    (GERMANY, "airy_kavrayskiy"), (GERMANY, "max_scale_error_ppm"), (GERMANY, "max_omega"),
+    (GERMANY, "max_areal_error_ppm"), ("box:-180,-90,180,-60", "airy_kavrayskiy"),
+    ("box:177,-20,-178,-15", "max_scale_error_ppm"), ("country:CH", "mean_scale_error_ppm"),
+    ("globe", "airy_kavrayskiy"),
 ])  # fmt: skip
 def test_no_crs_is_better_than_the_best_of_its_family(region, criterion):
     """What holds by optimality, over every CRS of the same method; angles to 1e-6 degrees, areas to 0.1 ppm."""

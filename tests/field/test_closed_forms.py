@@ -128,11 +128,11 @@ def test_a_formula_that_is_off_is_not_used(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.slow
-@each("part", range(12))
-def test_all_crss_of_the_database(part: int) -> None:
-    """In their areas of use; nearly all of them have a closed form."""
+@pytest.mark.parametrize("part", range(4))
+def test_crss_of_the_database(part: int) -> None:
+    """One in ten; in their areas of use; nearly all of them have a closed form."""
     rng, formed, count = np.random.default_rng(part), 0, 0
-    for record in crs_records(["EPSG", "ESRI", "IGNF"], deprecated=True)[part::12]:
+    for record in crs_records(["EPSG", "ESRI", "IGNF"], deprecated=True)[10 * part :: 40]:
         try:
             projection = Projection.from_user_input(record.code)
         except ProjectionError:

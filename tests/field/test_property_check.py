@@ -81,9 +81,9 @@ def assert_in_metres(projection, code, lon, lat):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("chunk", range(CHUNKS))
-def test_the_whole_database(chunk):
-    """Each CRS is sound; PROJ cannot compute few (59 in PROJ 9.5), and nearly all have a known method."""
-    kept = [assert_sound(code) for code in codes()[chunk::CHUNKS]]
+def test_half_of_the_database(chunk):
+    """Every other CRS is sound; PROJ cannot compute few (59 in PROJ 9.5), and nearly all have a known method."""
+    kept = [assert_sound(code) for code in codes()[chunk :: 2 * CHUNKS]]
     assert kept.count("refused") <= 0.02 * len(kept)
     assert kept.count("conformal") > 0.7 * len(kept)
     assert kept.count("equal-area") > 0

@@ -156,8 +156,8 @@ ESRIS = "Orthographic", "centres"
 PAIRS = [(method, spelling) for spelling in SPELLINGS for method in METHODS if (method, spelling) != ESRIS]
 
 
-@each(("method", "spelling"), mostly_slow(PAIRS, 41))
-def test_one_map_by_every_spelling(method, spelling):
+@each(("method", "spelling"), mostly_slow(PAIRS[::3], 13))
+def test_one_map_by_any_spelling(method, spelling):
     """Parameters as any program calls them make the map of the PROJ string, in WKT 1 and 2, without a word."""
     stated = {kind: SPELLINGS[spelling][kind] for kind in kinds_of(method)}
     for text in (wkt1(method, spelt(method, spelling)), wkt2(method, stated)):
@@ -304,16 +304,16 @@ def test_a_method_with_an_id_of_projs_is_left_alone():
 @pytest.mark.slow
 @pytest.mark.parametrize("version", ["WKT2_2019", "WKT1_GDAL", "WKT1_ESRI"])
 def test_registered_crss_are_read_as_by_proj(version):
-    """WKT that PROJ writes of every 19th CRS is PROJ's reading of it, without a word."""
+    """WKT that PROJ writes of every 57th CRS is PROJ's reading of it, without a word."""
     read = 0
-    for info in query_crs_info(pj_types=PJType.PROJECTED_CRS)[::19]:
+    for info in query_crs_info(pj_types=PJType.PROJECTED_CRS)[::57]:
         try:
             text = CRS(f"{info.auth_name}:{info.code}").to_wkt(version)
         except CRSError:
             continue
         assert read_crs(text).to_wkt() == CRS.from_wkt(text).to_wkt(), info
         read += 1
-    assert read > 400
+    assert read > 130
 
 
 @each("method", ["Lambert_Conformal_Conic", "Lambert_Conformal_Conic_1SP"])

@@ -17,7 +17,7 @@ from tables import each
 from projdist import Notice, get_region
 
 FILES_STAY = [HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
-MANY = settings(max_examples=600, suppress_health_check=FILES_STAY)
+MANY = settings(max_examples=200, suppress_health_check=FILES_STAY)
 
 
 def region_or_line(given_region: Any) -> None:
@@ -176,7 +176,7 @@ SPOILT = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 255)), max_size=6)
 
 
 @pytest.mark.parametrize("suffix", ["gpkg", "shp", "fgb"])
-@pytest.mark.parametrize("examples", [5, pytest.param(300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("examples", [5, pytest.param(100, marks=pytest.mark.slow)])
 def test_spoilt_files(tmp_path: Path, suffix: str, examples: int) -> None:
     @settings(max_examples=examples, suppress_health_check=FILES_STAY)
     @given(spoils=SPOILT, word=st.sampled_from(["file", "geodesic", "points"]))
