@@ -174,7 +174,8 @@ class LdpAxis:
         """Combined factors with a scale of 1 on the axis; NaN if PROJ refuses the axis."""
         nodes = ground.nodes
         try:
-            scale = nodes.meridional_scale(projections.with_parameters(self.base, self.parameters(place)))
+            J, _ = nodes.jacobian(projections.with_parameters(self.base, self.parameters(place)))
+            scale = np.hypot(J[:, 0, 1], J[:, 1, 1])
         except projections.ProjectionError:
             return np.full(nodes.lon.size, np.nan)
         return scale * answers.elevation_factor(nodes.lat, ground.height, nodes.ellipsoid)

@@ -41,7 +41,7 @@ def least_error(
     text = f"+proj=stere +lat_0={extent.lat!r} +lon_0={extent.lon!r} {families.ellipsoid_text(ellipsoid)}"
     base, nodes = projections.Projection.from_user_input(text), nodes_of(region, ellipsoid, _NODES)
     x, y = base(nodes.lon, nodes.lat)
-    log_scale, z = np.log(nodes.meridional_scale(base)), x + 1j * y
+    log_scale, z = np.log(np.hypot(*nodes.jacobian(base)[0][:, :, 1].T)), x + 1j * y
     known = np.isfinite(log_scale) & (nodes.weight > 0.0)
     try:
         fit = numerics.fit_harmonic(z[known] / np.abs(z[known]).max(), log_scale[known], nodes.weight[known], degree)

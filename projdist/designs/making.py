@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from projdist import decisions, projections, regions, support
-from projdist.designs import base_maps
+from projdist.designs import base_maps, conformal_bounds
 from projdist.designs.base_maps import SYMMETRIES, BaseNodes, DesignObjective
 from projdist.designs.fits import SHARES, Stage, best_of, stage_of, stages
 from projdist.designs.plane_maps import PlaneMap
@@ -65,6 +65,7 @@ class Design(support.Answer):
     value: float  #: the figure of `criterion` over the region, of the finished map by adaptive cubature
     error: float = field(metadata=support.schema("error_estimate"))  #: of the value
     airy_kavrayskiy: float
+    proven: float | None  #: no conformal map of the region's largest part has less; None for other kinds and criteria
     limit: float | None  #: about the least Airy-Kavrayskiy error of any map of the kind, None if unknown
     smallest: Extreme = field(metadata=support.schema("smallest_scale"))  #: in any direction
     largest: Extreme = field(metadata=support.schema("largest_scale"))  #: in any direction
@@ -287,6 +288,7 @@ def design(
         value=made.value,
         error=made.error,
         airy_kavrayskiy=made.airy_kavrayskiy,
+        proven=conformal_bounds.proven_least(objective.figure.name, area, ellipsoid) if kind == "conformal" else None,
         limit=limit,
         smallest=made.smallest,
         largest=made.largest,

@@ -151,15 +151,9 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
     if lon.size - np.count_nonzero(done) >= _MANY and np.isfinite(lon).any():
         _panel_stage(projection, lon, lat, found, done)
     rest = np.flatnonzero(~done)
-    whole = rest.size == lon.size
     for chunk in chebyshev.parts_of(rest.size) if rest.size else ():
-        part = chunk if whole else rest[chunk]
-        there, doubt = (J[chunk], error[chunk]) if whole else _empty(rest[chunk].size)
-        done[part] = _fast_stage(projection, lon[part], lat[part], (found.x[part], found.y[part]), there, doubt)
-        if not whole:
-            for i, j in np.ndindex(2, 2):
-                J[:, i, j][part] = there[:, i, j]
-            error[part] = doubt
+        part = rest[chunk]
+        done[part], J[part], error[part] = _fast_stage(projection, lon[part], lat[part], found.x[part], found.y[part])
     hard = np.flatnonzero(~done)
     if hard.size:
         _hard_stage(projection, lon, lat, found, hard)
@@ -215,8 +209,7 @@ def _panel_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found
     good, number, at = chebyshev.evaluate_points(panels, lon, lat, (x, y), J, error)
     good &= error <= _FAST_TARGET
     # A few points of each panel must have the derivatives that differences have.
-    truth, doubt = np.empty((at.size, 2, 2)), np.empty(at.size)
-    sound = _fast_stage(projection, lon[at], lat[at], (x[at], y[at]), truth, doubt)
+    sound, truth, doubt = _fast_stage(projection, lon[at], lat[at], x[at], y[at])
     gap, size = np.abs(J[at] - truth).sum(axis=(1, 2)), np.abs(truth).sum(axis=(1, 2))
     wrong = sound & good[at] & ~(gap <= (_APART + 10.0 * (doubt + error[at])) * size)
     if wrong.any():
@@ -225,15 +218,11 @@ def _panel_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found
 
 
 def _fast_stage(
-    projection: Projection,
-    lon: FloatArray,
-    lat: FloatArray,
-    centre: tuple[FloatArray, FloatArray],
-    J: FloatArray,
-    error: FloatArray,
-) -> BoolArray:
-    """Fourth-order differences along the parallel and the meridian, written into J and error; True where good."""
+    projection: Projection, lon: FloatArray, lat: FloatArray, x_0: FloatArray, y_0: FloatArray
+) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """Where fourth-order differences along the parallel and the meridian are good; J by them, and its error."""
     n = lon.size
+    J, error = _empty(n)
     cos = np.cos(np.radians(np.clip(lat, -_FAST_LATITUDE, _FAST_LATITUDE)))
     step = _FAST_STEP * np.sqrt(cos)
     east_step = step / cos
@@ -255,19 +244,19 @@ def _fast_stage(
             size += np.abs(column)
     # One sum of x and y, with odd weights, shows a kink in either at half the cost.
     both = x + 0.7 * y
-    middle = 6.0 * (centre[0] + 0.7 * centre[1])
+    middle = 6.0 * (x_0 + 0.7 * y_0)
     kink = np.abs(both[2] + both[3] - 4.0 * (both[0] + both[1]) + middle) * metre[0]
     kink += np.abs(both[6] + both[7] - 4.0 * (both[4] + both[5]) + middle) * metre[1]
     with np.errstate(invalid="ignore", divide="ignore"):
         # The fourth-order error falls as the square of the second-order one, at a logarithmic singularity 7 times that.
         truncation = 10.0 * (gap / size) ** 2
-        away = np.sqrt(centre[0] ** 2 + centre[1] ** 2)
+        away = np.hypot(x_0, y_0)
         rounding = 1.5 * np.finfo(float).eps * (away * (metre[0] + metre[1]) / size + 1.0 / step)
         # On smooth maps the fourth difference is below a fiftieth of the third; white noise has 8 times what reaches J.
         noise = np.where(kink > 0.02 * 6.0 * gap, kink / (8.0 * size), 0.0)
         error[:] = truncation + rounding + noise
         good = (truncation <= _FAST_TARGET) & (noise <= _NOISE) & (np.abs(lat) <= _FAST_LATITUDE)
-    return np.asarray(good)
+    return good, J, error
 
 
 def _hard_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found: Derivatives, hard: IntArray) -> None:

@@ -293,15 +293,6 @@ class Nodes:
         """These nodes and one of weight 0."""
         return nodes_at(np.append(self.lon, lon), np.append(self.lat, lat), np.append(self.weight, 0.0), self.ellipsoid)
 
-    def meridional_scale(self, projection: Projection) -> FloatArray:
-        """The scale along the meridian, at half the cost of J; on conformal maps it is the scale in all directions."""
-        if projection.closed_form:
-            return np.hypot(*self.jacobian(projection)[0][:, :, 1].T)
-        x, y = projection(self.stencil_lon[4:], self.stencil_lat[4:])
-        meridian, _ = self.ellipsoid.radii(self.lat)
-        moved = [(8.0 * (value[0] - value[1]) - (value[2] - value[3])) / 12.0 for value in (x, y)]
-        return np.hypot(*moved) / (self.step * meridian)
-
 
 def nodes_at(lon: FloatArray, lat: FloatArray, weight: FloatArray, ellipsoid: earth.Ellipsoid) -> Nodes:
     """Nodes at points in degrees; their weights need not add up to 1."""

@@ -23,13 +23,32 @@ Second = tuple[ComplexArray, ComplexArray, ComplexArray]
 
 
 class Place(NamedTuple):
-    """Points (n,) of an ellipsoid as formulas need them, with longitudes in radians from the central meridian."""
+    """Points (n,), or one, as formulas need them: longitudes in radians from the central meridian, and of latitudes."""
 
-    lon: FloatArray
-    sin: FloatArray  # of the latitude
-    cos: FloatArray
-    meridian: FloatArray  # radius of curvature in metres
-    parallel: FloatArray  # radius in metres
+    ellipsoid: Ellipsoid
+    lon: Any
+    sin: Any
+    cos: Any
+    parallel: Any  # radius in metres
+
+    @classmethod
+    def of(cls, ellipsoid: Ellipsoid, lon: Any, lat: Any) -> Place:
+        """Of degrees."""
+        sin, cos = np.sin(np.radians(lat)), np.cos(np.radians(lat))
+        return cls(ellipsoid, np.radians(lon), sin, cos, ellipsoid.radii(lat)[1] * cos)
+
+    @property
+    def isometric(self) -> Any:
+        """Isometric latitude in radians."""
+        e = math.sqrt(self.ellipsoid.eccentricity_squared)
+        return np.arcsinh(self.sin / self.cos) - e * np.arctanh(e * self.sin)
+
+    @property
+    def below(self) -> Any:
+        """Area from the equator by radians of longitude, in half squares of the semi-major axis: q of Snyder's 3-12."""
+        e2 = self.ellipsoid.eccentricity_squared
+        e, sin = math.sqrt(e2), self.sin
+        return (1.0 - e2) * (sin / (1.0 - e2 * sin * sin) + (np.arctanh(e * sin) / e if e else sin))
 
 
 class Plane(NamedTuple):
@@ -61,13 +80,12 @@ class ClosedForm:
 
     def plane(self, lon: FloatArray, lat: FloatArray) -> tuple[Plane, FloatArray]:
         """The plane at points (n,) in degrees, and its derivatives' relative errors, NaN where they are not good."""
-        lon, phi = wrapped(lon - self.meridian), np.radians(lat)
-        cos = np.cos(phi)
-        meridian, vertical = self.ellipsoid.radii(lat)
+        lon = wrapped(lon - self.meridian)
+        place = Place.of(self.ellipsoid, lon, lat)
         with np.errstate(all="ignore"):
-            plane = self.formula(Place(np.radians(lon), np.sin(phi), cos, meridian, vertical * cos))
+            plane = self.formula(place)
             good = plane.good & (np.abs(lat) <= _HIGHEST) & (np.abs(lon) <= _WIDEST)
-            error = np.where(good, _ROUNDINGS * _EPS / (cos * cos), np.nan)
+            error = np.where(good, _ROUNDINGS * _EPS / (place.cos * place.cos), np.nan)
         return plane._replace(w=plane.w + self.origin), error
 
     def checked(self, lon: FloatArray, lat: FloatArray, x: FloatArray, y: FloatArray) -> tuple[Plane, FloatArray]:
@@ -146,14 +164,14 @@ class Stated:
         """Longitude in degrees of the central meridian, from which formulas count."""
         return 6.0 * self.number("zone") - 183.0 if "zone" in self.texts else self.number("lonc", "lon_0")
 
-    def at(self, *keys: str) -> list[tuple[float, float, float]]:
-        """Sine of stated latitudes, radius of the parallel in semi-major axes, and isometric latitude."""
-        found = []
-        for phi in map(self.radians, keys):
-            sin, cos = math.sin(phi), math.cos(phi)
-            radius = cos / math.sqrt(1.0 - self.ellipsoid.eccentricity_squared * sin * sin)
-            found.append((sin, radius, float(_isometric(self.ellipsoid, sin, cos))))
-        return found
+    def at(self, key: str) -> Place:
+        """A stated latitude."""
+        return Place.of(self.ellipsoid, 0.0, self.number(key))
+
+    @property
+    def true_scale(self) -> float:
+        """The scale along the equator of a cylinder, by `lat_ts` or k_0."""
+        return float(self.at("lat_ts").parallel) / self.ellipsoid.a if "lat_ts" in self.texts else self.scale
 
     @property
     def pole(self) -> float:
@@ -162,24 +180,11 @@ class Stated:
         return math.copysign(1.0, lat) if abs(lat) > 90.0 - 1e-9 else 0.0
 
 
-def _isometric(ellipsoid: Ellipsoid, sin: Any, cos: Any) -> Any:
-    """Isometric latitude in radians."""
-    e = math.sqrt(ellipsoid.eccentricity_squared)
-    return np.arcsinh(sin / cos) - e * np.arctanh(e * sin)
-
-
-def _authalic(ellipsoid: Ellipsoid, sin: Any) -> Any:
-    """q of Snyder's 3-12: areas from the equator to latitudes, in half squares of the semi-major axis by longitude."""
-    e2 = ellipsoid.eccentricity_squared
-    e = math.sqrt(e2)
-    return (1.0 - e2) * (sin / (1.0 - e2 * sin * sin) + (np.arctanh(e * sin) / e if e else sin))
-
-
 # ---- straight meridians: cones, cylinders and maps about a pole ----------------------------------
 
 
-Spacing = Literal["angles", "areas"] | Callable[[Place], FloatArray]
-"""What a map keeps, of which the scale along meridians follows, or that scale."""
+Spacing = Literal["angles", "areas"] | Callable[[Place], Any]
+"""What a map keeps, of which the scale along meridians follows, or metres by radians along them."""
 
 
 def _straight(n: float, width: float, distance: Callable[[Place], FloatArray], spacing: Spacing) -> Formula:
@@ -191,7 +196,10 @@ def _straight(n: float, width: float, distance: Callable[[Place], FloatArray], s
         turn: ComplexArray = np.cos(n * place.lon) + 1j * np.sin(n * place.lon)
         k = (n * away if n else width) / place.parallel
         w = -1j * away * turn if n else width * place.lon + 1j * away
-        h = spacing(place) if callable(spacing) else k if spacing == "angles" else 1.0 / k
+        h = k if spacing == "angles" else 1.0 / k
+        if callable(spacing):
+            w2 = 1.0 - place.ellipsoid.eccentricity_squared * place.sin**2
+            h = spacing(place) / place.ellipsoid.a * w2**1.5 / (1.0 - place.ellipsoid.eccentricity_squared)
 
         def second() -> Second:
             k_n = (k * place.sin - n * h) / place.parallel
@@ -206,69 +214,55 @@ def _straight(n: float, width: float, distance: Callable[[Place], FloatArray], s
 
 def _mercator(stated: Stated) -> Formula:
     """Snyder 1987, page 44."""
-    ellipsoid = stated.ellipsoid
-    width = ellipsoid.a * (stated.at("lat_ts")[0][1] if "lat_ts" in stated.texts else stated.scale)
-    return _straight(0.0, width, lambda place: width * _isometric(ellipsoid, place.sin, place.cos), "angles")
+    width = stated.ellipsoid.a * stated.true_scale
+    return _straight(0.0, width, lambda place: width * place.isometric, "angles")
 
 
 def _web_mercator(stated: Stated) -> Formula:
     """Mercator's map of a sphere, of geodetic latitudes."""
     a = stated.ellipsoid.a
-    distance, spacing = (
-        (lambda place: a * np.arcsinh(place.sin / place.cos)),
-        (lambda place: a / place.cos / place.meridian),
-    )
-    return _straight(0.0, a, distance, spacing)
+    return _straight(0.0, a, lambda place: a * np.arcsinh(place.sin / place.cos), lambda place: a / place.cos)
 
 
 def _lambert_conic(stated: Stated) -> Formula:
     """Snyder 1987, page 108, with one or two parallels."""
-    first, last = stated.at("lat_1", "lat_2" if "lat_2" in stated.texts else "lat_1")
-    n = first[0] if first == last else math.log(first[1] / last[1]) / (last[2] - first[2])
-    size = stated.ellipsoid.a * stated.scale * first[1] / n
-    return _straight(
-        n,
-        0.0,
-        lambda place: size * np.exp(n * (first[2] - _isometric(stated.ellipsoid, place.sin, place.cos))),
-        "angles",
-    )
+    first = stated.at("lat_1")
+    last = stated.at("lat_2") if "lat_2" in stated.texts else first
+    n, psi = float(first.sin), first.isometric
+    if last.sin != first.sin:
+        n = float(np.log(first.parallel / last.parallel) / (last.isometric - psi))
+    size = stated.scale * first.parallel / n
+    return _straight(n, 0.0, lambda place: size * np.exp(n * (psi - place.isometric)), "angles")
 
 
 def _albers(stated: Stated) -> Formula:
     """Snyder 1987, page 101."""
-    a = stated.ellipsoid.a
-    first, last = stated.at("lat_1", "lat_2")
-    q, other = (_authalic(stated.ellipsoid, sin) for sin, _, _ in (first, last))
-    n = first[0] if abs(first[0] - last[0]) < 1e-10 else (first[1] ** 2 - last[1] ** 2) / (other - q)
-    constant = first[1] ** 2 + n * q
-    return _straight(
-        n, 0.0, lambda place: a * np.sqrt(constant - n * _authalic(stated.ellipsoid, place.sin)) / n, "areas"
-    )
+    a, first, last = stated.ellipsoid.a, stated.at("lat_1"), stated.at("lat_2")
+    m, n = (first.parallel / a) ** 2, float(first.sin)
+    if abs(first.sin - last.sin) > 1e-10:
+        n = float((m - (last.parallel / a) ** 2) / (last.below - first.below))
+    constant = m + n * first.below
+    return _straight(n, 0.0, lambda place: a * np.sqrt(constant - n * place.below) / n, "areas")
 
 
 def _cylindrical_equal_area(stated: Stated) -> Formula:
     """Snyder 1987, page 81."""
-    a, e = stated.ellipsoid.a, stated.ellipsoid
-    k = stated.at("lat_ts")[0][1] if "lat_ts" in stated.texts else stated.scale
-    return _straight(0.0, a * k, lambda place: a / (2.0 * k) * _authalic(e, place.sin), "areas")
+    a, k = stated.ellipsoid.a, stated.true_scale
+    return _straight(0.0, a * k, lambda place: a / (2.0 * k) * place.below, "areas")
 
 
 def _equirectangular(stated: Stated) -> Formula:
     """Snyder 1987, page 91: that of a sphere, of geodetic latitudes."""
     a = stated.ellipsoid.a
-    distance, spacing = (lambda place: a * np.arctan2(place.sin, place.cos)), (lambda place: a / place.meridian)
-    return _straight(0.0, a * math.cos(stated.radians("lat_ts")), distance, spacing)
+    width = a * float(stated.at("lat_ts").cos)
+    return _straight(0.0, width, lambda place: a * np.arctan2(place.sin, place.cos), lambda _: a)
 
 
 # ---- conformal maps by complex functions ---------------------------------------------------------
 
 
 def _conformal(
-    place: Place,
-    w: ComplexArray,
-    first: ComplexArray,
-    second: Callable[[], ComplexArray],
-    good: BoolArray | bool,
+    place: Place, w: ComplexArray, first: ComplexArray, second: Callable[[], ComplexArray], good: BoolArray
 ) -> Plane:
     """A function of longitude + i isometric latitude, with its first and second derivatives."""
     east = first / place.parallel
@@ -289,7 +283,7 @@ def _transverse_mercator(stated: Stated) -> Formula:
     order = 2.0 * np.arange(1, 7)
 
     def formula(place: Place) -> Plane:
-        sinh = np.sinh(_isometric(stated.ellipsoid, place.sin, place.cos))
+        sinh = np.sinh(place.isometric)
         cosh, sin, cos = np.sqrt(1.0 + sinh * sinh), np.sin(place.lon), np.cos(place.lon)
         # The map of the sphere is the Gudermannian of -i z, and the series is in twice that.
         sphere = np.arctan2(sinh, cos) - 1j * np.arcsinh(sin / np.hypot(sinh, cos))
@@ -327,27 +321,22 @@ def _clenshaw(series: FloatArray, cosine: ComplexArray, sine: ComplexArray) -> t
     return sine * last, cosine * last - before
 
 
-def _turned(
-    stated: Stated,
-    stretch: float,
-    shift: float,
-    pole: float,
-    east: float,
-    size: complex,
-    seam: float = 0.0,
-    middle: float = 0.0,
-) -> Formula:
-    """Conformal maps of a sphere turned to a new pole, by way of which the ellipsoid is conformal, too.
+_Sphere = tuple[float, float, float]
+"""By what longitudes and isometric latitudes are stretched, what is added to either: that of the latitudes first."""
 
-    The sphere has `stretch` times the longitudes, and the isometric latitudes with a shift besides. The pole is at an
-    angle from the sphere's own, and `east` the longitude from its meridian to that of the map. The map is `size` times
-    the stereographic one, towards the old pole negative, or, with a `seam` so far from its `middle` longitude, times -i
-    its logarithm.
+
+def _turned(
+    stated: Stated, sphere: _Sphere, pole: float, size: complex, seam: float = 0.0, middle: float = 0.0
+) -> Formula:
+    """Conformal maps of a sphere about a new pole, at an angle from its own along the meridian 0.
+
+    They are `size` times the stereographic map, in which the old pole is at a negative number, or, with a `seam` so far
+    from the `middle` longitude, times -i its logarithm.
     """
-    t = math.tan(0.5 * pole)
+    t, (stretch, shift, east) = math.tan(0.5 * pole), sphere
 
     def formula(place: Place) -> Plane:
-        lon, psi = stretch * place.lon + east, stretch * _isometric(stated.ellipsoid, place.sin, place.cos) + shift
+        lon, psi = stretch * place.lon + east, stretch * place.isometric + shift
         zeta = np.exp(-psi) * (np.cos(lon) + 1j * np.sin(lon))  # stereographic about the old pole
         inverse = 1.0 / (1.0 + t * zeta)
         m, m_1 = (zeta - t) * inverse, (1.0 + t * t) * inverse * inverse
@@ -373,64 +362,57 @@ def _turned(
 _FROM_POLE = 10.0  # a distance of 169 degrees
 
 
-def _gauss_sphere(stated: Stated, phi: float) -> tuple[float, float, float, float]:
-    """Stretch, shift and radius of the sphere that osculates the ellipsoid at a latitude, and that latitude on it."""
-    ellipsoid = stated.ellipsoid
-    e2, sin, cos = ellipsoid.eccentricity_squared, math.sin(phi), math.cos(phi)
-    stretch = math.sqrt(1.0 + e2 / (1.0 - e2) * cos**4)
-    there = math.asin(sin / stretch)
-    shift = math.asinh(math.tan(there)) - stretch * float(_isometric(ellipsoid, sin, cos))
-    return stretch, shift, ellipsoid.a * math.sqrt(1.0 - e2) / (1.0 - e2 * sin * sin), there
+def _gauss_sphere(stated: Stated) -> tuple[_Sphere, float, float]:
+    """The sphere that osculates the ellipsoid at `lat_0`, its radius by k_0, and that latitude on it."""
+    e2, centre = stated.ellipsoid.eccentricity_squared, stated.at("lat_0")
+    stretch = math.sqrt(1.0 + e2 / (1.0 - e2) * centre.cos**4)
+    there = math.asin(centre.sin / stretch)
+    radius = stated.scale * stated.ellipsoid.a * math.sqrt(1.0 - e2) / (1.0 - e2 * centre.sin**2)
+    return (stretch, math.asinh(math.tan(there)) - stretch * float(centre.isometric), 0.0), radius, there
 
 
 def _swiss(stated: Stated) -> Formula:
     """Swiss oblique Mercator: that of the sphere, turned; by PROJ up to 90 degrees of its equator."""
-    stretch, shift, radius, there = _gauss_sphere(stated, stated.radians("lat_0"))
-    return _turned(stated, stretch, shift, -there, 0.0, radius * stated.scale, math.radians(85.0))
+    sphere, radius, there = _gauss_sphere(stated)
+    return _turned(stated, sphere, -there, radius, math.radians(85.0))
 
 
 def _oblique_stereographic(stated: Stated) -> Formula:
     """IOGP Guidance Note 7-2, 3.2.5.1: that of the osculating sphere."""
-    stretch, shift, radius, there = _gauss_sphere(stated, stated.radians("lat_0"))
-    return _turned(stated, stretch, shift, 0.5 * math.pi - there, 0.0, -2j * radius * stated.scale)
+    sphere, radius, there = _gauss_sphere(stated)
+    return _turned(stated, sphere, 0.5 * math.pi - there, -2j * radius)
 
 
 def _stereographic(stated: Stated) -> Formula:
     """Snyder 1987, page 160: of the sphere of conformal latitudes."""
-    ellipsoid, e2 = stated.ellipsoid, stated.ellipsoid.eccentricity_squared
     if n := stated.pole:
+        e = math.sqrt(stated.ellipsoid.eccentricity_squared)
+        size = 2.0 * stated.scale * stated.ellipsoid.a / math.sqrt((1.0 + e) ** (1.0 + e) * (1.0 - e) ** (1.0 - e))
         if abs(stated.number("lat_ts", default=90.0)) < 90.0 - 1e-9:
-            ((_, radius, psi),) = stated.at("lat_ts")
-            size = radius * math.exp(abs(psi))
-        else:
-            e = math.sqrt(e2)
-            size = 2.0 * stated.scale / math.sqrt((1.0 + e) ** (1.0 + e) * (1.0 - e) ** (1.0 - e))
-        size *= ellipsoid.a * n
-        return _straight(
-            n, 0.0, lambda place: size * np.exp(-n * _isometric(ellipsoid, place.sin, place.cos)), "angles"
-        )
-    ((_, radius, psi),) = stated.at("lat_0")
-    size = ellipsoid.a * stated.scale * radius * math.cosh(psi)
-    return _turned(stated, 1.0, 0.0, 0.5 * math.pi - math.atan(math.sinh(psi)), 0.0, -2j * size)
+            true = stated.at("lat_ts")
+            size = float(true.parallel * np.exp(np.abs(true.isometric)))
+        return _straight(n, 0.0, lambda place: n * size * np.exp(-n * place.isometric), "angles")
+    centre = stated.at("lat_0")
+    sinh = math.sinh(centre.isometric)
+    size = float(stated.scale * centre.parallel * math.hypot(1.0, sinh))
+    return _turned(stated, (1.0, 0.0, 0.0), 0.5 * math.pi - math.atan(sinh), -2j * size)
 
 
 def _oblique_mercator(stated: Stated) -> Formula:
     """Snyder 1987, page 71, Hotine's, by a point and an azimuth."""
-    ellipsoid, e2 = stated.ellipsoid, stated.ellipsoid.eccentricity_squared
-    ((sin, radius, psi),) = stated.at("lat_0")
-    stretch = math.sqrt(1.0 + e2 / (1.0 - e2) * (1.0 - sin * sin) ** 2)
-    d = max(1.0, stretch * math.sqrt(1.0 - e2) / (radius * (1.0 - e2 * sin * sin)))
-    f = d + math.copysign(math.sqrt(d * d - 1.0), sin)
+    e2, a, centre = stated.ellipsoid.eccentricity_squared, stated.ellipsoid.a, stated.at("lat_0")
+    stretch, ratio = math.sqrt(1.0 + e2 / (1.0 - e2) * centre.cos**4), math.sqrt(1.0 - e2) / (1.0 - e2 * centre.sin**2)
+    d = max(1.0, stretch * ratio * a / float(centre.parallel))
+    f = d + math.copysign(math.sqrt(d * d - 1.0), centre.sin)
     alpha = stated.radians("alpha") if "alpha" in stated.texts else math.asin(d * math.sin(stated.radians("gamma")))
     gamma = math.asin(math.sin(alpha) / d)
     # From the point, where the central line has the azimuth alpha, back to where it meets the equator of the sphere.
     back = math.asin(0.5 * (f - 1.0 / f) * math.tan(gamma))
     turn = math.radians(stated.number("gamma", default=math.degrees(alpha)))
-    size = ellipsoid.a * stated.scale * math.sqrt(1.0 - e2) / (1.0 - e2 * sin * sin)
-    shift = math.log(f) - stretch * psi
-    rotated = 1j * size * complex(math.cos(turn), -math.sin(turn))
+    shift = math.log(f) - stretch * float(centre.isometric)
+    rotated = 1j * a * stated.scale * ratio * complex(math.cos(turn), -math.sin(turn))
     quarter, seam = 0.5 * math.pi, math.radians(178.0)
-    return _turned(stated, stretch, shift, quarter - gamma, quarter + back, rotated, seam, quarter)
+    return _turned(stated, (stretch, shift, quarter + back), quarter - gamma, rotated, seam, quarter)
 
 
 # ---- equal-area about a point --------------------------------------------------------------------
@@ -438,17 +420,17 @@ def _oblique_mercator(stated: Stated) -> Formula:
 
 def _lambert_azimuthal(stated: Stated) -> Formula:
     """Snyder 1987, page 187: of the sphere of authalic latitudes."""
-    ellipsoid, whole = stated.ellipsoid, float(_authalic(stated.ellipsoid, 1.0))
-    a, radius = ellipsoid.a, ellipsoid.a * math.sqrt(0.5 * whole)
+    a, whole = stated.ellipsoid.a, float(Place.of(stated.ellipsoid, 0.0, 90.0).below)
+    radius = a * math.sqrt(0.5 * whole)
     if n := stated.pole:
-        return _straight(n, 0.0, lambda place: n * a * np.sqrt(whole - n * _authalic(ellipsoid, place.sin)), "areas")
-    ((sin, parallel, _),) = stated.at("lat_0")
-    sin_0 = float(_authalic(ellipsoid, sin)) / whole
+        return _straight(n, 0.0, lambda place: n * a * np.sqrt(whole - n * place.below), "areas")
+    centre = stated.at("lat_0")
+    sin_0 = float(centre.below) / whole
     cos_0 = math.sqrt(1.0 - sin_0 * sin_0)
-    widened = a * parallel / (radius * cos_0)
+    widened = float(centre.parallel) / (radius * cos_0)
 
     def formula(place: Place) -> Plane:
-        sin_b = _authalic(ellipsoid, place.sin) / whole
+        sin_b = place.below / whole
         cos_b = np.sqrt((1.0 - sin_b) * (1.0 + sin_b))
         sin_l, cos_l = np.sin(place.lon), np.cos(place.lon)
         right, up = cos_b * sin_l, cos_0 * sin_b - sin_0 * cos_b * cos_l

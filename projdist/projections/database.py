@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import json
 import math
@@ -195,7 +194,10 @@ def load_crs(code: str) -> DatabaseCrs:
             value += meridian if "ongitude" in parameter.name else 0.0
             values.append((parameter.name, round(value, _DIGITS)))
     conversion = operation.method_name if operation else crs.name, tuple(sorted(values))
-    projection = (world_map and world_map.projection(crs)) or Projection.from_user_input(code)
+    try:
+        projection = (world_map and world_map.projection(crs)) or Projection.from_user_input(code)
+    except pyproj.exceptions.ProjError:
+        projection = Projection.from_user_input(code)  # whose words are clearer
     return DatabaseCrs(projection, geodetic.name if geodetic else "", conversion, upright)
 
 
@@ -206,13 +208,12 @@ class _WorldMap(NamedTuple):
     text: str
 
     def projection(self, crs: CRS) -> Projection | None:
-        """The projection of the CRS of the text, without a search for it; None if PROJ cannot compute it."""
+        """That of the CRS of the text, without a search for it; raises pyproj's ProjError if PROJ cannot compute it."""
         ellipsoid, operation = ellipsoid_of_crs(crs), crs.coordinate_operation
         function = Pipeline((operation and operation.to_proj4()) or "", 1.0)
-        with contextlib.suppress(pyproj.exceptions.ProjError):
-            if ellipsoid and function.transformer:
-                return Projection(crs.name, self.record.code, ellipsoid, function, self.record.area_of_use)
-        return None
+        if ellipsoid is None or not function.transformer:
+            return None
+        return Projection(crs.name, self.record.code, ellipsoid, function, self.record.area_of_use)
 
 
 # PROJ searches its tables for ESRI's names, 25 ms for each text.
