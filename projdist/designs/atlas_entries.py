@@ -198,6 +198,10 @@ def atlas_names() -> list[str]:
     list of str
         The names, as `atlas` takes them: "country:New Zealand", "state:Texas", "North Atlantic", "France, Cayenne".
 
+    Raises
+    ------
+    Nothing: there is no input.
+
     References
     ----------
     Natural Earth and the US Census Bureau, whose outlines the places have.

@@ -181,6 +181,10 @@ def projection_names() -> dict[str, str]:
         The PROJ strings by name: an example where the projection has `needed_parameters`. The names of `WORLD_MAPS`,
         which PROJ has no string for, stand for themselves.
 
+    Raises
+    ------
+    Nothing: there is no input.
+
     References
     ----------
     PROJ's documentation, Projections, https://proj.org/operations/projections/.
