@@ -368,7 +368,7 @@ def test_errors_of_random_regions(seed):
 
 @SLOW
 @ANYWHERE
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 5, 7, 8, 9])  # 6 is a cap of ESRI:54030 as 2, and costs 25 s
+@pytest.mark.parametrize("seed", [0, 1, 3, 4, 5, 7, 8, 9])  # 2 and 6 are caps of ESRI:54030 that cost 40 s
 def test_the_answer_does_not_depend_on_what_else_is_asked(seed):
     """Every measure alone has the extremes that it has beside all others, to the errors of both."""
     generator = np.random.default_rng(1000 + seed)

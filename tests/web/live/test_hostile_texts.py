@@ -59,10 +59,10 @@ def test_operations_that_read_files_are_named(key: str, reader: str) -> None:
 
 
 @pytest.mark.slow
-def test_no_fifth_hostile_text_opens_a_file(tmp_path: Path) -> None:
-    """A thousand and more of thousands, of each wrap, operation, path, separator and sign."""
+def test_hundreds_of_hostile_texts_open_no_file(tmp_path: Path) -> None:
+    """One in eleven of thousands, of each wrap, operation, path, separator and sign."""
     assert len(TEXTS) > len(WRAPS) * (len(READERS) * len(PATHS) + 2 * (len(SEPARATORS) + len(EQUALS))) * 0.9 > 5000
-    assert_nothing_is_opened(TEXTS[::5], outcomes(TEXTS[::5], [], tmp_path)[0])
+    assert_nothing_is_opened(TEXTS[::11], outcomes(TEXTS[::11], [], tmp_path)[0])
 
 
 @pytest.mark.skipif(shutil.which("strace") is None, reason="needs strace")
@@ -113,7 +113,7 @@ def some_crss(step: int) -> list[str]:
     return [f"{info.auth_name}:{info.code}" for info in found[::step]]
 
 
-@pytest.mark.parametrize("step", [1200, pytest.param(7, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("step", [1200, pytest.param(23, marks=pytest.mark.slow)])
 def test_no_crs_names_a_file(step: int) -> None:
     for code in some_crss(step):
         for text in (code, *forms_of(CRS(code))):

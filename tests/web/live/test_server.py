@@ -338,7 +338,7 @@ messages = st.one_of(
 )
 
 
-@pytest.mark.parametrize("count", [25, pytest.param(2_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [25, pytest.param(1_000, marks=pytest.mark.slow)])
 def test_no_message_ends_the_server(site: LiveSite, count: int) -> None:
 
     @settings(max_examples=count)

@@ -166,7 +166,7 @@ def test_memory_stays_as_it_is() -> None:
         assert told.next()["id"] == number
 
     with worker() as found:
-        for kind, first, counts in (("preview", 0, (100, 300)), ("picture", 1, (20, 20))):
+        for kind, first, counts in (("preview", 0, (100, 200)), ("picture", 1, (15, 15))):
             sizes = []
             for count in counts:
                 for number in range(count):
