@@ -42,7 +42,7 @@ def least_log_range(region: regions.Place, ellipsoid: earth.Ellipsoid) -> float 
 
     None for points, and for regions that are wider than 120 degrees or hold a pole.
     """
-    # S. Grave 1896 and J. Milnor 1969: the bound is reached by the map whose scale is the same all along the border.
+    # P. L. Chebyshev 1856, D. A. Grave 1911, J. Milnor 1969: the best map has the same scale all along the border.
     extent, (_, south, _, north) = decisions.extent_of(region), region.bounds
     if extent.radius > _WIDEST or not region.area_km2 or max(-south, north) > _HIGHEST:
         return None

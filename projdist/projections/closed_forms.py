@@ -84,9 +84,10 @@ class ClosedForm:
         place = Place.of(self.ellipsoid, lon, lat)
         with np.errstate(all="ignore"):
             plane = self.formula(place)
+            plane = plane._replace(w=plane.w + self.origin)
             good = plane.good & (np.abs(lat) <= _HIGHEST) & (np.abs(lon) <= _WIDEST)
             error = np.where(good, _ROUNDINGS * _EPS / (place.cos * place.cos), np.nan)
-        return plane._replace(w=plane.w + self.origin), error
+        return plane, error
 
     def checked(self, lon: FloatArray, lat: FloatArray, x: FloatArray, y: FloatArray) -> tuple[Plane, FloatArray]:
         """The plane and the errors, NaN also where x and y, as PROJ has them, are not the formula's to rounding."""
@@ -119,8 +120,9 @@ def _form_of(operation: CrsOperation | Pipeline, ellipsoid: Ellipsoid) -> Closed
         return None
     stated = Stated(steps[0], ellipsoid)
     try:
-        formula, meridian = _METHODS[steps[0]["proj"]](stated), stated.meridian
-    except (ValueError, ZeroDivisionError):  # degrees with minutes; a cone that is none
+        with np.errstate(all="ignore"):  # a cone that is a cylinder has no size
+            formula, meridian = _METHODS[steps[0]["proj"]](stated), stated.meridian
+    except (ValueError, ZeroDivisionError):  # degrees with minutes; a cone that is a cylinder
         return None
     if isinstance(operation, CrsOperation):
         meridian += operation.angles.greenwich
