@@ -20,7 +20,7 @@ FORMS = [
     "+proj=aea +lat_1=-10 +lat_2=-50 +ellps=clrk66",
     "+proj=aea +lat_1=20 +lat_2=60 +R=6371000",
     "+proj=cea +lat_ts=30 +ellps=WGS84",
-    "+proj=eqc +lat_ts=30 +ellps=WGS84",
+    "+proj=eqc +lat_ts=30 +R=6371000",
     "+proj=utm +zone=32 +ellps=GRS80",
     "+proj=tmerc +k=1.1 +lat_0=-20 +R=6371000",
     "+proj=somerc +lat_0=46.95 +k_0=0.99 +ellps=bessel",
@@ -38,6 +38,7 @@ FORMS = [
 FORMS = [f"{form} {'+lonc=10' if '=omerc' in form else '' if 'zone' in form else '+lon_0=10'}" for form in FORMS]
 # What formulas do not know, or know otherwise; PROJ must have no coordinates of theirs, or the same.
 UNKNOWN = [
+    "+proj=eqc +lat_ts=30 +ellps=WGS84",  # that of the ellipsoid from PROJ 9.8 on
     "+proj=tmerc +approx +lon_0=3",
     "+proj=merc +pm=paris",
     "+proj=lcc +lat_1=40 +axis=wsu",
