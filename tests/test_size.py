@@ -18,7 +18,7 @@ BUDGET = {
     "applications": (5_770, 20),
     "cli": (5_790, 17),
     "decisions": (4_620, 14),
-    "designs": (3_290, 11),
+    "designs": (3_310, 11),
     "earth": (580, 3),
     "field": (4_410, 13),
     "gis": (1_630, 7),

@@ -142,7 +142,8 @@ def _design_answer(found: designs.Design) -> Iterator[str]:
     else:
         error = f"{found.criterion} is {say.certain(found.value, found.error)} {found.unit}".rstrip()
     yield f"On a map made for {place} {error}{', ' if less else ''}{support.listed(less, 'and')}."
-    yield f"Distances are off by at most {say.distance_error(worst)}."
+    distances = say.distance_error(worst)
+    yield f"Distances are {'' if distances == say.TRUE else 'off by at most '}{distances}."
     if found.proven:
         digit = 10.0 ** (np.floor(np.log10(found.proven)) - 3.0)  # the last of four
         least = say.certain(float(digit * np.floor(found.proven / digit)), float(digit))

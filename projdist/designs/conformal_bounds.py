@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from projdist import decisions, earth, field, projections, regions
-from projdist._typing import ComplexArray, FloatArray, IntArray
+from projdist._typing import BoolArray, ComplexArray, FloatArray, IntArray
 
 # On any two conformal maps the logarithms of the scales differ by a harmonic function w. If u is the logarithm of one,
 # and x a place in the region, w(x) is at most the largest w on the border; so on every other map the scales range by
@@ -24,6 +24,7 @@ _SHARPNESS = 10.0 * 3.0 ** np.arange(7)  # of the soft minimum along the border,
 _STEPS, _DONE, _RIDGE = 25, 1e-6, 1e-4
 _SMOOTH = 0.1  # weight of the mean square of u along the border: wild functions need many points for a proof
 _SAME = 1e-7  # of the largest singular value: functions that are no different
+_ROUNDING = 1e-14  # of ln k
 _CHUNK = 1000
 _WIDEST, _HIGHEST = 60.0, 88.0  # degrees from the middle, and of latitude
 _IN_PPM, _LOGARITHM = "max_scale_error_ppm", "max_log_scale"
@@ -31,10 +32,12 @@ _IN_PPM, _LOGARITHM = "max_scale_error_ppm", "max_log_scale"
 
 def proven_least(figure: str, region: regions.Place, ellipsoid: earth.Ellipsoid) -> float | None:
     """A value that a figure has on every conformal map of a region, at least; None if nothing is proven."""
-    log_range = least_log_range(region, ellipsoid) if figure in (_IN_PPM, _LOGARITHM) else None
-    if log_range is None or figure == _LOGARITHM:
-        return log_range and 0.5 * log_range
-    return float(1e6 * np.tanh(0.5 * log_range))
+    if figure not in (_IN_PPM, _LOGARITHM):
+        return None
+    log_range = least_log_range(region, ellipsoid)
+    if log_range is None:
+        return None
+    return float(1e6 * np.tanh(0.5 * log_range)) if figure == _IN_PPM else 0.5 * log_range
 
 
 def least_log_range(region: regions.Place, ellipsoid: earth.Ellipsoid) -> float | None:
@@ -48,13 +51,15 @@ def least_log_range(region: regions.Place, ellipsoid: earth.Ellipsoid) -> float 
         return None
     text = f"+proj=stere +lat_0={extent.lat!r} +lon_0={extent.lon!r} {decisions.ellipsoid_text(ellipsoid)}"
     base = projections.Projection.from_user_input(text)
-    outline = max(shapely.get_parts(regions.polygons_of(region)), key=lambda part: part.area)
+    outline = _outline(region, extent.lon)
     border = _Border.of(outline, base, extent.radius / _ALONG)
     nodes = field.nodes_of(region, ellipsoid, _NODES)
-    within = shapely.contains_xy(outline, nodes.lon, nodes.lat)
+    west = outline.bounds[0]
+    lon = west + np.mod(nodes.lon - west, 360.0)  # as the outline counts, also beyond the antimeridian
+    within = shapely.contains_xy(outline, lon, nodes.lat)
     if not within.any():
         return None
-    z, log_k = _on_plane(base, nodes.lon[within], nodes.lat[within])
+    z, log_k = _on_plane(base, lon[within], nodes.lat[within])
     z, charges = z / border.size, _charges(border)
     some = slice(None, None, max(1, border.z.size // _MOST))
     A, inner, along = _functions(border.z[some], charges), _functions(z, charges), border.log_k[some]
@@ -67,7 +72,18 @@ def least_log_range(region: regions.Place, ellipsoid: earth.Ellipsoid) -> float 
     fine = _Border.of(outline, base, extent.radius / _ALONG / _FINER, border.size)
     steepest = np.tan(np.radians(np.abs(shapely.get_coordinates(outline)[:, 1]).max()))
     radius = ellipsoid.a * (1.0 - ellipsoid.eccentricity_squared) / border.size
-    return max(0.0, _least_along(fine, charges, c, radius, float(steepest)) - float((log_k + inner @ c).min()))
+    lowest = _least_along(fine, charges, c, radius, float(steepest)) - _ROUNDING
+    return max(0.0, lowest - float((log_k + inner @ c).min()))
+
+
+def _outline(region: regions.Place, middle: float) -> shapely.Polygon:
+    """The largest part of a region, whole where the antimeridian cuts it: its longitudes go on beyond 180 degrees."""
+    parts = shapely.get_parts(regions.polygons_of(region))
+    turns = [360.0 * round((middle - part.centroid.x) / 360.0) for part in parts]
+    moved = [
+        shapely.transform(part, lambda at, by=by: np.add(at, (by, 0.0))) for part, by in zip(parts, turns, strict=True)
+    ]
+    return max(shapely.get_parts(earth.merged(moved)), key=lambda part: part.area)
 
 
 @dataclass(frozen=True)
@@ -82,7 +98,7 @@ class _Border:
 
     @classmethod
     def of(cls, outline: shapely.Polygon, base: projections.Projection, step: float, size: float = 0.0) -> _Border:
-        cut = shapely.segmentize(outline, step)
+        cut = shapely.segmentize(shapely.geometry.polygon.orient(outline), step)
         rings = [np.array(ring.coords)[:-1] for ring in (cut.exterior, *cut.interiors)]
         z, log_k = _on_plane(base, *np.concatenate(rings).T)
         size = size or float(np.abs(z).max())
@@ -105,7 +121,14 @@ def _charges(border: _Border) -> ComplexArray:
     for distance, count in _LINES:
         around = max(shapely.get_parts(outer.buffer(distance)), key=lambda part: part.area).exterior
         places += [around.interpolate(at) for at in np.arange(0.0, around.length, 1.0 / count)]
-    return np.array([complex(place.x, place.y) for place in places])
+    found = np.array([complex(place.x, place.y) for place in places])
+    return found[_outside(found, border)]
+
+
+def _outside(places: ComplexArray, border: _Border) -> BoolArray:
+    """True for places round which the border goes as often to the left as to the right: none inside proves anything."""
+    turns = np.angle((border.z[border.following] - places[:, None]) / (border.z - places[:, None]))
+    return np.abs(turns.sum(axis=1)) < 1.0
 
 
 def _functions(z: ComplexArray, charges: ComplexArray) -> FloatArray:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -249,45 +250,64 @@ _HIGHEST = 20  # Gauss nodes along a side of a panel: enough for whole hemispher
 
 @dataclass(frozen=True, kw_only=True)
 class Nodes:
-    """Points in degrees, shares of the area (0 on edges, for extremes only), and stencils (8, n) about them."""
+    """Points (n,) in degrees, and shares of the area; 0 on edges, for extremes only."""
 
     lon: FloatArray
     lat: FloatArray
     weight: FloatArray
     ellipsoid: earth.Ellipsoid
-    stencil_lon: FloatArray = field(repr=False)
-    stencil_lat: FloatArray = field(repr=False)
-    step: FloatArray = field(repr=False)
 
     def jacobian(self, projection: Projection) -> tuple[FloatArray, BoolArray]:
         """Jacobians (n, 2, 2), NaN where the map is torn or undefined, and a mask of where it is defined."""
-        if form := projection.closed_form:
+        form = projection.closed_form
+        if form is None:
+            J, good = self._by_differences(projection)
+        else:  # which has PROJ's coordinates on a wide grid: searches look at thousands of maps, not at each node
             plane, error = form.plane(self.lon, self.lat)
-            J, left = plane.jacobian, np.flatnonzero(~(error >= 0.0))
-            J[left] = jacobian(projection, self.lon[left], self.lat[left])
-            shown = np.ones(self.lon.size, dtype=bool)
-            shown[left] = np.isfinite(projection(self.lon[left], self.lat[left])[0])
-            return J, shown
-        x, y = projection(self.stencil_lon, self.stencil_lat)
-        J = np.empty((self.lon.size, 2, 2))
-        change = np.zeros(self.lon.size)
-        meridian, vertical = self.ellipsoid.radii(self.lat)
-        for column, radius in enumerate((vertical, meridian)):
-            metre = 1.0 / (self.step * radius)
-            for row, value in enumerate((x, y)):
-                J[:, row, column], third = fourth_order(value[4 * column : 4 * column + 4], metre)
-                change += np.abs(third)
-        with np.errstate(invalid="ignore"):
-            doubtful = np.flatnonzero(~(change <= _DOUBTFUL * np.abs(J).sum(axis=(1, 2))))
-        if doubtful.size == self.lon.size:
-            J[:] = np.nan
-        elif doubtful.size:
+            J, good = plane.jacobian, error >= 0.0
+        doubtful = np.flatnonzero(~good)
+        if doubtful.size:
             J[doubtful] = np.nan
-            matter = doubtful[(self.weight[doubtful] > _NOTHING) | (self.weight[doubtful] == 0.0)]
-            J[matter] = jacobian(projection, self.lon[matter], self.lat[matter])
+            if form is not None or good.any():
+                matter = doubtful[(self.weight[doubtful] > _NOTHING) | (self.weight[doubtful] == 0.0)]
+                J[matter] = jacobian(projection, self.lon[matter], self.lat[matter])
         shown = np.ones(self.lon.size, dtype=bool)
         shown[doubtful] = np.isfinite(projection(self.lon[doubtful], self.lat[doubtful])[0])
         return J, shown
+
+    def _by_differences(self, projection: Projection) -> tuple[FloatArray, BoolArray]:
+        """J by one step, and where that is good enough."""
+        lon, lat, step = self._stencil
+        J = np.empty((self.lon.size, 2, 2))
+        change = np.zeros(self.lon.size)
+        meridian, vertical = self.ellipsoid.radii(self.lat)
+        values = projection(lon, lat)
+        for column, radius in enumerate((vertical, meridian)):
+            metre = 1.0 / (step * radius)
+            for row, value in enumerate(values):
+                J[:, row, column], third = fourth_order(value[4 * column : 4 * column + 4], metre)
+                change += np.abs(third)
+        with np.errstate(invalid="ignore"):
+            return J, change <= _DOUBTFUL * np.abs(J).sum(axis=(1, 2))
+
+    @functools.cached_property
+    def _stencil(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Degrees (8, n) of points along the parallel and the meridian, and the steps (n,) in radians."""
+        lam, phi = np.radians(self.lon), np.radians(self.lat)
+        sin_lam, cos_lam, sin_phi, cos_phi = np.sin(lam), np.cos(lam), np.sin(phi), np.cos(phi)
+        point = np.stack([cos_phi * cos_lam, cos_phi * sin_lam, sin_phi])
+        east = np.stack([-sin_lam, cos_lam, np.zeros_like(lam)])
+        north = np.stack([-sin_phi * cos_lam, -sin_phi * sin_lam, cos_phi])
+        step = np.clip(_POLAR_STEP * np.abs(cos_phi), _SHORTEST, _STEP)
+        moved = [
+            np.cos(k * step) * point + np.sin(k * step) * direction
+            for direction in (east, north)
+            for k in (1.0, -1.0, 2.0, -2.0)
+        ]
+        X, Y, Z = np.moveaxis(np.array(moved), 1, 0)
+        away = np.degrees(np.arctan2(Y, X)) - self.lon
+        lon = self.lon + np.mod(away + 180.0, 360.0) - 180.0
+        return lon, np.degrees(np.arctan2(Z, np.hypot(X, Y))), step
 
     def joined(self, lon: float, lat: float) -> Nodes:
         """These nodes and one of weight 0."""
@@ -296,22 +316,7 @@ class Nodes:
 
 def nodes_at(lon: FloatArray, lat: FloatArray, weight: FloatArray, ellipsoid: earth.Ellipsoid) -> Nodes:
     """Nodes at points in degrees; their weights need not add up to 1."""
-    lam, phi = np.radians(lon), np.radians(lat)
-    sin_lam, cos_lam, sin_phi, cos_phi = np.sin(lam), np.cos(lam), np.sin(phi), np.cos(phi)
-    point = np.stack([cos_phi * cos_lam, cos_phi * sin_lam, sin_phi])
-    east = np.stack([-sin_lam, cos_lam, np.zeros_like(lam)])
-    north = np.stack([-sin_phi * cos_lam, -sin_phi * sin_lam, cos_phi])
-    step = np.clip(_POLAR_STEP * np.abs(cos_phi), _SHORTEST, _STEP)
-    moved = [
-        np.cos(k * step) * point + np.sin(k * step) * direction
-        for direction in (east, north)
-        for k in (1.0, -1.0, 2.0, -2.0)
-    ]
-    X, Y, Z = np.moveaxis(np.array(moved), 1, 0)
-    away, weight = np.degrees(np.arctan2(Y, X)) - lon, weight / weight.sum()
-    lons, lats = lon + np.mod(away + 180.0, 360.0) - 180.0, np.degrees(np.arctan2(Z, np.hypot(X, Y)))
-    places = {"lon": lon, "lat": lat, "stencil_lon": lons, "stencil_lat": lats}
-    return Nodes(**places, weight=weight, ellipsoid=ellipsoid, step=step)
+    return Nodes(lon=lon, lat=lat, weight=weight / weight.sum(), ellipsoid=ellipsoid)
 
 
 _ALONG, _MOST_ALONG = 100, 1500  # points on an edge that is as long as the region; on all edges

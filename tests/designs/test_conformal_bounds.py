@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 from tables import each
 
-from projdist import Box, Cap, design, get_region, recommend
+from projdist import Box, Cap, Projection, design, get_region, recommend
 from projdist.designs import conformal_bounds
 from projdist.designs.conformal_bounds import least_log_range, proven_least
 from projdist.earth import SPHERE, WGS84
@@ -45,6 +46,29 @@ def test_ellipses() -> None:
     assert_just_below(least_log_range(get_region({"type": "Polygon", "coordinates": [shape]}), SPHERE), truth)
 
 
+def test_boxes_across_the_antimeridian() -> None:
+    """They have the bound of the same box elsewhere."""
+    sides = ((10.0, 25.0), (170.0, -175.0))
+    here, there = (least_log_range(Box(west, 10.0, east, 20.0), WGS84) for west, east in sides)
+    assert there == pytest.approx(here, rel=1e-3)
+
+
+def test_charges_are_outside() -> None:
+    """Of a region with a hole there is one in the hole, and none within, or nothing would be proven."""
+    ring = [[5.0, 45.0], [10.0, 45.0], [10.0, 50.0], [5.0, 50.0], [5.0, 45.0]]
+    hole = [[6.0, 46.0], [6.0, 49.0], [9.0, 49.0], [9.0, 46.0], [6.0, 46.0]]
+    base = Projection.from_user_input("+proj=stere +lat_0=47.5 +lon_0=7.5 +ellps=WGS84")
+    for holes in ([hole], [hole[::-1]]):
+        border = conformal_bounds._Border.of(shapely.Polygon(ring, holes), base, 0.01)
+        found = conformal_bounds._charges(border)
+        outer, inner = (shapely.Polygon(np.column_stack([one.real, one.imag])) for one in border.rings)
+        inside = shapely.contains_xy(inner, found.real, found.imag)
+        assert inside.sum() == 1
+        assert not shapely.contains_xy(outer, found.real[~inside], found.imag[~inside]).any()
+    square = conformal_bounds._Border.of(shapely.Polygon(ring), base, 0.01)
+    assert conformal_bounds._outside(np.array([0.0 + 0.0j, 3.0 + 0.0j]), square).tolist() == [False, True]
+
+
 def test_figures_of_a_range() -> None:
     """The scale that is best lies between both ends: (k - 1) / (k + 1), and half the logarithm."""
     box = Box(5.0, 45.0, 10.0, 50.0)
@@ -66,6 +90,55 @@ def test_the_proof_is_of_the_whole_border(monkeypatch: pytest.MonkeyPatch) -> No
         monkeypatch.setattr(conformal_bounds, "_FINER", finer)
         found.append(least_log_range(box, WGS84))
     assert found == sorted(found)
+
+
+DEGREE = conformal_bounds._DEGREE
+HALF = 0.3
+
+
+def along_a_chord(powers: dict[int, float], charges: list[complex], q: list[float], half: float = HALF) -> float:
+    """The lower bound of the sum of powers' real parts and of q ln|z - p| from -half to half, where ln k is 0."""
+    c = np.zeros(2 * DEGREE + len(q))
+    c[[power - 1 for power in powers]] = [*powers.values()]
+    c[2 * DEGREE :] = q
+    ends = np.array([-half + 0j, half + 0j])
+    border = conformal_bounds._Border(ends, np.zeros(2), np.array([1, 0]), 1.0, [ends])
+    return conformal_bounds._least_along(border, np.array(charges, dtype=complex), c, 1e9, 0.0)
+
+
+def test_between_two_points() -> None:
+    """A parabola's bound is its least value; what bends more in the middle than at the ends is seen, too."""
+    assert -1e-9 < along_a_chord({2: 1.0}, [], []) <= 0.0
+    # z^4 / 12 - h^2 z^2 / 2, less, is straight at both ends, and 0 in the middle.
+    assert along_a_chord({4: -1.0 / 12.0, 2: 0.5 * HALF**2}, [], []) <= 0.0
+    for half in (HALF, 0.003):
+        assert along_a_chord({}, [0.2j], [1.0], half) <= math.log(0.2)
+    assert along_a_chord({}, [2j], [1.0]) == pytest.approx(math.log(2.0), abs=2e-2)
+
+
+@each("kind", ["linear", "powers", "all"])
+def test_the_bound_along_a_border_is_below_all_of_it(kind: str) -> None:
+    """Of any functions, between few points of curved parallels, by what they are at many points."""
+    box = shapely.box(5.0, 60.0, 25.0, 70.0)
+    base = Projection.from_user_input("+proj=stere +lat_0=65 +lon_0=15 +ellps=GRS80")
+    coarse, fine = (conformal_bounds._Border.of(box, base, step) for step in (1.0, 0.004))
+    charges, rng = conformal_bounds._charges(coarse), np.random.default_rng(3)
+    degree = np.concatenate([np.tile(np.arange(1, DEGREE + 1), 2), np.full(charges.size, 99)])
+    size, missed = np.where(degree <= {"linear": 1, "powers": 5, "all": 99}[kind], 1.0, 0.0), 0
+    size[0] *= 0.05 if kind == "linear" else 1.0  # most is along meridians: the least, on a parallel
+    z, radius = fine.z * fine.size / coarse.size, 6335439.0 / coarse.size
+    for _ in range(10):
+        c = size * rng.normal(size=degree.size)
+        u = fine.log_k.copy()
+        for k, (re, im) in enumerate(c[: 2 * DEGREE].reshape(2, -1).T, start=1):
+            u += np.abs(z) ** k * (re * np.cos(k * np.angle(z)) + im * np.sin(k * np.angle(z)))
+        for q, p in zip(c[2 * DEGREE :], charges, strict=True):
+            u += q * np.log(np.hypot(z.real - p.real, z.imag - p.imag))
+        at_points = (coarse.log_k + conformal_bounds._functions(coarse.z, charges) @ c).min()
+        bound = conformal_bounds._least_along(coarse, charges, c, radius, math.tan(math.radians(70.0)))
+        assert bound <= u.min() <= at_points + 1e-9
+        missed += u.min() < at_points - 1e-6
+    assert missed > 2  # else there is nothing to bound
 
 
 @pytest.mark.slow

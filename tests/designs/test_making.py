@@ -400,6 +400,15 @@ def test_the_base_is_the_best_of_the_families(monkeypatch: pytest.MonkeyPatch) -
     assert found is members["stere"]
 
 
+def test_families_that_are_given_up_early_are_not_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The base is the one that is found when all families are searched to the end."""
+    region, objective = get_region("country:VN"), design_objective("conformal", "airy_kavrayskiy")
+    nodes = nodes_of(region, WGS84, 300)
+    found = base_maps.best_base(region, objective, nodes, "none")
+    monkeypatch.setattr("projdist.decisions.family_search._ROUGHLY", math.inf)
+    assert base_maps.best_base(region, objective, nodes, "none").definition == found.definition
+
+
 @each("k", [1.0, 0.999])
 def test_the_largest_error_of_scales(k: float) -> None:
     """Gauss's map of a sphere has k / cos(longitude) on the equator, which is the largest; the best scale halves it."""

@@ -38,6 +38,7 @@ FORMS = [
 FORMS = [f"{form} {'+lonc=10' if '=omerc' in form else '' if 'zone' in form else '+lon_0=10'}" for form in FORMS]
 # What formulas do not know, or know otherwise; PROJ must have no coordinates of theirs, or the same.
 UNKNOWN = [
+    "+proj=tmerc +a=6378137 +rf=20",  # as flat as Saturn: PROJ's series leave 0.8 mm
     "+proj=eqc +lat_ts=30 +ellps=WGS84",  # that of the ellipsoid from PROJ 9.8 on
     "+proj=tmerc +approx +lon_0=3",
     "+proj=merc +pm=paris",
