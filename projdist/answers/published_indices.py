@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -135,7 +134,7 @@ _COMPUTED: dict[str, dict[str, Any]] = {
     "jordan_kavrayskiy": _of_figure("jordan_kavrayskiy", terms.BEST_SCALES["directions"]),
     "airy_kavrayskiy": _of_figure("airy_kavrayskiy", terms.BEST_SCALES["logarithms"]),
     "airy_kavrayskiy_half": _of_figure("kavrayskiy", terms.BEST_SCALES["logarithms"]),
-    "airy_kavrayskiy_double": _of_figure("airy_kavrayskiy", terms.BEST_SCALES["logarithms"], math.sqrt(2.0)),
+    "airy_kavrayskiy_double": _of_figure("airy_kavrayskiy", terms.BEST_SCALES["logarithms"], 2.0**0.5),
     "klingatsch_angles": _of_figure("klingatsch_angles", terms.BEST_SCALES["logarithms"]),
     "klingatsch_areas": _of_figure("klingatsch_areas", terms.BEST_SCALES["logarithms"]),
     "chebyshev": {"value": terms.largest_error, "best_scale": terms.best_for_largest},

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -196,7 +195,7 @@ def _report(found: oldmaps.OldMap, given: str, written: object) -> Report:
     way = "clockwise" if mdt["rotation"] > 0.0 else "anticlockwise"
     return Report(
         answer=[
-            f"After its best linear map (MDT) the old map's scales are off by {rms_text(math.sqrt(mdt['distortion']))} "
+            f"After its best linear map (MDT) the old map's scales are off by {rms_text(mdt['distortion'] ** 0.5)} "
             f"(RMS). It has {mdt['scale']:.5g} m per unit, and is turned by {abs(mdt['rotation']):.2f}° {way}.",
             f"Its {len(found.points.old)} control points lie {_short(data['residual'])} m off the fit (RMS).",
         ],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -167,7 +166,7 @@ def number(name: str, text: str | None, low: float, high: float, unit: str = "")
     try:
         value = float(text)
     except ValueError:
-        value = math.nan
+        value = float("nan")
     if not low <= value <= high:
         refuse(f"Invalid {name} '{text}'. It must be a number{unit} within {low:g} and {high:g}.")
     return value

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -228,7 +227,7 @@ def _mosaic_answer(result: dict[str, Any]) -> str:
     """How much the images are distorted in their mean frame, and in that of the best image."""
     count = len(result["images"]) - len(result["left_out"])
     told = [
-        f"in {words} by {rms_text(math.sqrt(total / count))}"
+        f"in {words} by {rms_text((total / count) ** 0.5)}"
         for frame, words in (("mdt", "their mean frame (MDT)"), ("best", "the frame of the best one"))
         if (total := result["frames"].get(frame)) is not None
     ]

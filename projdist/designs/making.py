@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -333,7 +332,7 @@ def _middle(extent: decisions.Extent, base: projections.Projection, symmetry: st
     """The middle of a region on the axis of symmetry; the pole, on Greenwich's meridian, for a region about it."""
     if symmetry in ("meridian", "both"):
         return base_maps.central_meridian(base), extent.lat
-    pole = math.copysign(90.0, extent.lat)
+    pole = float(np.copysign(90.0, extent.lat))
     if abs(extent.lat) + 0.5 * extent.radius > 90.0 and np.isfinite(jacobian(base, [0.0], [pole])).all():
         return 0.0, pole
     return extent.lon, extent.lat

@@ -10,13 +10,13 @@ evaluations a point give about 1e-12. Points where the stencil's own check fails
 from __future__ import annotations
 
 import enum
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.field import chebyshev_panels as chebyshev
 from projdist.field.stencils import TANGENT_LATITUDE, StencilPoints, fourth_order, hessian, is_torn, refine
 from projdist.matrices import Measure, principal_scales
 from projdist.projections import Projection, ProjectionLike
@@ -58,8 +58,7 @@ class Derivatives:
 _FAST_STEP = 4e-4  # radians at the equator; towards the poles, where most maps are singular, times sqrt(cos lat)
 _FAST_LATITUDE = 85.0
 _FAST_TARGET = 3e-12
-_MANY = 5_000  # points; polynomials on panels may pay for more
-_APART = 1e-11  # of J; differences and polynomials are good to 1e-12 each
+_TOGETHER = 8192  # points, whose arrays stay in the processor's cache
 _NOISE = 3e-9  # of J; smooth maps seem to have a noise of 1e-11
 _ROUGH, _HOPELESS = 1e-8, 1e-5  # relative errors of J
 _POOR, _LOST = 1e-6, 1e-2  # relative errors of b
@@ -148,10 +147,8 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
     done = _formula_stage(projection, lon, lat, found)
     if done.all():
         return found.reshaped(shape)
-    if lon.size - np.count_nonzero(done) >= _MANY and np.isfinite(lon).any():
-        _panel_stage(projection, lon, lat, found, done)
     rest = np.flatnonzero(~done)
-    for chunk in chebyshev.parts_of(rest.size) if rest.size else ():
+    for chunk in _parts_of(rest.size):
         part = rest[chunk]
         done[part], J[part], error[part] = _fast_stage(projection, lon[part], lat[part], found.x[part], found.y[part])
     hard = np.flatnonzero(~done)
@@ -168,11 +165,15 @@ def _empty(count: int) -> tuple[FloatArray, FloatArray]:
     return room[:4].reshape(2, 2, count).transpose(2, 0, 1), room[4]
 
 
+def _parts_of(count: int) -> Iterator[slice]:
+    return (slice(start, start + _TOGETHER) for start in range(0, count, _TOGETHER))
+
+
 def _flag_lost_digits(found: Derivatives) -> None:
     """Call ROUGH what is good against a but not against a much smaller b, and SINGULAR where b is lost."""
     J, error, quality = found.jacobian, found.error, found.quality
     parts = []
-    for part in chebyshev.parts_of(error.size):
+    for part in _parts_of(error.size):
         # a / b is at most (a^2 + b^2) / |det J|, which is quick to compute.
         (xx, xy), (yx, yy) = J[part].transpose(1, 2, 0)
         with np.errstate(invalid="ignore"):
@@ -193,28 +194,11 @@ def _formula_stage(projection: Projection, lon: FloatArray, lat: FloatArray, fou
     """Derivatives by the map's closed form, written into `found`; True where it has one with the map's x and y."""
     form, J = projection.closed_form, found.jacobian
     if form is not None:
-        for part in chebyshev.parts_of(lon.size):
+        for part in _parts_of(lon.size):
             plane, found.error[part] = form.checked(lon[part], lat[part], found.x[part], found.y[part])
             for j, along in enumerate((plane.east, plane.north)):
                 J[part, 0, j], J[part, 1, j] = along.real, along.imag
     return np.isfinite(found.error)
-
-
-def _panel_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found: Derivatives, done: BoolArray) -> None:
-    """Derivatives of polynomials where many points are, written into `found` and `done`."""
-    panels = chebyshev.panels_for(projection, lon, lat)
-    if panels is None:
-        return
-    x, y, J, error = found.x, found.y, found.jacobian, found.error
-    good, number, at = chebyshev.evaluate_points(panels, lon, lat, (x, y), J, error)
-    good &= error <= _FAST_TARGET
-    # A few points of each panel must have the derivatives that differences have.
-    sound, truth, doubt = _fast_stage(projection, lon[at], lat[at], x[at], y[at])
-    gap, size = np.abs(J[at] - truth).sum(axis=(1, 2)), np.abs(truth).sum(axis=(1, 2))
-    wrong = sound & good[at] & ~(gap <= (_APART + 10.0 * (doubt + error[at])) * size)
-    if wrong.any():
-        good &= ~np.isin(number, number[at[wrong]])
-    done |= good
 
 
 def _fast_stage(

@@ -453,6 +453,105 @@ def _lambert_azimuthal(stated: Stated) -> Formula:
 
 _FROM_ANTIPODE = 0.01  # of 2
 
+
+# ---- maps of the world with straight parallels ---------------------------------------------------
+
+
+Curve = Callable[[FloatArray], tuple[Any, Any]]
+"""A function of a parameter of latitude, and its derivative."""
+
+
+def _equal_area_world(stated: Stated, share: Curve, width: Curve, height: Curve, authalic: bool = False) -> Formula:
+    """Equal-area maps by a parameter t of latitude, where `share` is its sine, or that of the authalic latitude."""
+    # x = radius * longitude * width(t), y = radius * height(t).
+    a, whole = stated.ellipsoid.a, float(Place.of(stated.ellipsoid, 0.0, 90.0).below)
+    radius = a * math.sqrt(0.5 * whole) if authalic else a
+    angles = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 4097)
+    shares = share(angles)[0]
+
+    def formula(place: Place) -> Plane:
+        sine = place.below / whole if authalic else place.sin
+        t = np.interp(sine, shares, angles)
+        for _ in range(_MOST_STEPS):
+            value, slope = share(t)
+            step = (sine - value) / slope
+            t = t + step
+            if np.nanmax(np.abs(step), initial=0.0) < _SQUARE_IS_ROUNDING:
+                break
+        (x, x_t), (y, y_t), slope = width(t), height(t), share(t)[1]
+        e2 = place.ellipsoid.eccentricity_squared
+        # By metres to the north: the authalic sphere has the ellipsoid's areas.
+        by_metre = (
+            place.parallel / radius**2 if authalic else place.cos * (1.0 - e2 * place.sin**2) ** 1.5 / a / (1.0 - e2)
+        )
+        north = radius * by_metre / slope
+        lon = place.lon
+        return Plane(radius * (lon * x + 1j * y), radius * x / place.parallel + 0j, north * (lon * x_t + 1j * y_t))
+
+    return formula
+
+
+_MOST_STEPS, _SQUARE_IS_ROUNDING = 30, 1e-9  # of Newton's, which double the digits
+
+
+def _sinusoidal(stated: Stated) -> Formula:
+    """Snyder 1987, page 247, of a sphere."""
+    return _equal_area_world(
+        stated, lambda t: (np.sin(t), np.cos(t)), lambda t: (np.cos(t), -np.sin(t)), lambda t: (t, 1.0)
+    )
+
+
+def _mollweide(stated: Stated) -> Formula:
+    """Snyder 1987, page 251."""
+    x, y = math.sqrt(8.0) / math.pi, math.sqrt(2.0)
+    return _equal_area_world(
+        stated,
+        lambda t: ((2.0 * t + np.sin(2.0 * t)) / math.pi, 4.0 / math.pi * np.cos(t) ** 2),
+        lambda t: (x * np.cos(t), -x * np.sin(t)),
+        lambda t: (y * np.sin(t), y * np.cos(t)),
+    )
+
+
+def _eckert_iv(stated: Stated) -> Formula:
+    """Snyder 1987, page 256."""
+    all_, x, y = (
+        2.0 + 0.5 * math.pi,
+        2.0 / math.sqrt(math.pi * (4.0 + math.pi)),
+        2.0 * math.sqrt(math.pi / (4.0 + math.pi)),
+    )
+    return _equal_area_world(
+        stated,
+        lambda t: ((t + 0.5 * np.sin(2.0 * t) + 2.0 * np.sin(t)) / all_, 2.0 * np.cos(t) * (1.0 + np.cos(t)) / all_),
+        lambda t: (x * (1.0 + np.cos(t)), -x * np.sin(t)),
+        lambda t: (y * np.sin(t), y * np.cos(t)),
+    )
+
+
+def _eckert_vi(stated: Stated) -> Formula:
+    """Snyder 1987, page 257."""
+    all_, size = 1.0 + 0.5 * math.pi, 1.0 / math.sqrt(2.0 + math.pi)
+    return _equal_area_world(
+        stated,
+        lambda t: ((t + np.sin(t)) / all_, (1.0 + np.cos(t)) / all_),
+        lambda t: (size * (1.0 + np.cos(t)), -size * np.sin(t)),
+        lambda t: (2.0 * size * t, 2.0 * size),
+    )
+
+
+def _equal_earth(stated: Stated) -> Formula:
+    """Savric, Patterson and Jenny 2018, International Journal of Geographical Information Science 33:454, section 3."""
+    height = np.polynomial.Polynomial([0.0, 1.340264, 0.0, -0.081106, 0.0, 0.0, 0.0, 0.000893, 0.0, 0.003796])
+    slope, bend, half = height.deriv(), height.deriv(2), 0.5 * math.sqrt(3.0)
+
+    def width(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        x = np.cos(t) / (half * slope(t))
+        return x, -np.sin(t) / (half * slope(t)) - x * bend(t) / slope(t)
+
+    return _equal_area_world(
+        stated, lambda t: (np.sin(t) / half, np.cos(t) / half), width, lambda t: (height(t), slope(t)), authalic=True
+    )
+
+
 _METHODS: dict[str, Callable[[Stated], Formula]] = {
     "merc": _mercator,
     "webmerc": _web_mercator,
@@ -467,4 +566,9 @@ _METHODS: dict[str, Callable[[Stated], Formula]] = {
     "stere": _stereographic,
     "omerc": _oblique_mercator,
     "laea": _lambert_azimuthal,
+    "sinu": _sinusoidal,
+    "moll": _mollweide,
+    "eck4": _eckert_iv,
+    "eck6": _eckert_vi,
+    "eqearth": _equal_earth,
 }

@@ -34,6 +34,11 @@ FORMS = [
     "+proj=laea +lat_0=52 +ellps=GRS80",
     "+proj=laea +lat_0=-90 +ellps=GRS80",
     "+proj=laea +lat_0=0 +R=6371000",
+    "+proj=sinu +R=6371000",
+    "+proj=moll +ellps=WGS84",
+    "+proj=eck4 +ellps=GRS80",
+    "+proj=eck6 +R=6371000",
+    "+proj=eqearth +ellps=WGS84",
 ]
 FORMS = [f"{form} {'+lonc=10' if '=omerc' in form else '' if 'zone' in form else '+lon_0=10'}" for form in FORMS]
 # What formulas do not know, or know otherwise; PROJ must have no coordinates of theirs, or the same.
@@ -51,6 +56,7 @@ UNKNOWN = [
     "+proj=lcc +lat_1=49.8333339 +lat_2=51.1666672333333 +lat_0=90 +lon_0=4d22'2.952\"E",
     "+proj=eqc +lat_ts=20 +lat_0=10 +units=us-ft",
     "+proj=krovak +ellps=bessel",
+    "+proj=sinu +ellps=WGS84",
     "+proj=robin",
 ]
 # Of a sphere PROJ takes the arc cosine of a number near 1, and loses three digits at the equator; the formula has the

@@ -5,7 +5,6 @@ from __future__ import annotations
 import atexit
 import contextlib
 import logging
-import math
 import multiprocessing
 import os
 import signal
@@ -339,7 +338,7 @@ class Thread(Worker):
 
     def __init__(self, dispatcher: Dispatcher) -> None:
         self._dispatcher = dispatcher
-        super().__init__("kernel", dispatcher.policy, math.inf)
+        super().__init__("kernel", dispatcher.policy, float("inf"))
 
     def _start(self) -> Any:
         """No process is started."""
