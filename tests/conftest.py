@@ -17,7 +17,8 @@ EXTRAS = ("anywidget", "cartopy", "geopandas", "pandas", "rasterio", "xarray")
 
 # Their examples take half a second and more, and have fast tests beside them.
 SLOW_EXAMPLES = """
-answers.corrections.correct decisions.data_checks.estimate_crs decisions.recommendation.recommend
+answers.corrections.correct decisions.optimization.optimize field.field.Field.geometric_median
+gis.rasters.measure_arrays decisions.data_checks.estimate_crs decisions.recommendation.recommend
 decisions.low_distortion.ldp designs.averaging.mean_map designs.making.design gis.accessors.FrameAccessor
 gis.layers.old_map_layers plots.geoaxes.add_heatmap plots.geoaxes.add_tissot plots.geoaxes.to_cartopy
 plots.morphs.morph plots.shape_space.space_figure

@@ -95,6 +95,7 @@ def test_a_single_projection_is_one(one: object) -> None:
     assert result.airy_kavrayskiy == listed.airy_kavrayskiy
 
 
+@pytest.mark.slow
 def test_a_single_measure_is_one() -> None:
     """By its name, as a Measure and as a function."""
     for measure in ("omega", projdist.get_measure("omega"), projdist.MEASURES["angular_distortion"].function):

@@ -155,6 +155,7 @@ CALLS: dict[str, Callable[[Callable[[int, int], object]], object]] = {
 }
 
 
+@pytest.mark.slow
 @each("name", CALLS)
 def test_progress(name: str) -> None:
     """It rises from news to news, of one total, and never beyond it."""

@@ -42,6 +42,7 @@ CONFORMAL = "Transverse Mercator", "Lambert Conic Conformal", "Hotine Oblique", 
 EQUAL_AREA = "Albers Equal Area", "Lambert Azimuthal Equal Area", "Lambert Cylindrical Equal Area"
 
 
+@pytest.mark.slow
 def test_how_sure_it_is(table: "pd.DataFrame") -> None:
     """As the page says; methods have equal angles or equal areas, where PROJ's own series keep them to that."""
     assert table.crs.nunique() > 8000
@@ -69,6 +70,7 @@ def test_convergences_of_cones(table: "pd.DataFrame") -> None:
     assert checked > 100
 
 
+@pytest.mark.slow
 @each("part", [200, pytest.param(3, marks=pytest.mark.slow)])
 def test_it_is_measured_so_today(table: "pd.DataFrame", part: int) -> None:
     """Every `part`-th CRS, but for what other releases of PROJ have changed."""

@@ -118,6 +118,7 @@ def test_all_kinds_are_one_region(kind: Any) -> None:
     np.testing.assert_allclose(found.bounds, BOUNDS, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", some_slow(sorted(ANSWERS), {*SLOW[:4]}))
 def test_answers_are_of_the_region(name: str) -> None:
     """Whatever it was given as; what takes seconds is tried with what is least like text."""
@@ -125,6 +126,7 @@ def test_answers_are_of_the_region(name: str) -> None:
         assert answer(name, kind).region.area_km2 == pytest.approx(BOX.area_km2, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("doors", some_slow(["GeoDataFrame", "bounds geometry"], {"bounds geometry"}))
 @pytest.mark.parametrize("name", some_slow(OTHERS, {*LONG, *DRAWN_TWICE, "plots.morph", "field_of"}))
 @pytest.mark.usefixtures("few_cells")

@@ -58,6 +58,7 @@ def test_what_is_told():
         assert "look like degrees" in answer(*words)[1]
 
 
+@pytest.mark.slow
 def test_points_and_tracks():
     """The scale of UTM at 11.5, 48.25, whatever columns are called and divided by; the factor of a height of 1000 m."""
     for name in ("longitude_latitude.csv", "semicolon.csv", "decimal_comma_points.csv"):

@@ -98,6 +98,7 @@ SQUARE = {"type": "Polygon", "coordinates": [[[0, 0], [2, 0], [2, 2], [0, 2], [0
 FAR = {"type": "Polygon", "coordinates": [[[10, 50], [12, 50], [12, 51], [10, 51], [10, 50]]]}
 
 
+@pytest.mark.slow
 def test_countries_and_continents():
     """All of the table of countries, of their continents, and of states; in the detail that is asked for."""
     rows = data_rows("countries.csv")

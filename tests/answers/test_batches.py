@@ -45,6 +45,7 @@ def serial():
     return {(place, one): projdist.summarize(one, regions[place], measures=["omega"], **COARSE) for place, one in pairs}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("executor", [None, *some_slow(BUSY, BUSY)], ids=["here", *BUSY])
 def test_answers_are_those_of_one(serial, executor):
     """To the last digit and in order, with what is told on the way; a frame has the rows, their region before them."""
@@ -114,6 +115,7 @@ def of_numbers(lon, lat):
     return math.radians(lon), math.radians(lat)
 
 
+@pytest.mark.slow
 @each(("function", "others", "message"), [
     (name_of, {"options": {"suffix": object()}}, TEXTS),
     (name_of, {"options": {"suffix": float("nan")}}, "options of a batch."),

@@ -34,6 +34,7 @@ DIAGONALS = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @each("name, T, digit, left", DIAGONALS)
 def test_corrections_of_the_globe(name, T, digit, left):
     result = correct(name)
@@ -223,6 +224,7 @@ LARGE = [(name, 2000.0, 1e-6) for name in ("mollweide", "winkel-tripel", "EPSG:3
 SMALL = [(name, 200.0, 1e-11) for name, *_ in LARGE]
 
 
+@pytest.mark.slow
 @each("name, radius, good", [*LARGE, *SMALL, ("IAU_2015:49976", 100.0, 1e-11)])
 def test_caps(name, radius, good):
     """The correction about a point is that of the cap about it, by the adaptive cubature; on Mars of its geodesics."""

@@ -40,6 +40,7 @@ def test_the_best_scale_of_distances():
     assert abs(found + np.median(taken)) > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", printed("gott-mugnolo-colley"), ids=lambda row: row.projection)
 def test_published_sigma(row):
     """The figures of the measure's authors, within their rounding and error bars, of 0.0005, and ours."""
@@ -129,6 +130,7 @@ def test_what_is_not_on_the_map_does_not_count():
     assert np.isnan(nowhere.value)
 
 
+@pytest.mark.slow
 @each("distance", [30.0, 90.0])
 def test_bending_of_short_arcs(distance):
     """In a small disc a stereographic map has the flexion tan(c / 2) times the sine of the angle to the radius."""
@@ -162,6 +164,7 @@ def test_spheres_and_ellipsoids_measure_alike():
     np.testing.assert_allclose(geodesic_inverse(SPHERE, lon, lat, x, y)[0], 0.25 * lengths, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_answers_are_answers():
     pytest.importorskip("pandas")
     given = "cap:0,0,5000", get_region("cap:0,0,5000")

@@ -144,6 +144,7 @@ def test_closed_forms_of_the_plate_carree():
     assert math.isnan(indices("plate-carree", "box:-180,0,180,90", "score")["score"].value)
 
 
+@pytest.mark.slow
 def test_closed_forms_of_the_equal_area_azimuthal():
     """I of Lambert's map is sqrt(2), its F 1; Q the cap with omega <= 40 degrees, areas being true."""
     found = indices("+proj=laea +lat_0=90 +R=1", names=["I", "A", "flexion", "capek", "capek_nominal"], tolerance=1e-6)

@@ -262,6 +262,7 @@ ELSEWHERE = [
 ]
 
 
+@pytest.mark.slow
 @each("projection, region, text", ELSEWHERE)
 def test_areas_of_use_elsewhere_are_told(projection, region, text):
     """Where less than half of the region lies in the area of use: once a map, and compare tells as summarize does."""

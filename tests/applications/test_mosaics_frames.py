@@ -163,6 +163,7 @@ def turning_camera(degrees):
     return K @ turns.as_matrix() @ np.linalg.inv(K)
 
 
+@pytest.mark.slow
 def test_impossible_planes():
     """A panorama of 170 degrees: in the planes of the outer images others reach infinity; the MDT is finite."""
     H = turning_camera([-50.0, -25.0, 0.0, 25.0, 50.0])
@@ -184,6 +185,7 @@ def test_impossible_planes():
     refuses(told, mosaic, points, model="homography")
 
 
+@pytest.mark.slow
 def test_report():
     """The report has a place for every image, and JSON and frames have its figures."""
     pytest.importorskip("pandas")

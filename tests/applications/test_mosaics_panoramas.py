@@ -36,6 +36,7 @@ def seen_by(R, f):
     return common_directions(R, f, WIDTH, HEIGHT, np.random.default_rng(4))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SETS)
 @pytest.mark.parametrize("focal", ["common", pytest.param("free", marks=pytest.mark.slow)])
 def test_exact_points_give_the_cameras(name, focal):

@@ -120,6 +120,7 @@ def two_images(xi, xj, tolerance=4.0, model="affine"):
         return None
 
 
+@pytest.mark.slow
 @MODELS
 def test_few_right_points_are_no_chance(model):
     """Eleven right points of 13 are certain, four of 23 nothing."""
@@ -186,6 +187,7 @@ def test_torrs_criterion():
         assert found.models[model].gric == pytest.approx(gric, rel=1e-6)
 
 
+@pytest.mark.slow
 @MODELS
 def test_mirrored_images_are_named(model):
     """Images that mirror the others are refused by name, whichever is the first."""

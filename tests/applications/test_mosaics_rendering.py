@@ -68,6 +68,7 @@ def found(H):
 some_blends = pytest.mark.parametrize("blend", some_slow(BLENDS, {*BLENDS} - {"feather"}))
 
 
+@pytest.mark.slow
 @some_blends
 def test_the_mosaic_is_the_original(H, pictures, found, blend):
     """Each way to blend gives the picture back, and covers just what the images do."""
@@ -208,6 +209,7 @@ def test_feathers_fall_to_the_rims_of_pieces():
     assert mask.all()
 
 
+@pytest.mark.slow
 @some_blends
 def test_transparent_parts(H, cuts, found, blend):
     """What is transparent in an image is not drawn, and its colour does not shine through."""

@@ -38,6 +38,7 @@ def test_known_field(flip):
     assert found.area == pytest.approx(1.0, rel=1e-12)
 
 
+@pytest.mark.slow
 @each("flip", [1.0, -1.0])
 def test_distortion_of_rectifications(flip):
     """The means are those of Dist_F^2 of M J by the measure, the MDT's is that of `mdt`; residuals are the RMS."""

@@ -221,6 +221,7 @@ def test_the_fit_is_without_outliers():
     refuses(r"Invalid outliers 'none'. It must be one of drop, keep", old_map, points, outliers="none")
 
 
+@pytest.mark.slow
 def test_outliers():
     """The farthest is told first; rounding makes no outlier, and points that determine just the model tell of none."""
     (points,) = sheets("affine", 60, 5.0, range(1))

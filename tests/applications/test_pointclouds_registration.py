@@ -134,6 +134,7 @@ def test_chains(n):
     assert register(chained(noisy, 10)).converged
 
 
+@pytest.mark.slow
 def test_points_of_one_cloud_and_ids():
     """Points that are in one cloud alone do not count, and are moved."""
     clouds, B = made(np.random.default_rng(3), 2, 3, 20)
@@ -236,6 +237,7 @@ def test_icp_where_half_of_the_points_are_nearly_exact(n, missing, fine, pairs):
         assert np.abs(found.matrices[1] @ A - np.eye(n)).max() < 0.1
 
 
+@pytest.mark.slow
 @each("n", [1, 2, 3])
 def test_false_alarms(n):
     """They are those of the definition, counted in whole numbers, and at random there are hardly any."""

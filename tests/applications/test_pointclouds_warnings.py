@@ -14,6 +14,7 @@ KINDS = r"It must be one of rows, id, icp\.$"
 PER_ROW = "There must be one for each row, or 2 arrays, one a cloud"
 
 
+@pytest.mark.slow
 def test_shrinkage_is_said():
     """Least squares onto the first cloud shrinks the others, by their correlations, and that is said."""
     clouds, _ = made(np.random.default_rng(6), 3, 6, 40, noise=0.4)
@@ -43,6 +44,7 @@ def test_mirror_images():
     assert register(clouds).warnings == []
 
 
+@pytest.mark.slow
 def test_notes():
     """A cloud whose thickness is noise, and one that is much flatter than the others, are named."""
     rng = np.random.default_rng(8)
@@ -58,6 +60,7 @@ def test_notes():
     assert warning.startswith("There is no meaningful mean orientation")
 
 
+@pytest.mark.slow
 def test_left_out():
     """Clouds with too few points, points in a plane, or none in common are named, and the others go on."""
     clouds, B = made(np.random.default_rng(10), 3, 6, 40)
@@ -143,6 +146,7 @@ def test_right_partners_are_seldom_named(count, size, n, noise):
     assert named <= 8
 
 
+@pytest.mark.slow
 @each("count", [2, 3])
 def test_wrong_partners_are_named_and_left_out(count):
     """Exchanged rows are named, and no others; the robust fit is that without them."""

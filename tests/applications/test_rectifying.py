@@ -72,6 +72,7 @@ def test_a_bent_map_comes_back(way, tmp_path):
     assert way != "down" or np.median(shifts(rectify(*sheet_of, by="mdt"))) > HALF
 
 
+@pytest.mark.slow
 def test_linear_maps_come_back(tmp_path):
     """An affine map does by every way but a similarity's, which a stretched sheet cannot come back by."""
     sheet_of = sheet(0.0, WAYS["down"], tmp_path, model="affine")
@@ -165,6 +166,7 @@ def test_common_ground():
     refuses(r"Invalid rectification 'fit'", common_ground, [one, one], by="fit")
 
 
+@pytest.mark.slow
 def test_planes_that_are_not_the_same():
     """Sheets whose control points state different planes have no ground to compare on; other units do not matter."""
     sheet = conformal(0.4, side=5, model="affine")

@@ -20,6 +20,7 @@ ERROR = "airy_kavrayskiy"
 OF_CHORDS = 2e-3
 
 
+@pytest.mark.slow
 def test_a_table() -> None:
     """The official CRS first, then the best of each purpose; what the words mean; and the versions."""
     assert run_ok("atlas", "NZ").startswith("The official map of New Zealand is EPSG:2193 (NZGD2000 / New Zealand Tran")
@@ -63,6 +64,7 @@ def maps_of(entry: dict[str, Any]) -> list[tuple[str, str, str, float]]:
     return [(entry["title"], purpose, name, np.nan if error is None else error) for purpose, name, error in names]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_exported_tables(suffix: str, tmp_path: Path) -> None:
     """Read by pandas, they have the rows and the figures of the package's file."""
@@ -81,6 +83,7 @@ def test_exported_tables(suffix: str, tmp_path: Path) -> None:
     np.testing.assert_array_equal(countries.area_km2.map(float), countries.region.map(areas))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [pytest.param(1, marks=pytest.mark.slow), 12])
 def test_exported_outlines(every: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Read by geopandas, they have a feature for each place, in whose outline its area is; fast, of every twelfth."""

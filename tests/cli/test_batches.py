@@ -73,6 +73,7 @@ def test_a_table_tells_the_best_of_each():
     )
 
 
+@pytest.mark.slow
 def test_what_fails_is_named(tmp_path):
     """Once for a map or each map over a region that is none; the rest is there, in a layer with the best maps, too."""
     path = write(tmp_path / "parts.geojson")

@@ -115,6 +115,7 @@ def test_data_that_go_on_past_a_whole_turn(tmp_path):
     assert said.endswith("but coordinates that are no longitudes and latitudes in degrees.")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".gpkg", ".geojson"])
 def test_layer(suffix, data, tmp_path, frame):
     """The data with their errors as columns; no file is replaced unless asked."""
@@ -194,6 +195,7 @@ def test_recommended(data):
     assert "The second line: the recommended CRS" in out
 
 
+@pytest.mark.slow
 @each(
     ("crs", "said"),
     [

@@ -38,6 +38,7 @@ def files(tmp_path: Path) -> list[str]:
     return [saved(tmp_path / name, cloud) for name, cloud in zip(("a.csv", "b.csv", "c.csv"), CLOUDS, strict=True)]
 
 
+@pytest.mark.slow
 def test_formats(files: list[str]) -> None:
     """Each cloud, each choice of a frame, and what the figures mean; JSON is what the library answers."""
     assert run_json(*files) == register([read_cloud(file).points for file in files], names=files).to_dict()
@@ -49,6 +50,7 @@ def test_formats(files: list[str]) -> None:
     assert [row["name"] for row in parse_csv(run_ok(*files, "-f", "csv"))] == files
 
 
+@pytest.mark.slow
 @each(("frame", "number"), [("2", 1), ("b.csv", 1), ("last", 2), ("first", 0), ("central", 1)])
 def test_frame(files: list[str], frame: str, number: int) -> None:
     """A frame is a word, a file's name, or a number from 1."""
@@ -57,6 +59,7 @@ def test_frame(files: list[str], frame: str, number: int) -> None:
     np.testing.assert_allclose(data["clouds"][number]["matrix"], np.eye(3), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_moved_files(files: list[str], tmp_path: Path) -> None:
     """The moved clouds are files of the same names in a directory; they are not replaced unless asked."""
     folder = tmp_path / "out"
@@ -70,6 +73,7 @@ def test_moved_files(files: list[str], tmp_path: Path) -> None:
     np.testing.assert_allclose(read_cloud(folder / "a.csv").points, CLOUDS[0], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_ids_are_used_where_all_have_them(tmp_path: Path) -> None:
     """With a column id in all files rows may stand in any order; --correspond rows looks at rows, icp at neither."""
     rows = [np.hstack([np.arange(12)[:, None], cloud])[RNG.permutation(12)] for cloud in CLOUDS]
@@ -164,6 +168,7 @@ def test_weights(tmp_path: Path) -> None:
     assert "With the correspondence icp they must be a column of clouds." in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [1.0, 1e-6])
 def test_weights_that_some_clouds_lack(tmp_path: Path, unit: float) -> None:
     """Points there weigh as their partners do, whatever the unit; wrong points of weight 0 leave the truth exact."""

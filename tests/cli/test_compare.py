@@ -41,6 +41,7 @@ def test_compare_json_keys() -> None:
     assert found == {"name": "box:-90,0,0,90", "area_km2": pytest.approx(510065621.724 / 8, abs=1e-3)}
 
 
+@pytest.mark.slow
 def test_compare_json_is_what_python_says() -> None:
     """Full precision: the JSON has the very numbers of `summarize`."""
     words = ["compare", "winkel-tripel", "-m", "h", *QUICK]
@@ -121,6 +122,7 @@ def test_doubtful_figures_are_no_zeros() -> None:
     assert rounded(None, 0.1) == rounded(None, None) == "-"
 
 
+@pytest.mark.slow
 def test_compare_tables_are_never_cut_off() -> None:
     """However many columns: each number of the Markdown stands whole in the table."""
     words = ["compare", "robin", "moll", "-m", "omega,h,s", *HERE]
@@ -145,6 +147,7 @@ def test_tables_fit_into_a_terminal(columns: int, monkeypatch: pytest.MonkeyPatc
         assert f" {cell} " in text
 
 
+@pytest.mark.slow
 def test_compare_markdown() -> None:
     """A table that Markdown reads, with markup escaped; WKT and codes are shown by names, no figure as a dash."""
     rows = parse_markdown(run_ok("compare", "moll", "robin", "-f", "markdown", "-m", "scale@45", *HERE))
@@ -169,6 +172,7 @@ def test_compare_markdown() -> None:
     assert np.isclose(float(second["covers"].removesuffix(" %")), 100)
 
 
+@pytest.mark.slow
 @each("form", FORMATS)
 @pytest.mark.usefixtures("few_cells")
 def test_compare_failures_stand_beside_results(form: str) -> None:
@@ -190,6 +194,7 @@ def test_compare_failures_stand_beside_results(form: str) -> None:
         assert out == "No projection could be measured.\n"
 
 
+@pytest.mark.slow
 def test_compare_region_that_cannot_be_projected(tmp_path: Path) -> None:
     """A failure of the projection, not of the whole; a .prj and a .wkt file of one CRS give the same numbers."""
     found = run_json("compare", "moll", *HIDDEN, *QUICK, code=1)
@@ -263,6 +268,7 @@ def test_json_has_each_index_by_name() -> None:
     assert "In brackets: the error" in out
 
 
+@pytest.mark.slow
 def test_csv_has_a_column_a_figure() -> None:
     """The value has the name of the index, the others follow it."""
     (first, _) = parse_csv(with_indices("-f", "csv"))

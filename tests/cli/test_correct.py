@@ -55,6 +55,7 @@ def test_proj_and_wkt():
     assert refusal("+proj=pipeline +step +proj=moll +R=1", "--format", "wkt", code=1) == message
 
 
+@pytest.mark.slow
 @each("words", ["--constraint stretch", "--constraint scale", "--free", "--keep-north"])
 def test_options(words: str) -> None:
     M = np.array(run_json("laea", *EUROPE, *words.split())["matrix"])

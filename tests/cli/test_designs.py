@@ -19,6 +19,7 @@ def made() -> Design:
     return design("country:CH", degree=2, base="EPSG:2056", against="EPSG:21781", name="Mine")
 
 
+@pytest.mark.slow
 def test_json(made: Design, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the library answers; the figures, the map to compare with, the degrees, and what is to be known."""
     assert run_json("design", *SWISS, "--name", "Mine") == made.to_dict()
@@ -37,6 +38,7 @@ def test_formats_that_programs_read(made: Design) -> None:
         np.testing.assert_allclose(found, made.projection(8.5, 47.5), rtol=0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_a_file_is_a_projection(tmp_path: Path) -> None:
     """As any other: for the library, for pyproj, and for the other commands."""
     path = tmp_path / "map.wkt"
@@ -64,6 +66,7 @@ def test_the_best_existing_crs_is_the_usual_rival(tmp_path: Path) -> None:
 BETWEEN = ["EPSG:3035", "EPSG:25832", "--region", "box:6,46,10,47.5", "--degree", "3"]
 
 
+@pytest.mark.slow
 def test_json_of_a_mean() -> None:
     found = mean_map(["EPSG:3035", "EPSG:25832"], region="box:6,46,10,47.5", degree=3, weights=[1, 2])
     assert run_json("mean-map", *BETWEEN, "--weights", "1,2") == found.to_dict()
@@ -100,6 +103,7 @@ def test_table_of_the_world() -> None:
     assert [text for text in ("Symmetric about: both", "Robinson", "8 x 8") if text not in out] == []
 
 
+@pytest.mark.slow
 def test_json_of_the_world(tmp_path: Path) -> None:
     found = world_map("continent:Africa", elsewhere=0.1, cells=8, against="robin").to_dict()
     assert run_json("world-map", "continent:Africa", *QUICK, "--elsewhere", "0.1") == found | {"pipeline": None}

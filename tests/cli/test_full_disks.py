@@ -56,6 +56,7 @@ def files_in(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 @pytest.mark.parametrize("case", some_slow(CASES, SLOW))
 def test_full_disk(case: str, data: Path, tmp_path: Path) -> None:

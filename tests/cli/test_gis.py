@@ -34,6 +34,7 @@ def points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 SIZES = [("--size 40", (40, 40)), ("--size 40x30", (30, 40)), ("--resolution 2 --grid lonlat", (20, 20))]
 
 
+@pytest.mark.slow
 @each(("options", "shape"), [*SIZES, pytest.param("--resolution 100000", None, marks=pytest.mark.slow)])
 def test_heatmap_as_a_raster(options: str, shape: tuple[int, int] | None, tmp_path: Path) -> None:
     """One band a measure, in their order, of the pixels asked for; the path is printed."""
@@ -106,6 +107,7 @@ WRONG = {
 }
 
 
+@pytest.mark.slow
 @each(("words", "message"), WRONG.items())
 def test_wrong_words(words: str, message: str, points: Path) -> None:
     files = {
@@ -156,6 +158,7 @@ def test_csv_needs_no_library(points: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert run_ok(*words, "-f", "csv") == (points / "o.csv").read_text()
 
 
+@pytest.mark.slow
 def test_points_from_file_to_file(points: Path) -> None:
     """From CSV to a GeoPackage, to GeoJSON, to Parquet, to CSV: each has the columns of those before."""
     steps = [("p.csv", "a.gpkg"), ("a.gpkg", "b.geojson"), ("b.geojson", "c.parquet"), ("c.parquet", "d.csv")]

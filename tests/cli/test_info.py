@@ -75,6 +75,7 @@ def test_a_sketch_is_the_map(tmp_path: Path) -> None:
     assert "(2 points)" in run_ok("info", "robin", "-r", f"points:{tmp_path / 'a.csv'}", "--details")
 
 
+@pytest.mark.slow
 def test_other_bodies() -> None:
     """Regions are on the map's body: the globe of Mars has 4 pi 3396.19^2 km2; what is not there is refused."""
     assert "Over globe (144,941,857 km2)" in run_ok("info", "IAU_2015:49910", "--details")
@@ -93,6 +94,7 @@ def test_other_bodies() -> None:
         assert refusal(*words.split(), code=2 if words.startswith("info") else 1).startswith(f"Invalid {message}")
 
 
+@pytest.mark.slow
 def test_a_table_of_hits() -> None:
     """The likeliest first, and how many more there are."""
     first = r"The likeliest of \d+ is EPSG:2154 \(RGF93 v1 / Lambert-93\)\.\n"
@@ -116,6 +118,7 @@ def test_nothing(form: str) -> None:
     assert refusal("find", "amersfort", "-f", form, code=1) == message
 
 
+@pytest.mark.slow
 def test_what_a_region_is(tmp_path: Path) -> None:
     """A sentence, its limits and what it is made of; options of maps are refused."""
     assert run_ok("info", "Lower 48").startswith("The Contiguous United States has 7,9")

@@ -78,6 +78,7 @@ def known(level: LDP, monkeypatch: pytest.MonkeyPatch) -> LDP:
     return level
 
 
+@pytest.mark.slow
 def test_forms_of_an_answer(known: LDP, monkeypatch: pytest.MonkeyPatch) -> None:
     """JSON, PROJ, two kinds of WKT, the points as CSV; a form that there is not ends with 1."""
     words = [SEA, "--height", "250"]

@@ -147,6 +147,7 @@ WRONG_PANORAMAS = {
 }
 
 
+@pytest.mark.slow
 def test_refused(points, turned):
     """Values that cannot be, and options that do not go together."""
     for table, cases in ((points, WRONG), (turned[1], WRONG_PANORAMAS)):
@@ -284,6 +285,7 @@ def test_compare(points, tmp_path):
     assert "Its suffix must be .png, .svg or .pdf." in run(*words, tmp_path / "frames.gif")[2]
 
 
+@pytest.mark.slow
 def test_sheets_in_two_crss(tmp_path):
     """Sheets that are in different CRSs make a mosaic that is in none, which is said."""
     rasterio = pytest.importorskip("rasterio")

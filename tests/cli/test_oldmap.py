@@ -27,6 +27,7 @@ def points(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_json(points):
     """All figures at full precision, as the library has them; a smoothing that is given is used."""
     found = run_json(points, "--smoothing", "0.5")
@@ -37,6 +38,7 @@ def test_json(points):
     assert (len(rows), float(rows[7]["fisher"]), rows[7]["id"]) == (25, expected[7]["fisher"], "8")
 
 
+@pytest.mark.slow
 def test_table(points):
     """The three rectifications, the fit, folds, outliers and what is to be noted."""
     out = run_ok(points, *QUICK, "--scan-dpi", "300")
@@ -157,6 +159,7 @@ WRONG = {
 }
 
 
+@pytest.mark.slow
 @each(("words", "text"), WRONG.items())
 def test_wrong_words(words, text, points, tmp_path, monkeypatch):
     pytest.importorskip("geopandas")
@@ -203,6 +206,7 @@ def test_several(sheets):
     assert [row["map"] for row in rows] == [*map(str, sheets), "their mean"]
 
 
+@pytest.mark.slow
 def test_what_is_of_one_map(sheets):
     """A map is given once, too: with itself it would have everything in common."""
     for words, message in {

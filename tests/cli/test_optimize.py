@@ -59,6 +59,7 @@ def best() -> Optimum:
     return optimize("lcc", SQUARE)
 
 
+@pytest.mark.slow
 def test_forms_of_an_answer(best: Optimum, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """JSON, PROJ, WKT, also in a file; where there is no WKT the reason, with 1; how many times the limit it has."""
     monkeypatch.setattr("projdist.decisions.optimize", lambda *_, **__: best)

@@ -25,6 +25,7 @@ def process(*words: str, **options: object) -> subprocess.CompletedProcess:
     return subprocess.run([sys.executable, "-m", "projdist", *words], check=False, **settings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", some_slow(["HOME", "MPLCONFIGDIR", "XDG_CONFIG_HOME"], {"HOME", "MPLCONFIGDIR"}))
 def test_a_home_that_cannot_be_written(name: str, tmp_path: Path) -> None:
     """Matplotlib takes another folder for its settings and fonts, and what it says of that stays with it."""
@@ -70,6 +71,7 @@ def test_output_to_a_directory_without_permission(name: str, tmp_path: Path) -> 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @each(
     ("what", "names"),
     [

@@ -37,6 +37,7 @@ def page(path: Path, *words: str) -> dict[str, list[str]]:
     return Texts(path.read_text(encoding="utf-8")).found
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_a_comparison_has_its_maps_and_its_table(tmp_path: Path) -> None:
     """In the order of the table, with what is to be copied; more than six are too many."""

@@ -40,6 +40,7 @@ SLOWLY = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("command", "suffix"), [("heatmap", "PNG"), *SLOWLY])
 @pytest.mark.usefixtures("few_cells")
 def test_pictures(command: str, suffix: str, tmp_path: Path) -> None:
@@ -117,6 +118,7 @@ def test_every_name_makes_numbers_and_a_picture(
         assert re.fullmatch(r"(projdist: \+proj=(alsk|gs48|gs50|nzmg) [^\n]* too far from [^\n]*\n)?", text)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_compare_draws_maps(tmp_path: Path) -> None:
     """A picture as output is of the maps, as by --plot maps; the figures are printed as ever."""

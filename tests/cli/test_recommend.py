@@ -44,6 +44,7 @@ USUAL = {
 }
 
 
+@pytest.mark.slow
 @each(
     ("words", "given"),
     [
@@ -61,6 +62,7 @@ def test_json(words, given, found):
     assert (place.name, {name: options[name] for name in USUAL}) == (ISLAND, USUAL | given)
 
 
+@pytest.mark.slow
 def test_table(known):
     """Every candidate with its columns; below, what draws the same map, and what was rejected."""
     out = run_ok(ISLAND, *QUICK)

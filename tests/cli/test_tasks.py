@@ -99,6 +99,7 @@ def test_there_are_forty() -> None:
     assert len(TASKS) == 40
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "said"),
     [pytest.param(command, said, id=asked, marks=marks) for asked, (command, said, *marks) in TASKS.items()],

@@ -28,6 +28,7 @@ def test_repairs_are_said(tmp_path: Path) -> None:
     assert re.fullmatch(r"projdist: file:.*: 1 self-intersecting polygon\(s\) repaired; [^\n]*\n", result.stderr)
 
 
+@pytest.mark.slow
 def test_points_have_no_area(tmp_path: Path) -> None:
     """A title tells how many there are, and no area; a table tells of weights."""
     path = tmp_path / "a.csv"
@@ -305,6 +306,7 @@ def cases() -> Iterator[tuple[str, int, str]]:
                 yield f"{first} {words_of_value}", 2, message.replace("{}", value)
 
 
+@pytest.mark.slow
 @each(("words", "code", "message"), cases())
 def test_wrong_words(words: str, code: int, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One line, 2 for wrong words and 1 for what fails with right ones, and no file."""
@@ -370,6 +372,7 @@ def commands(text: str) -> Iterator[list[str]]:
         yield shlex.split(line, comments=True)[1:]
 
 
+@pytest.mark.slow
 @each("page", PAGES)
 def test_commands_are_those_that_there_are(page: Path) -> None:
     """Those in blocks and in lines of text, both of which the patterns find."""

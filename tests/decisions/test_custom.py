@@ -34,6 +34,7 @@ def test_the_best_stereographic_map_of_a_cap():
     assert found.value == found.distortion.max_scale_error_ppm
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("country", some_slow(["MC", "MO", "VA"], {"MC", "MO"}))
 def test_means_of_the_smallest_countries(country):
     """The mean of |k - 1| on a transverse Mercator map, k = k_0 (1 + (1 + e'^2 cos^2 phi) (lam cos phi)^2 / 2)."""
@@ -157,6 +158,7 @@ def test_families_for_a_purpose(region, purpose, families):
     assert "laea" in families_for(get_region(GERMANY), "any")
 
 
+@pytest.mark.slow
 def test_what_does_not_serve_is_rejected():
     """A conformal map of a purpose that it does not serve, and a family that cannot map the region."""
     refused = best("stere", CAP, purpose="equal-area")

@@ -54,6 +54,7 @@ def box_perimeter(crs, west, south, east, north):
     return sum(parallel(crs, lat, east - west) for lat in (south, north)) + 2 * meridian
 
 
+@pytest.mark.slow
 @each(("crs", "ratio", "digits"), [
     ("EPSG:3857", 2.5534, 5e-5), ("EPSG:25832", 1.00029, 5e-6), ("ESRI:54009", 0.9986, 5e-5),
 ])  # fmt: skip
@@ -141,6 +142,7 @@ def test_rings_and_lines_round_the_earth():
     assert found["length_km"][2] == pytest.approx(parallel("EPSG:4326", 60, 360), rel=EXACT)
 
 
+@pytest.mark.slow
 @each("crs", ["EPSG:25832", "EPSG:3035", "EPSG:3857", "EPSG:2056", "ESRI:54009"])
 def test_straight_on_the_plane(crs):
     """Edges stored in a projected CRS are straight there: the truth is of many geodesics along them."""

@@ -35,6 +35,7 @@ def kept(names: str) -> tuple[str, ...]:
     return tuple(names.split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", some_slow(KNOWN, set(KNOWN) - SOME))
 def test_what_is_kept(given: str) -> None:
     """As measured it is what the literature says, also where PROJ's own iterations leave 1e-6."""
@@ -54,6 +55,7 @@ def test_departures_are_by_closed_forms() -> None:
     assert plain.departures["equal-area"] == pytest.approx(below, rel=0.1)
 
 
+@pytest.mark.slow
 def test_errors_by_closed_forms() -> None:
     """Of Mercator's map between the equator and 60 degrees: k = sec, whose mean by area is the gd's integral."""
     found = info("mercator", "box:0,0,30,60")
@@ -65,6 +67,7 @@ def test_errors_by_closed_forms() -> None:
     assert found.airy_kavrayskiy.raw > found.airy_kavrayskiy.scaled > 0.0
 
 
+@pytest.mark.slow
 def test_what_is_stated() -> None:
     """The region is the area of use; the dictionary and the frame have what the registry has."""
     found, bounds = info("EPSG:3035"), [-35.58, 24.6, 44.83, 84.73]
@@ -171,6 +174,7 @@ def measured(code, region, keeps=()):
     return found
 
 
+@pytest.mark.slow
 def test_no_noise_beside_the_centre():
     """An equal-area azimuthal map of Antarctica shears most at the northernmost vertex, not where J is noise."""
     phi = math.radians(-get_region("continent:Antarctica").edges[:, 1].max())

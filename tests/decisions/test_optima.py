@@ -84,6 +84,7 @@ def test_rounding() -> None:
     assert {one.step: one.parameters["lon_0"] for one in found.roundings[:3]} == {0.01: 10.2, 0.1: 10.2, 0.5: 10.0}
 
 
+@pytest.mark.slow
 def test_rounding_is_of_all_angles() -> None:
     """What is not free lies at multiples as well, but for what a PROJ string states; the figure is that of the map."""
     area = "box:5.96,45.82,10.49,47.81"  # its middle is 46.815 north, 8.225 east

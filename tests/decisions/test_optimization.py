@@ -203,6 +203,7 @@ def test_other_names_have_the_same_scale(name: str) -> None:
     assert Objective(other).scale(J, W) == Objective(get_figure(squares)).scale(J, W)
 
 
+@pytest.mark.slow
 @each("name", FIGURES)
 def test_figures_are_those_of_the_cubature(name: str) -> None:
     """The nodes and the adaptive cubature agree on a smooth map; maxima on the nodes' edges."""
@@ -240,6 +241,7 @@ def limit(region: RegionLike, purpose: str = "any", ellipsoid: Ellipsoid = SPHER
     return least_error(get_region(region, ellipsoid), purpose, ellipsoid)
 
 
+@pytest.mark.slow
 @each("lat", [20.0, -90.0])
 @each("angle", CAPS)
 def test_caps(angle: float, lat: float) -> None:
@@ -277,6 +279,7 @@ AFRICA = "continent:Africa - country:ES - country:PT - country:FR + country:EG"
 EUROPE = "(continent:Europe + country:RU + country:CY + country:N. Cyprus - country:KZ - country:TR) & box:-26,34,60,72"
 
 
+@pytest.mark.slow
 @each(("region", "printed"), [
     ("country:US & box:-125,24,-66,50", 0.003129), (AFRICA, 0.01124), ("country:CA", 0.00527),
     pytest.param(EUROPE, 0.00635, marks=pytest.mark.slow),

@@ -122,6 +122,7 @@ def tried(codes, region, figure="airy_kavrayskiy", **usage):
 
 
 # Maps that people know by the first code, and CRSs that draw the same.
+@pytest.mark.slow
 @each(("region", "known", "others"), [
     ("box:5.9,47.3,15.0,55.1", "EPSG:25832",
      "EPSG:4647 EPSG:5652 EPSG:10288 EPSG:10289 EPSG:10732 EPSG:3044 EPSG:32632 EPSG:23032"),
@@ -214,6 +215,7 @@ def test_named(extents, countries):
     assert named(extents) == countries
 
 
+@pytest.mark.slow
 @each(("region", "home"), [
     ("country:KE", "Kenya"), ("box:5.9,47.3,15.0,55.1", "Germany"), ("box:177,-20,-178,-15", "Fiji"),  # mostly sea
     ("country:AQ", ""),  # by treaty
@@ -243,6 +245,7 @@ def part_of(home, region):
     return candidate_crs.part_of(home, place, lattice_of(place))
 
 
+@pytest.mark.slow
 @each(("home", "region", "state", "is_far"), [
     (USA, "state:OH", "Ohio", False), (USA, "box:-84.9,38.3,-80.4,42.4", "", False),  # a third of it is not Ohio
     (USA, "box:-84.5,39,-81,41.3", "Ohio", False),  # two thirds of Ohio
@@ -260,6 +263,7 @@ def test_parts(home, region, state, is_far):
     assert (part.state, part.middle is not None) == (state, is_far and not state)
 
 
+@pytest.mark.slow
 def test_what_is_made_for_a_part():
     """Ohio's, by the name of the area of use, and not what is for all of the country; Alaska's is not Kansas's."""
     part = part_of(USA, "state:OH")

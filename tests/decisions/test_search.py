@@ -31,6 +31,7 @@ def code_of(result, code):
     return next(one for one in result.results if code in one.codes)
 
 
+@pytest.mark.slow
 def test_germany(germany):
     """EPSG:3035 has less error than both UTM zones and the national conics, and not half of it: these come first."""
     europe, first = code_of(germany, "EPSG:3035"), germany.results[0]
@@ -48,6 +49,7 @@ def test_germany(germany):
         assert before == (own.ranked < (1 + CLOSE) * europe.ranked)
 
 
+@pytest.mark.slow
 @each("code", ["EPSG:3035", "EPSG:25832", "EPSG:4839"])
 def test_figures_against_pyproj(germany, code):
     """Largest and mean |scale - 1| and areal range agree with PROJ's own factors on a fine grid with its edges."""
@@ -64,6 +66,7 @@ def test_figures_against_pyproj(germany, code):
     assert one.max_areal_scale == pytest.approx(found.areal_scale.max(), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_what_is_grouped_and_what_is_rejected(germany):
     """UTM zone 32N is one map, whose CRSs on other datums are all named; what is no candidate is listed with why."""
     # Only CRSs of the authorities asked for are there. Zone 2 ends at 7.5 E, with 9.8 % of the box.
@@ -159,6 +162,7 @@ def test_wrong_options(options, message):
     refuses(message, recommend, ISLAND, **options)
 
 
+@pytest.mark.slow
 def test_forms(germany):
     pytest.importorskip("pandas")
     data = json.loads(germany.to_json())

@@ -86,6 +86,7 @@ CUT_CONES = {"Southern Ocean"}  # about a pole a cone that is cut within the pla
 SIX_DIGITS = 1.0 + 2e-4  # of the maps' parameters; extremes are good to more
 
 
+@pytest.mark.slow
 @each("name", NAMES)
 def test_an_entry_is_sound(name: str) -> None:
     entry = atlas(name)

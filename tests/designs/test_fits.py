@@ -151,6 +151,7 @@ STEP = 1e-5  # of coefficients: central differences are off by its square, and b
 TOLERANCE = 1e-8
 
 
+@pytest.mark.slow
 @each("degree", [1, 2, 5, 8])
 def test_slopes(degree: int) -> None:
     """By all coefficients, of a base that is far from conformal at some points and conformal at one."""

@@ -50,6 +50,7 @@ def test_caps_by_the_euler_lagrange_equation(angle: float) -> None:
     assert found.inverse_error < 1e-6
 
 
+@pytest.mark.slow
 @each("angle", [10.0, *(pytest.param(angle, marks=pytest.mark.slow) for angle in (30.0, 60.0))])
 def test_the_best_conformal_map_of_a_cap(angle: float) -> None:
     """It is stereographic in the best scale, from whatever conformal base, with its origin in the middle."""
@@ -72,6 +73,7 @@ def test_the_best_conformal_map_of_a_cap(angle: float) -> None:
     assert c / rim < found.surroundings.largest_scale <= c / beyond
 
 
+@pytest.mark.slow
 def test_regions_about_a_pole_have_it_for_their_origin() -> None:
     """With Greenwich's meridian up and down, whatever the base's is; if it does not show the pole, the middle."""
     base = SPHERICAL.format("stere", -90, 40)
@@ -150,6 +152,7 @@ def test_the_largest_scale_error_of_far_islands() -> None:
     assert found.rivals[0].gain > 0.0
 
 
+@pytest.mark.slow
 def test_equal_area_maps_keep_areas() -> None:
     """To 1e-9, after all of its shears, as PROJ runs them."""
     base = "+proj=laea +lat_0=46.8 +lon_0=8.2 +ellps=GRS80"
@@ -172,6 +175,7 @@ def test_nested_degrees() -> None:
     assert one.airy_kavrayskiy == pytest.approx(other.airy_kavrayskiy, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_every_form_is_the_same_map() -> None:
     """The pipeline, both forms of WKT2 and PROJJSON, through pyproj both ways, in authority order, too."""
     found = design("country:CH", degree=3, base="EPSG:3035", datum="EPSG:4258", north=(7.44, 46.95), against=())
@@ -190,6 +194,7 @@ def test_every_form_is_the_same_map() -> None:
     assert abs((x[1] - x[0]) / (y[1] - y[0])) < 1e-5
 
 
+@pytest.mark.slow
 @each(("region", "base", "across"), [
     ("country:CH", "EPSG:2056", False), ("cap:0,90,800", "+proj=stere +lat_0=90 +ellps=WGS84", False),
     ("box:170,-20,-170,-10", "+proj=merc +lon_0=180 +ellps=WGS84", True),
@@ -216,6 +221,7 @@ def test_the_area_of_use(region: str, base: str, across: bool) -> None:
     assert Projection.from_user_input(again).area_of_use == bounds
 
 
+@pytest.mark.slow
 def test_designs_tell_of_their_datum_and_of_places_outside_their_area() -> None:
     """As any CRS does: in memory, from WKT2, and as a mean of maps."""
     # Else programs would take coordinates on CH1903+ for such on WGS 84; a PROJ string has no datum.
@@ -230,6 +236,7 @@ def test_designs_tell_of_their_datum_and_of_places_outside_their_area() -> None:
         summarize(given, "box:7,46,9,47", tolerance=1e-2)  # a warning would be an error
 
 
+@pytest.mark.slow
 def test_no_margin_where_the_map_folds() -> None:
     """A map that is not whole around its region is for the region alone."""
     found = design("country:NZ", kind="conformal", degree=8, background=0.0, base="+proj=tmerc +lon_0=173", against=())
@@ -269,6 +276,7 @@ def test_regions_around_a_pole(region: str, kind: str, criterion: str) -> None:
         assert np.hypot(*diagonals[0]) == pytest.approx(np.hypot(*diagonals[1]), rel=curved)
 
 
+@pytest.mark.slow
 @each(("base", "middle", "degree"), [
     ("+proj=laea +lat_0=51 +lon_0=10 +ellps=GRS80", 10.0, 5),
     pytest.param("EPSG:3035", 10.0, 3, marks=pytest.mark.slow),
@@ -400,6 +408,7 @@ def test_the_base_is_the_best_of_the_families(monkeypatch: pytest.MonkeyPatch) -
     assert found is members["stere"]
 
 
+@pytest.mark.slow
 def test_families_that_are_given_up_early_are_not_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
     """The base is the one that is found when all families are searched to the end."""
     region, objective = get_region("country:VN"), design_objective("conformal", "airy_kavrayskiy")
@@ -409,6 +418,7 @@ def test_families_that_are_given_up_early_are_not_the_best(monkeypatch: pytest.M
     assert base_maps.best_base(region, objective, nodes, "none").definition == found.definition
 
 
+@pytest.mark.slow
 @each("k", [1.0, 0.999])
 def test_the_largest_error_of_scales(k: float) -> None:
     """Gauss's map of a sphere has k / cos(longitude) on the equator, which is the largest; the best scale halves it."""
@@ -469,6 +479,7 @@ def points(*places: tuple[float, float]) -> projdist.PointSet:
     return projdist.PointSet(*np.array(places).T, np.ones(len(places)), "few")
 
 
+@pytest.mark.slow
 @each(("words", "error", "message"), [
     ({"kind": "nice"}, ValueError, "Invalid kind 'nice'"), ({"degree": 21}, ValueError, "Invalid degree '21'"),
     ({"criterion": "max_log_scale"}, ValueError, "Invalid criterion 'max_log_scale' for maps of kind any"),

@@ -102,6 +102,7 @@ def test_the_mean_of_a_cylinder_and_a_plane_is_a_cone(weights: list[float] | Non
     np.testing.assert_allclose(np.sqrt(s), truth, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_two_maps_from_each_other() -> None:
     """The mean parts the distance d by their weights v and w: v w d^2 / (v + w) is left, and w d^2 at the first map."""
     # The map that is corrected is the nearest one, and areas are those of the ellipsoid where there is one.
@@ -114,6 +115,7 @@ def test_two_maps_from_each_other() -> None:
     assert found.average.ellipsoid.is_close(projdist.WGS84)
 
 
+@pytest.mark.slow
 def test_the_mean_of_one_map() -> None:
     """Is the map, of copies, too, and has no total; that Robinson's is nearer to itself than its mean is, is said."""
     for maps in ([EUROPE], [EUROPE] * 3):

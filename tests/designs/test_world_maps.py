@@ -55,6 +55,7 @@ def test_the_world_beats_known_maps(world: WorldMap) -> None:
     assert found.airy_kavrayskiy == pytest.approx(found.airy_kavrayskiy_scaled, abs=2e-5)
 
 
+@pytest.mark.slow
 def test_the_world_is_symmetric(world: WorldMap) -> None:
     """To rounding, about the equator and the middle meridian; the poles are points."""
     x, y = world.projection(LON, LAT)
@@ -115,6 +116,7 @@ def test_what_counts_elsewhere() -> None:
             assert halves == pytest.approx([2.0 * np.pi, 0.5 * np.pi], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_areas_are_as_often_large_as_small() -> None:
     """In the best scale the mean of ln s over the globe is 0: by Gauss's rule along meridians, away from the cut."""
     sines, weights = np.polynomial.legendre.leggauss(24)
@@ -206,6 +208,7 @@ def test_triangles_come_near_the_map(tmp_path: Path) -> None:
     assert steepest[:2] / steepest[1:] == pytest.approx(4.0, rel=0.4)
 
 
+@pytest.mark.slow
 def test_answers(tmp_path: Path) -> None:
     """A line, a dictionary, a table; maps can be pickled; other files than JSON and too many triangles are refused."""
     found = coarse("Bering")

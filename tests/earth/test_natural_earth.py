@@ -27,6 +27,7 @@ def spherical_share(area: shapely.MultiPolygon) -> float:
     )
 
 
+@pytest.mark.slow
 @each("resolution", EVERY)
 def test_land(resolution: str) -> None:
     """29 % of the Earth, valid, no longitude beyond 180; with known places, also at the poles and the antimeridian."""
@@ -63,6 +64,7 @@ AREAS |= {"398": 2_724_900.0}
 CROSSED = {"643": 17_098_000.0, "124": 9_985_000.0, "578": 385_000.0}
 
 
+@pytest.mark.slow
 @each("key", some_slow(AREAS | CROSSED, {"643", "124"}))
 def test_areas_of_countries_at_the_finest_scale(key: str) -> None:
     """To 1.5 %, lakes and leased places included; to 2 % where rounding made rings cross."""
@@ -77,6 +79,7 @@ ISLANDS = {(14.1, 35.75, 14.6, 36.1): 313.0, (-158.4, 21.1, -157.5, 21.8): 1545.
 ISLANDS |= {(-2.3, 49.15, -2.0, 49.28): 118.2, (177.0, 70.5, 183.5, 72.0): 7600.0}
 
 
+@pytest.mark.slow
 @each("bounds, known", ISLANDS.items())
 def test_areas_of_islands_within_windows(bounds: tuple[float, float, float, float], known: float) -> None:
     """To 5 %, at 1 : 10 million; Hawaii's other islands and Gotland are not in the boxes."""
@@ -119,6 +122,7 @@ def area_km2(area: shapely.Geometry) -> float:
     return abs(float(pyproj.Geod(ellps="WGS84").geometry_area_perimeter(area)[0])) / 1e6
 
 
+@pytest.mark.slow
 @each("resolution", WITH_LAKES)
 def test_shores_are_the_edges_of_lakes(resolution: str) -> None:
     """Without the edges between parts of one lake, as at the Straits of Mackinac."""
@@ -135,6 +139,7 @@ def test_lakes_within_windows_are_that_part_of_all_lakes(window: tuple[float, fl
     assert polygons_within("lakes", window, "50m").area > 1.0
 
 
+@pytest.mark.slow
 @each("resolution", WITH_LAKES)
 def test_lakes_are_valid_and_on_land(resolution: str) -> None:
     """Islands are not lake, and the Caspian Sea is neither lake nor land; areas are to 3 %, as the data is smoothed."""
@@ -177,6 +182,7 @@ def test_number_of_neighbours() -> None:
     assert {key: len(others - {key}) for key, others in around.items()} == neighbours
 
 
+@pytest.mark.slow
 @each("resolution", EVERY)
 def test_borders_are_no_coast(resolution: str) -> None:
     """They run inland, but for their ends and what follows a strait."""

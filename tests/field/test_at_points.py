@@ -40,6 +40,7 @@ LIMITS = {
 }
 
 
+@pytest.mark.slow
 @each("earth", ELLIPSOIDS)
 @each("name", FORMS)
 def test_scales_and_directions_of_closed_forms(name, earth):

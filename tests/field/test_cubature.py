@@ -32,6 +32,7 @@ COSTLY |= {"stere-polar", *(case.id for case in TORN)}
 ALL = [*itertools.product(CASES, TOLERANCES)]
 
 
+@pytest.mark.slow
 @each(("case_id", "tolerance"), [pytest.param(*one, marks=SLOW) if one[0] in COSTLY else one for one in ALL])
 def test_errors_and_their_estimates(case_id, tolerance):
     """The errors differ from the truth by three estimates at most, and these are the tolerance, or PROJ's floor."""
@@ -129,6 +130,7 @@ def test_weights_are_areas(projection, region):
     assert area == pytest.approx(truth, rel=1e-9)
 
 
+@pytest.mark.slow
 @each("name", ["moll", "eqearth", "wintri"])
 def test_seams_beside_the_first_panels(name):
     """The figure of the globe does not depend on the central meridian."""
@@ -183,6 +185,7 @@ def test_what_is_not_known_counts_in_the_error():
     assert error >= share
 
 
+@pytest.mark.slow
 @each("region", ["country:PL", "country:UA", "country:CL@main"])
 def test_a_map_that_ends_beside_the_region(region):
     """Within a degree of it, as made maps do, whose polynomials run away: all of the region is covered nevertheless."""
@@ -221,6 +224,7 @@ def test_the_second_map_of_a_region_lays_nothing(region, monkeypatch):
     assert again.airy_kavrayskiy == first.airy_kavrayskiy != other.airy_kavrayskiy
 
 
+@pytest.mark.slow
 @each("region", REGIONS)
 def test_a_plan_changes_no_figure(region, monkeypatch):
     """With a new plan each time the samples are the same to the last bit."""

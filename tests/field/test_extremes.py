@@ -127,6 +127,7 @@ MAXIMA = [
 ]
 
 
+@pytest.mark.slow
 @each(("projection", "region", "measure", "truth", "within", "place", "near"), MAXIMA)
 def test_maxima(projection, region, measure, truth, within, place, near):
     """The largest values, their places and errors are those of closed forms; by symmetry on either side."""
@@ -141,6 +142,7 @@ def test_maxima(projection, region, measure, truth, within, place, near):
         assert found.error <= 1e-8 * max(1.0, truth) * UNITS.get(measure, 1.0)
 
 
+@pytest.mark.slow
 @each(("lat", "width"), [(-71.3, 0.5), (-71.3, 0.01), (0.2, 0.05), (33.3, 0.5), (33.3, 0.01)])
 def test_peaks_within(lat, width):
     """A cylindrical map that stretches by a fifth along a belt, some degrees or half a degree wide, peaks there."""
@@ -156,6 +158,7 @@ def test_peaks_within(lat, width):
     assert math.radians(found.lat) == pytest.approx(centre, abs=1e-4 * max(width, 0.1))
 
 
+@pytest.mark.slow
 @each(("projection", "measure"), UNBOUNDED)
 def test_unbounded(projection, measure):
     """A measure that grows without bound towards the poles has the maximum infinity, near a pole."""
@@ -206,6 +209,7 @@ MINIMA = [
 ]
 
 
+@pytest.mark.slow
 @each(("projection", "region", "measure", "truth", "place", "near"), MINIMA)
 def test_minima(projection, region, measure, truth, place, near):
     """The smallest value, its place and its error, inside and at an edge, against closed forms."""
@@ -216,6 +220,7 @@ def test_minima(projection, region, measure, truth, place, near):
     assert abs(found.min - truth) <= 3.0 * found.min_error <= 3e-8 * truth
 
 
+@pytest.mark.slow
 def test_ends_without_bound():
     """They have no error, in JSON neither a value nor an error; the other end has both; what is at least 0 has one."""
     found = spread("mercator", "globe", "k")
@@ -228,6 +233,7 @@ def test_ends_without_bound():
     assert found.measures["s"].min >= 0.0
 
 
+@pytest.mark.slow
 @each(("region", "projection"), [*ARCHIPELAGOS, *(pytest.param(*pair, marks=SLOW) for pair in OTHERS)])
 def test_islands_between_the_nodes(region, projection):
     """The extremes of scales that grow to one side are on a coast, also where no node falls on an island."""
@@ -254,6 +260,7 @@ def test_a_side_against_a_ridge_inside():
         assert 0.0 < found.min_error < 1e-9
 
 
+@pytest.mark.slow
 @each(("lat_1", "region"), [*BONNES, *(pytest.param(*pair, marks=SLOW) for pair in REST)])
 def test_limits_at_the_pole_of_bonnes_map(lat_1, region):
     """The shear lam (sin phi - cos phi / rho) nears pi where the antimeridian meets the pole."""

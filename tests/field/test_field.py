@@ -67,6 +67,7 @@ def test_deviation():
         assert found.error < 1e-6
 
 
+@pytest.mark.slow
 def test_it_is_what_summarize_says():
     """One implementation: the same figures to the last digit."""
     given = {"region": "country:CH", "measures": ["omega"], "tolerance": 1e-3}
@@ -164,6 +165,7 @@ def test_a_shape_is_a_region():
     assert found.mean("s").value == pytest.approx(truth, rel=1e-8)
 
 
+@pytest.mark.slow
 @each("parallels", [*PARALLELS, *(pytest.param(pair, marks=pytest.mark.slow) for pair in BETWEEN)])
 def test_errors_of_means_beside_a_pole_at_infinity(parallels):
     """The scale of Lambert's conic grows as r^-1.1 to r^-1.65 at the other pole; its mean is known by quadrature."""
@@ -261,6 +263,7 @@ def test_closed_forms(belt, name):
     assert abs(found.value - truth) <= found.error + 1e-12 * truth
 
 
+@pytest.mark.slow
 def test_several_figures_at_once(belt):
     names = ["max_areal_error_ppm", "mean_areal_error_ppm", "max_scale_error_ppm", "max_log_scale", "airy_kavrayskiy"]
     found = belt.figures(names)

@@ -224,6 +224,7 @@ def test_seams_of_goode(lon, lat, west, east):
     np.testing.assert_allclose(result.jacobian, sinusoidal_jacobian(lon, lat, centre), atol=1e-9)
 
 
+@pytest.mark.slow
 @each("name", ["moll", "robin", "wintri", "eqc", "merc", "hammer", "natearth", "sinu"])
 def test_the_antimeridian(name):
     """At +-180 degrees J is the limit from inside, by extrapolation from 1, 2, 3 and 4 thousandths of a degree."""

@@ -46,6 +46,7 @@ def coordinates(path: Path) -> np.ndarray:
     return shapely.get_coordinates(frame.sort_values("name").geometry.array)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", some_slow([*DRAWN, ".parquet"], {*DRAWN}))
 def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
     """They are where the projection has them, in files of all formats, and come back; WKT 1 has WKT 2 beside it."""
@@ -65,6 +66,7 @@ def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: 
     assert coordinates(back) == pytest.approx(np.column_stack([LON, LAT]), abs=DEGREES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", some_slow(DRAWN, {".fgb", ".shp", ".geojson"}))
 def test_files_in_it_are_data_like_others(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
     """As GDAL's WKT 1 of the CRS is read as it was: by factors and check."""
@@ -122,6 +124,7 @@ def test_registered_crss_need_nothing_beside(points: Path, tmp_path: Path) -> No
     assert coordinates(found.path)[1] == pytest.approx([2600100.0, 1199880.0], abs=150.0)
 
 
+@pytest.mark.slow
 def test_what_lies_outside_is_left_out(tmp_path: Path) -> None:
     """A point behind the horizon has no geometry, and is told; where there is no other the CRS is refused."""
     path = write_layer(tmp_path / "points.gpkg", shapely.points([0.0, 170.0], 0.0), name=["a", "b"])
@@ -140,6 +143,7 @@ WAYS = [(None, "EPSG:3857"), (shapely.Polygon(), "+proj=eqearth")]
 SLOW_WAYS = [pytest.param(WAYS[k][0], WAYS[1 - k][1], marks=pytest.mark.slow) for k in (0, 1)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("shape", "to"), [*WAYS, *SLOW_WAYS])
 @each("suffix", [*DRAWN, ".parquet"])
 def test_features_without_a_geometry(shape: Any, to: str, suffix: str, tmp_path: Path) -> None:
@@ -151,6 +155,7 @@ def test_features_without_a_geometry(shape: Any, to: str, suffix: str, tmp_path:
     assert (found.geometry.isna() | found.geometry.is_empty).all()
 
 
+@pytest.mark.slow
 def test_no_file_is_lost(made: Path, points: Path, tmp_path: Path) -> None:
     """Neither the data, nor a file with another CRS beside it, nor a part of a shapefile."""
     new, kept = tmp_path / "new.gpkg", tmp_path / "other.dbf"
@@ -224,6 +229,7 @@ def test_a_raster_in_a_registered_crs(degrees: Path, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["degrees.tif", "new.tif"]
 
 
+@pytest.mark.slow
 def test_data_outside_an_area_of_use_are_told(degrees: Path, tmp_path: Path) -> None:
     """Features and rasters of which more than half lies there, whatever their CRS; a corner that stands out is none."""
     zone = gis.convert(degrees, "EPSG:32632", tmp_path / "zone.tif").path

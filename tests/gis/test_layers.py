@@ -71,6 +71,7 @@ def test_the_azimuth_of_the_major_axis() -> None:
     assert gis.indicatrices("merc", region="box:0,20,40,60", step=10).azimuth.isna().all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".gpkg", ".geojson"])
 @pytest.mark.usefixtures("few_cells")
 def test_indicatrices_of_a_map_without_a_crs(suffix: str, tmp_path: Path) -> None:

@@ -214,6 +214,7 @@ ARRAYS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("projection", some_slow(ARRAYS, set(ARRAYS) - {"EPSG:27572"}))
 def test_arrays_are_the_raster(projection: str, tmp_path: Path) -> None:
     """Values, coordinates of centres, CRS and transformation are those that rasterio reads of the GeoTIFF."""
@@ -255,6 +256,7 @@ def test_grid_mappings_are_those_of_cf() -> None:
     assert (list(bare.data_vars), "note" in found.attrs, "has no CRS" in bare.attrs["note"]) == (["s"], False, True)
 
 
+@pytest.mark.slow
 def test_factors_keep_dimensions_and_coordinates() -> None:
     """Mercator's scale is 1 / cos(lat), whichever dimensions and extra coordinates there are."""
     lat = xarray.DataArray([0.0, 30.0, 60.0], dims="lat", coords={"lat": [0.0, 30.0, 60.0]})

@@ -70,6 +70,7 @@ def test_projected_rasters(tmp_path: Path) -> None:
     assert (points.lon.size, np.hypot(found.x - x, found.y - y).min() < 1e-3) == (20, True)
 
 
+@pytest.mark.slow
 @each(("most", "side"), [(100, 3), (30, 5)])
 @each("at_once", [1, 300, 10**6])
 def test_large_rasters_are_added_up(world, monkeypatch, most, side, at_once) -> None:

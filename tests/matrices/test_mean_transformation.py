@@ -105,6 +105,7 @@ def test_commuting_and_two_matrices(seed, n):
     np.testing.assert_allclose(T @ T.T, geodesic(*A @ np.swapaxes(A, 1, 2), 0.5), rtol=1e-8, atol=1e-9)
 
 
+@pytest.mark.slow
 @each("condition", [1e2, 1e4, 1e6, 1e8, 1e10, 1e12])
 @each(("n", "count"), [(1, 40), (2, 40), (3, 40), (3, 300), (4, 300), (5, 40), (8, 40)])
 def test_exact_means_of_any_scale(n, count, condition):
@@ -153,6 +154,7 @@ def test_far_apart_close_and_many():
     np.testing.assert_allclose(mdt(np.exp(logs)[:, None] * np.eye(2)).T, np.diag(np.exp(logs.mean(axis=0))), rtol=1e-12)
 
 
+@pytest.mark.slow
 @each("method", EXACT)
 @each(("n", "spread"), [(2, 5.0), (3, 4.0), (6, 2.5)])
 def test_no_spread_makes_it_diverge(n, spread, method):

@@ -30,6 +30,7 @@ def test_least_squares() -> None:
     assert found.evaluations < 1500
 
 
+@pytest.mark.slow
 def test_minimax() -> None:
     """A published problem with a kink at its minimum; groups are added: the range of x^2 - x t over t in [0, 1]."""
     found = minimise(madsen, *BOX, worst=True)

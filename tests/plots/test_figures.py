@@ -60,6 +60,7 @@ def test_draws_on_given_axes() -> None:
     assert any(isinstance(child, LineCollection) for child in right.get_children())
 
 
+@pytest.mark.slow
 def test_save(tmp_path: Path) -> None:
     """A figure is written by its suffix, the same again, and nothing else is left; other suffixes are refused."""
     said = r"Invalid picture file '.*x\.foo'\. Its suffix must be \.png, \.svg or \.pdf\."
@@ -240,6 +241,7 @@ def against(one: str, other: str, measure: str, region: str) -> tuple[np.ndarray
     return values[inside], np.cos(np.radians(surface.lonlat()[1][inside]))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_maps_against_others() -> None:
     """Scales are divided, others subtracted; directions differ by half a turn at most."""

@@ -57,6 +57,7 @@ def test_world_maps_have_the_coordinates_of_proj(name: str) -> None:
     assert found.y_limits[0] < truth[:, 1].min() < truth[:, 1].max() < found.y_limits[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", some_slow(PARTS, {"EPSG:3035", "EPSG:2263"}))
 def test_crs_have_their_own_coordinates(name: str) -> None:
     """In their own unit, easting first, within the area of use."""

@@ -81,6 +81,7 @@ def test_curves_are_the_profile() -> None:
     assert f"mean {found.mean_scale:.7g}" in scale.get_legend().get_texts()[0].get_text()
 
 
+@pytest.mark.slow
 def test_curves_end_where_the_map_is_torn() -> None:
     for line, gaps in ([(170, 10), (-170, 30)], 1), ([(150, 10), (170, 30)], 0):
         scale = plots.profile_figure(profile("robin", line)).axes[0].get_lines()[0]

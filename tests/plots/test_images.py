@@ -103,6 +103,7 @@ def test_picture_on_a_scan(flip, scan):
     assert len(ax.get_images()) == 2
 
 
+@pytest.mark.slow
 def test_rotation_has_one_sign():
     """A map turned clockwise by ten degrees is told so in the figures and in the picture."""
     truth = np.stack(np.meshgrid(*[np.linspace(0.0, 9000.0, 4)] * 2), axis=-1).reshape(-1, 2)

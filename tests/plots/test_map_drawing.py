@@ -160,6 +160,7 @@ def bar_length(ax: Axes) -> float:
     return sum(patch.get_width() for patch in halves if 0 < patch.get_width() < 0.3) * np.ptp(ax.get_xlim())
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_a_country_is_placed() -> None:
     """Its frame, its cities with the capital, its scale and where it lies; degrees round it."""
@@ -336,6 +337,7 @@ def test_flexion_of_the_gnomonic_map() -> None:
 JOINT = 40.0 + 44.0 / 60.0 + 11.98 / 3600.0  # degrees: where Goode joins two maps
 
 
+@pytest.mark.slow
 @each(("levels", "shown"), [
     ([5.0, 8.0, 10.0, 12.0, 15.0], {10.0}), ([0.0, 45.0, 90.0], {0.0, 45.0, 90.0}),
     (np.arange(0.0, 91.0, 1.0).tolist(), {0.0}), ([10.0, 10.01, 10.02, 80.0], {10.0, 80.0}),

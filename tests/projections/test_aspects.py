@@ -56,6 +56,7 @@ def test_turned_mercator(centre) -> None:
     assert_same(make(f"mercator@{lat},{lon}"), lambda *_: mercator(*(v[far] for v in frame)), LON[far], LAT[far], 1e-6)
 
 
+@pytest.mark.slow
 @each("name", CENTRED)
 @each("centre", [(45.0, -100.0), *(pytest.param(one, marks=SLOW) for one in [(-33.0, 151.0), (0.0, 150.0)])])
 def test_the_point_is_at_the_centre(name, centre) -> None:

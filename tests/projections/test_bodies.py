@@ -138,6 +138,7 @@ def test_authority_order_of_all(chunk):
 POINTS = np.array([30.0, -20.0, 3.0]), np.array([10.0, 50.0, 47.0])
 
 
+@pytest.mark.slow
 @each("code", [codes("lcc")[0], *(pytest.param(code, marks=pytest.mark.slow) for code in codes("south"))])
 def test_inverses_and_exports_agree(code):
     """Inverse, graticule, pipeline, WKT and composition are those of the map with longitudes east."""
@@ -195,6 +196,7 @@ def square_file(path, crs, places):
     return f"file:{path}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [OGRAPHIC, pytest.param(OCENTRIC, marks=pytest.mark.slow)])
 def test_files_are_of_their_body(tmp_path, kind):
     """A file in a CRS of Mars is a region of Mars, at geodetic latitudes: of the area of GeographicLib's polygon."""

@@ -63,6 +63,7 @@ def test_attributes_of_registered_crss(code):
     np.testing.assert_allclose(coordinates(attributes_of(code), lon, lat), truth, rtol=0, atol=SAME)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [dict, variable, data_array, json.dumps])
 def test_kinds_of_grid_mappings(kind):
     """A dictionary, variables of netCDF4 and xarray, and JSON; the WKT that they have, too, is taken first."""
@@ -129,6 +130,7 @@ def test_attributes_that_are_no_numbers_are_named(key, value):
     assert f"'lambert_conformal_conic'. Its {key} is " in message(CONE | {key: value})
 
 
+@pytest.mark.slow
 @each(
     ("sizes", "key"),
     [
@@ -142,6 +144,7 @@ def test_sizes_that_make_no_figure_are_refused(sizes, key):
     assert f"Invalid grid mapping 'mercator'. Its {key} is " in message(CYLINDER | sizes)
 
 
+@pytest.mark.slow
 @each(
     ("sizes", "a", "b"),
     [

@@ -37,6 +37,7 @@ def test_pipelines(base):
     np.testing.assert_allclose(back, [LON, LAT], rtol=0, atol=1e-7)  # PROJ's own iterations
 
 
+@pytest.mark.slow
 @each("base", BASES)
 def test_wkt(base):
     """The derived projected CRS is read back by pyproj and gives the same coordinates."""

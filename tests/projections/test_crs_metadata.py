@@ -84,6 +84,7 @@ def known_and_bare(text):
 OBLIQUE = ["laea +lat_0=45 +lon_0=13", "ob_tran +o_proj=moll +o_lon_p=20 +o_lat_p=40", "tmerc"]
 
 
+@pytest.mark.slow
 @each("name", [*OPERATIONS, "moll +lon_0=77", *OBLIQUE])
 def test_figures_are_the_same_without(name):
     """As a function, whose breaks and pole are not known, the map has the same errors, and takes more evaluations."""

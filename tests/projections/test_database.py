@@ -138,6 +138,7 @@ def coordinates(code: str, lon, lat):
     return (xy - xy[:, :1]) * crs.axis_info[0].unit_conversion_factor
 
 
+@pytest.mark.slow
 @each(
     ("code", "place", "some"),
     [
@@ -166,6 +167,7 @@ def test_sexagesimal_degrees(value: float, degrees: float) -> None:
     assert database._value(value, 9110, {9102: 1.0}) == pytest.approx(degrees, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_country_and_its_people_are_searched_by_areas_of_use() -> None:
     """Those of the country alone come first, then those that it shares; then a county of its name elsewhere."""
     swiss, named = ([hit.code for hit in find_crs(text, limit=200).results] for text in ("swiss", "Switzerland"))

@@ -41,6 +41,7 @@ def test_every_kind_of_input_gives_the_same_map(given):
     assert all((projection.name, projection.definition, make(projection) is projection))
 
 
+@pytest.mark.slow
 @each("suffix", [".prj", ".wkt", ".json"])
 def test_files(tmp_path, suffix):
     """Files are read, from a path or its string, with a byte-order mark or without, of anything that text may be."""
@@ -265,6 +266,7 @@ def test_wkt_of_maps():
         crs_wkt(conic, "x", version="WKT3")
 
 
+@pytest.mark.slow
 @each("crs", ["nonsense", "EPSG:99999", "EPSG:5703"])
 def test_coordinates_in_no_crs(crs):
     """A line; heights alone have no longitudes."""

@@ -67,6 +67,7 @@ def test_what_has_no_parameters_is_known() -> None:
     assert {name for name in OPERATIONS if not tunable(projection_names()[name]).parameters} == WITHOUT
 
 
+@pytest.mark.slow
 @each("text", mostly_slow(MAPS, 8))
 def test_ranges_and_defaults(text) -> None:
     """PROJ has a map at the ends and in the middle, and each parameter changes it, not only its place in the plane.

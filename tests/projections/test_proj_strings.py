@@ -58,6 +58,7 @@ def lambert(parameters: Parameters) -> tuple[np.ndarray, np.ndarray]:
     return parameters["x_0"] + rho * np.sin(theta), parameters["y_0"] + rho_0 - rho * np.cos(theta)
 
 
+@pytest.mark.slow
 @given(CONICS, st.randoms(use_true_random=False))
 def test_all_parameters_do_what_the_formula_says_in_any_order(parameters: Parameters, random) -> None:
     """The map is that of the formula; its definition has all parameters as given, and reads as an equal projection."""
@@ -72,6 +73,7 @@ def test_all_parameters_do_what_the_formula_says_in_any_order(parameters: Parame
     np.testing.assert_array_equal(again(LON, LAT), found)
 
 
+@pytest.mark.slow
 @given(CONICS, CONICS, st.sets(st.sampled_from(["lat_1", "lat_2", "lat_0", "lon_0", "x_0"])))
 def test_changed_parameters_are_those_of_a_new_string(old: Parameters, new: Parameters, changed: set[str]) -> None:
     """Some parameters of a projection replaced give the projection whose string had them from the start."""

@@ -33,6 +33,7 @@ def test_what_is_made_is_the_map_of_proj(given, values, centre, truth) -> None:
     assert (again.function, again.name, again.ellipsoid) == (found.function, found.name, found.ellipsoid)
 
 
+@pytest.mark.slow
 @each(
     "name",
     """robinson mollweide winkel-tripel equal-earth natural-earth eckert-4 hammer aitoff sinusoidal kavrayskiy-7

@@ -27,6 +27,7 @@ def test_projections_are_values(value):
         assert_same(copy, projection, *EUROPE, atol=0)
 
 
+@pytest.mark.slow
 @each("value", SOME[:-1])
 def test_threads(value):
     """One projection shared by eight threads gives what it gives serially."""

@@ -156,6 +156,7 @@ ESRIS = "Orthographic", "centres"
 PAIRS = [(method, spelling) for spelling in SPELLINGS for method in METHODS if (method, spelling) != ESRIS]
 
 
+@pytest.mark.slow
 @each(("method", "spelling"), mostly_slow(PAIRS[::3], 13))
 def test_one_map_by_any_spelling(method, spelling):
     """Parameters as any program calls them make the map of the PROJ string, in WKT 1 and 2, without a word."""
@@ -176,6 +177,7 @@ def test_units_of_parameters_by_other_names():
     assert_map(make(text), proj_string("Transverse Mercator"))
 
 
+@pytest.mark.slow
 @each("method", METHODS)
 def test_a_missing_or_misspelt_parameter_is_named(method):
     """Without one that is needed a CRS is refused, or a scale told to be 1; a wrong word is told in a line."""
@@ -199,6 +201,7 @@ def test_a_missing_or_misspelt_parameter_is_named(method):
 
 
 # PROJ has changed the formulas of these since 9.5, and GDAL brings a PROJ of its own.
+@pytest.mark.slow
 @each("method", METHODS.keys() - {"Wagner VI", "Equidistant Cylindrical"})
 def test_as_gdal_reads_gdals(method):
     """The WKT 1 that GDAL writes of a map gives GDAL's own coordinates."""
@@ -236,6 +239,7 @@ UNUSED = {"semi_major": 6371200.0, "longitude of natural origin": 12.0, "Scale f
 UNUSED |= {"false_eastng": 500000.0, "FE": 9.0}
 
 
+@pytest.mark.slow
 @each(("name", "value"), UNUSED.items())
 def test_what_a_method_makes_no_use_of_is_told(name, value):
     """By its name and value; not what changes nothing, as a scale of 1 and latitudes of 0, which Esri always writes."""
@@ -343,6 +347,7 @@ def without_id(code, **others):
     return CRS.from_json_dict({key: value for key, value in (CRS(code).to_json_dict() | others).items() if key != "id"})
 
 
+@pytest.mark.slow
 @each(("code", "name"), [*((code, "") for code in CODES), (CODES[0], "unknown"), (CODES[0], "A map of mine"), *MINE])
 def test_the_code_of_a_crs_is_that_which_proj_is_sure_of(code, name):
     """By its id, by its registered name, and none for another name, for which PROJ would search its whole database."""

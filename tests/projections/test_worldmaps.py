@@ -99,6 +99,7 @@ def test_francula(name, published):
     assert np.sqrt(1 - first**2 / (2 * second)) == pytest.approx(published, abs=6e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "published"), [("gott-elliptical", 0.365), ("gott-mugnolo-elliptical", 0.348)])
 def test_gott(name, published):
     """Gott, Mugnolo & Colley 2007, abstract: rounded, and good to 0.0005."""

@@ -68,6 +68,7 @@ def test_a_country_is_in_one_subregion() -> None:
     assert known - set(named) == {"AQ", *parts}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["European Economic Area", "British Isles", "Iberia", "Contiguous US", "lower 48", "MENA"]
 )

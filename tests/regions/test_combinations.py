@@ -96,6 +96,7 @@ MAIN = {
 }
 
 
+@pytest.mark.slow
 @each(("code", "points"), MAIN.items())
 def test_main_parts_of_countries(code: str, points: tuple[list[tuple[float, float]], ...]) -> None:
     """The mainland and the islands that are mapped with it, without what lies overseas."""

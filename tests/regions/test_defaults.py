@@ -135,6 +135,7 @@ def test_the_radius_of_a_cap_is_at_most_half_the_body():
     )  # Eros
 
 
+@pytest.mark.slow
 def test_decisions_are_the_earths():
     """Maps of other bodies are no rivals, and their regions not the Earth's."""
     cap, said = "cap:0,0,900", "It is of {}, and must be of the Earth.$"

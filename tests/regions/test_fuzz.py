@@ -175,6 +175,7 @@ def vector_file(path: Path) -> bytes:
 SPOILT = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 255)), max_size=6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["gpkg", "shp", "fgb"])
 @pytest.mark.parametrize("examples", [5, pytest.param(100, marks=pytest.mark.slow)])
 def test_spoilt_files(tmp_path: Path, suffix: str, examples: int) -> None:

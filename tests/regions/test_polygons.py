@@ -147,6 +147,7 @@ def test_statistics_of_a_polygon():
     assert found.mean == pytest.approx(math.radians(50) / (north - south), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_parts_of_the_map():
     """One that shows nothing of a polygon is refused, of half half is covered, and one that ends beside it has all."""
     ortho = f"+proj=ortho +R={R}"
@@ -225,6 +226,7 @@ MANY_VERTICES = {"AU", "BR", "CA", "CL", "CN", "GL", "ID", "NO", "RU"}
 PUBLISHED = {"CA": 9985, "RU": 17098, "AU": 7741, "CH": 41.3, "FR": 644, "FJ": 18.3, "NZ": 269, "BR": 8516, "DE": 357}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", some_slow(COUNTRIES, MANY_VERTICES))
 def test_areas_of_countries(code):
     """The weights of a country add up to its area by geodesics between many points of its edges, on WGS 84."""
@@ -350,6 +352,7 @@ CAPS = "20,50,3000 -175,-30,4000 30,90,2000 -60,75,4000 10,20,16000 0,0,20015.08
 CAPS += ["0,0,20000", "179,-60,19970", "0,0,10007.557176"]  # of the last a sphere's is half of it
 
 
+@pytest.mark.slow
 @each("figure", [WGS84, SPHERE])
 @each("text", ["box:-10,35,40,70", "box:150,-60,-120,10", "globe", *(f"cap:{cap}" for cap in CAPS)])
 def test_polygons_of_boxes_and_caps(text, figure):
@@ -392,6 +395,7 @@ def test_cells_are_what_geos_clips(name: str) -> None:
             assert cells.v[i] == pytest.approx(np.degrees(np.arcsin(truth.centroid.y)), abs=away)
 
 
+@pytest.mark.slow
 @each("count", [50, 2000])
 @each("name", ["country:CA", "country:FJ", "country:AQ", "country:CL", "land@110m", "ocean@110m"])
 def test_areas_of_cells_add_up(name: str, count: int) -> None:

@@ -26,6 +26,7 @@ def cells_of(text):
     return [["".join(cell.itertext()) for cell in row] for row in rows], bars
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", some_slow(NAMES, {"ldp"}))
 def test_an_answer_in_a_line_and_in_a_table(name):
     """The line names the class; the table has a cell for each name in each row."""

@@ -25,6 +25,7 @@ def area_of(pieces) -> float:
     return sum(shapely.Polygon(piece).area for piece in pieces)
 
 
+@pytest.mark.slow
 @each("text", ["country:KI@all", "country:FJ", "country:MH"])
 def test_islands_are_drawn_however_small(text: str) -> None:
     """The pieces of an equal-area map have the area of the region, also where a cell has several islands."""
@@ -80,6 +81,7 @@ def test_a_map_that_is_cut_within_the_region_says_so() -> None:
     assert whole[1] - whole[0] < 1e6 < 2e7 < torn[1] - torn[0]
 
 
+@pytest.mark.slow
 def test_the_border_is_drawn_whole() -> None:
     """Its length on the map is that of the image of the box's sides, and its ends meet."""
     surface = surface_of("EPSG:2154", "box:-5,42,8,51")
@@ -101,6 +103,7 @@ def test_a_border_reaches_to_the_other_end_of_the_world() -> None:
     np.testing.assert_allclose(drawn, shapely.total_bounds([shapely.polygons(p) for p in surface.pieces]), rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_maps_that_come_round_again_show_one_sheet() -> None:
     """The New Zealand Map Grid is a polynomial: far places fall into its frame again, and are not drawn."""
     surface = surface_of("EPSG:27200", "country:NZ@main")

@@ -98,6 +98,7 @@ def border_of(triangles: np.ndarray) -> set[tuple[int, int]]:
     return set(map(tuple, pairs[counts == 1].tolist()))
 
 
+@pytest.mark.slow
 def test_outlines() -> None:
     """Of plate carree a rectangle; circles at R of the orthographic map, at 2 R, an antipode, of an equal-area map."""
     outline = surface_of("eqc").outline / (np.pi * R)
@@ -134,6 +135,7 @@ def test_endless_maps_are_cut() -> None:
     assert np.isin(np.arange(surface.nodes), surface.triangles).mean() > 0.98
 
 
+@pytest.mark.slow
 def test_region_is_filled_and_bounded() -> None:
     """A box, also across the antimeridian, and a cap about a pole are drawn whole, to the edge and no further."""
     for region, sides in ((Box(160.0, -50.0, -170.0, -30.0), (-10.0, 20.0)), (EUROPE, (-180.0, -130.0))):
@@ -174,6 +176,7 @@ GERMANY = [(9.0, 53.0, 12.0, 56.0), (10.0, 54.3, 10.4, 54.5)]
 FIJI = [(170.0, -60.0, -150.0, -10.0), (177.0, -18.5, 180.0, -15.5), (-180.0, -18.5, -177.0, -15.5)]
 
 
+@pytest.mark.slow
 @each("bounds", [*GERMANY, *FIJI, (-100.0, -90.0, 250.0, 90.0)])
 def test_coast_is_clipped_and_whole(bounds: tuple[float, float, float, float]) -> None:
     """Within a box the coast is that part of the whole coast; it does not run on, and has no long steps."""
@@ -204,6 +207,7 @@ COASTS = {None: "110m", EUROPE: "50m", "country:SG": "50m", "country:CH@110m": "
 COASTS |= dict.fromkeys((*FINE, "box:7,46,8,47 - cap:7.5,46.5,10"), "10m")
 
 
+@pytest.mark.slow
 @each("region, resolution", COASTS.items())
 def test_resolutions_of_coasts(region: RegionLike | None, resolution: str) -> None:
     """The world's is coarse, a continent's finer, a town's the finest; about a country it is that of its border."""
@@ -214,6 +218,7 @@ LANDS = [("EPSG:3035", (14.6, 54.95, 15.2, 55.35), 588.0), ("EPSG:3035", (-40.0,
 LANDS += [("+proj=laea +lat_0=71 +lon_0=180", (177.0, 70.5, -176.5, 72.0), 7600.0)]
 
 
+@pytest.mark.slow
 @each("projection, bounds, known", LANDS)
 def test_fine_land_of_equal_area_maps(projection: str, bounds: tuple[float, float, float, float], known: float) -> None:
     """Whole cells and pieces of cells have the area of Bornholm and Wrangel, as encyclopaedias have it, to 5 %."""
@@ -231,6 +236,7 @@ CASES = [("EPSG:3035", "box:-10,35,40,70"), ("EPSG:6931", "cap:0,90,2000"), ("EP
 SLOW = [pytest.param(*one, marks=pytest.mark.slow) for one in (*CASES, ("EPSG:3577", "country:AU"))]
 
 
+@pytest.mark.slow
 @each("projection, region", [("ESRI:102025", "box:40,30,60,50"), *SLOW])
 def test_equal_area_maps_keep_the_area_of_the_land(projection: str, region: str) -> None:
     """By even and odd, the rings have the area of the land within the surroundings, on the ground."""
@@ -250,6 +256,7 @@ def test_torn_maps_have_no_rings() -> None:
         assert surfaces.land_rings(surface if surface.ground is None else surface.ground, "50m", SIZE) is None
 
 
+@pytest.mark.slow
 @each("region, share", [(None, 0.3), ((-12.0, 30.0, 45.0, 72.0), 0.3), ((20.0, 20.0, 21.0, 21.0), 0.0)])
 def test_few_cells_may_be_on_the_border(region: tuple[float, float, float, float] | None, share: float) -> None:
     """Cells that GEOS finds on the coast are among them, all but boxes of which are off it; inland there are none."""

@@ -74,6 +74,7 @@ SLOW_CASES = [
 CASES = [("EPSG:3035", "country:DE", 1.0), *(pytest.param(*case, marks=pytest.mark.slow) for case in SLOW_CASES)]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.* outside its area of use")
 @pytest.mark.parametrize(("given", "region", "share"), CASES)
 def test_figures_are_those_of_the_map(given: str, region: str, share: float) -> None:
@@ -127,6 +128,7 @@ def test_figures_beside_cuts_are_those_of_the_map(given: str) -> None:
     assert (large & (stated < 0.1)).mean() > 0.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", ["winkel-tripel", pytest.param("EPSG:2048", marks=pytest.mark.slow)])
 def test_places_are_those_of_the_map(given: str) -> None:
     region = "globe" if given == "winkel-tripel" else "box:16,-35,22,-30"
@@ -140,6 +142,7 @@ def test_places_are_those_of_the_map(given: str) -> None:
     assert np.abs(south + step * frame.arrays["y"][node] - y).max() <= 0.51 * step
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_scales_are_on_the_ground() -> None:
     """By the elevation factor R / (R + h) of a sphere, which is 1 / 1.0001 at a ten-thousandth of its radius."""
@@ -176,6 +179,7 @@ def test_conformal_and_mirrored_maps_are_told() -> None:
     assert np.allclose(*fields, atol=1e-5, equal_nan=True)
 
 
+@pytest.mark.slow
 def test_lines_and_areas_hold_what_they_say() -> None:
     """Sizes add up; the region's area on an equal-area map is that of the country."""
     frame = drawn("EPSG:3035", "country:DE")

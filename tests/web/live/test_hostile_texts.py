@@ -38,6 +38,7 @@ def assert_nothing_is_opened(texts: list[str], found: list[dict[str, Any]]) -> N
         assert "region" in one or "\n" not in one["region problem"], text
 
 
+@pytest.mark.slow
 def test_no_hostile_text_opens_a_file(tmp_path: Path) -> None:
     """One in six hundred of them; behind open policy PROJ asks for the files of every way to name one, and says so."""
     path = "./h0stile.gsb"
@@ -78,6 +79,7 @@ def test_the_system_is_asked_for_no_file(how: str, tmp_path: Path) -> None:
     assert bool(asked) == (how == "open"), asked[:5]
 
 
+@pytest.mark.slow
 @each("text", [
     "{" * 9000, "PROJCS[" * 2000, "PROJCS(" * 2000 + ")" * 2000, "(" * 9000, '{"a":' * 3000,
     '{"a":' * 3000 + "1" + "}" * 3000, '{"a":[' * 900 + "]}" * 900, f'{{"a": {"9" * 5000}}}', '{"a": 1e999}',
@@ -113,6 +115,7 @@ def some_crss(step: int) -> list[str]:
     return [f"{info.auth_name}:{info.code}" for info in found[::step]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1200, pytest.param(23, marks=pytest.mark.slow)])
 def test_no_crs_names_a_file(step: int) -> None:
     for code in some_crss(step):
@@ -120,6 +123,7 @@ def test_no_crs_names_a_file(step: int) -> None:
             assert file_named_in(text) == "", text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1800, pytest.param(150, marks=pytest.mark.slow)])
 def test_crss_are_maps_behind_closed_doors(step: int) -> None:
     for text in (CRS(code).to_wkt() for code in some_crss(step)):
@@ -189,6 +193,7 @@ def grid(shift: float) -> bytes:
     return (head + size.tobytes()).ljust(160, b"\0") + np.tile(np.radians([-shift, 0.0]), 4).astype("<f4").tobytes()
 
 
+@pytest.mark.slow
 def test_processes_of_a_page_have_no_grids_of_the_user(tmp_path: Path) -> None:
     """Nor a network: a grid in the user's folder moves a point elsewhere, by what is in it, and not there."""
     (tmp_path / "conus").write_bytes(grid(0.5))

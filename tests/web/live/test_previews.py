@@ -37,6 +37,7 @@ WITHIN = 0.03  # of ln of scales: second differences of cells of 2.5 degrees
 OFTEN = 0.9  # of the nodes; beside tears and where a map ends, differences are of one side
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.* outside its area of use")
 @pytest.mark.parametrize(
     ("given", "region"), [*CASES[::2], *(pytest.param(*case, marks=pytest.mark.slow) for case in CASES[1::2] + FURTHER)]
@@ -50,6 +51,7 @@ def test_derivatives_are_about_those_of_the_map(given: str, region: str) -> None
     assert right > OFTEN
 
 
+@pytest.mark.slow
 @each(
     ("given", "region"), [*CASES[:5], FURTHER[0], *(pytest.param(*one, marks=pytest.mark.slow) for one in FURTHER[1:])]
 )

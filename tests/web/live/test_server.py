@@ -338,6 +338,7 @@ messages = st.one_of(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [25, pytest.param(1_000, marks=pytest.mark.slow)])
 def test_no_message_ends_the_server(site: LiveSite, count: int) -> None:
 
@@ -352,6 +353,7 @@ def test_no_message_ends_the_server(site: LiveSite, count: int) -> None:
     swallow()
 
 
+@pytest.mark.slow
 def test_closed_pages_are_not_spoken_of(site: LiveSite, port: int, capfd: pytest.CaptureFixture[str]) -> None:
     """Pages that leave without a word, while they are answered, in the middle of a message."""
 

@@ -181,6 +181,7 @@ def test_previews_are_answered_at_once(page: Callable[..., _Page]) -> None:
     assert WORKERS.pids == []
 
 
+@pytest.mark.slow
 def test_functions_and_geometries_are_answered_by_a_thread(page: Callable[..., _Page]) -> None:
     """As no other process has them; the figures are those of `sample`."""
     opened = page(cosine, region=SQUARE)

@@ -41,6 +41,7 @@ def occupy(found: Worker, page: str, told: Hearing) -> None:
     assert until(lambda: found._running)
 
 
+@pytest.mark.slow
 def test_the_newest_of_each_map_is_answered(shared: Worker, told: Hearing) -> None:
     """Older ones that wait are dropped; each map keeps its turn, however often it is asked for."""
     occupy(shared, "page", told)
@@ -118,6 +119,7 @@ def test_processes_have_proj_without_the_users_files(opened: str, tmp_path: Path
     assert dict(os.environ) == before
 
 
+@pytest.mark.slow
 def test_pages_have_their_turns(shared: Worker, told: Hearing) -> None:
     """A page that asks for hundreds of maps is answered some, and told why no more; another one waits for two."""
     occupy(shared, "first", told)
