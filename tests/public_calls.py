@@ -97,7 +97,7 @@ CALLS = {
     "world_map": lambda: {"cells": 8, "against": ()},
     **dict.fromkeys([f"plots.{kind}_figure" for kind in ("distribution", "modes", "space")], lambda: PICTURES),
     **dict.fromkeys(("plots.heatmap_figure", "plots.tissot_figure"), lambda: PICTURES | SMALL),
-    **dict.fromkeys(("plots.heatmap", "plots.tissot"), lambda: {"ax": axes(), **ROBINSON}),
+    **dict.fromkeys(("plots.heatmap", "plots.tissot"), lambda: {"ax": axes(), "projections": "robin"}),
     "plots.add_heatmap": lambda: {"ax": geoaxes(), "measure": "omega", "region": CAP},
     "plots.add_tissot": lambda: {"ax": geoaxes(), "region": CAP},
     "plots.figure": lambda: {"projections": ["robin"], "kind": "tissot", "region": CAP},

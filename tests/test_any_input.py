@@ -120,13 +120,13 @@ def test_wrong_kinds_are_refused_in_one_line() -> None:
     refuses(r"^Invalid longitudes 'here'\. They must be numbers\.$", factors, "robin", "here", 50)
     refuses(r"^Invalid points\. .* shapes \(2,\) and \(3,\)", factors, "robin", [1, 2], [1, 2, 3])
     refuses(r"^Invalid constraint \"?'\['affine'\]'", projdist.correct, "robin", CAP, constraint=["affine"])
-    refuses(r"^Invalid axes '5'\. It must be Axes of matplotlib\.$", plots.tissot, 5, "robin")
-    refuses(r"^Invalid colour map '5'\. It must be a name ", plots.heatmap, axes(), "robin", **here, cmap=5)
+    refuses(r"^Invalid axes '5'\. It must be Axes of matplotlib\.$", plots.tissot, "robin", 5)
+    refuses(r"^Invalid colour map '5'\. It must be a name ", plots.heatmap, "robin", axes(), **here, cmap=5)
     refuses(r"^Invalid size 'big'\. They must be numbers\.$", plots.tissot_figure, "robin", **here, size="big")
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_a_colour_map_of_matplotlib_goes_wherever_a_name_does() -> None:
-    maps = [plots.heatmap(axes(), "robin", region=CAP, cmap=one) for one in ("magma", colormaps["magma"])]
+    maps = [plots.heatmap("robin", axes(), region=CAP, cmap=one) for one in ("magma", colormaps["magma"])]
     np.testing.assert_array_equal(*(one.colours(np.linspace(0, 1, 9)) for one in maps))

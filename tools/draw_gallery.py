@@ -248,10 +248,10 @@ def entry_figure(entry: Entry) -> tuple[Figure, str]:
     region = None if entry.region == "globe" else get_region(entry.region)
     figure = Figure(figsize=(2 * PANEL + 0.2, PANEL + 1.0), dpi=DPI, layout="constrained")
     left, right = figure.subplots(1, 2)
-    radius = plots.tissot(left, entry.projection, region=region, title="")
+    radius = plots.tissot(entry.projection, left, region=region, title="")
     width, height = PANEL * shape_of(left) / shape_of(left).max()
     figure.set_size_inches(max(2 * width + 0.2, 6.0), height + 1.0)
-    scale = plots.heatmap(right, entry.projection, measure=entry.measure, region=region, title="")
+    scale = plots.heatmap(entry.projection, right, measure=entry.measure, region=region, title="")
     figure.suptitle(entry.title, fontsize=11)
     text = f"Circles on the ground with a radius of {radius / 1e3:,.0f} km"
     below = -0.04 if region is None else -0.12  # of the map's height: under the labels of a graticule

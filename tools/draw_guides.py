@@ -23,12 +23,12 @@ SPHERE = "+R=6371008.7714"
 
 def draw_readme() -> None:
     """The README's pictures of world maps."""
-    figure = readme_figure(lambda ax, name: plots.tissot(ax, name, radius=5e5))
+    figure = readme_figure(lambda ax, name: plots.tissot(name, ax, radius=5e5))
     text = "Ellipses: circles on the ground with a radius of 500 km. Each map has its own scale."
     figure.text(0.5, 0.4 / figure.get_figheight(), text, ha="center", va="center", fontsize=9, color="#555555")
     write_png(figure, IMAGES / "readme.png", colours=96)
 
-    figure = readme_figure(lambda ax, name: plots.heatmap(ax, name, measure="omega", limits=OMEGA, colourbar=False))
+    figure = readme_figure(lambda ax, name: plots.heatmap(name, ax, measure="omega", limits=OMEGA, colourbar=False))
     place = figure.add_axes((0.2, 0.47 / figure.get_figheight(), 0.6, 0.13 / figure.get_figheight()))
     colours = ScalarMappable(Normalize(*OMEGA), "viridis_r")
     figure.colorbar(colours, cax=place, orientation="horizontal", extend="max")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import os
 import sys
 import threading
@@ -147,7 +146,7 @@ def _levels(text: str | None) -> int | list[float] | None:
     values, whole = opt.numbers(text), text.lstrip("+-").isdecimal()
     if whole and 1 <= values[0] <= _MOST_LEVELS:
         return int(values[0])
-    if whole or not values or len(values) > _MOST_LEVELS or not all(map(math.isfinite, values)):
+    if whole or not values or len(values) > _MOST_LEVELS or not np.isfinite(values).all():
         refuse(f"Invalid levels '{text}'. It must be a number of them, 1 to {_MOST_LEVELS}, or values as 1,1.5,2.")
     return values
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
 from projdist.matrices.mean_transformation import check_matrices, check_weights, field_mdt, mdt
-from projdist.matrices.spd import logarithms
+from projdist.matrices.whitened_sets import logarithms
 from projdist.support import Answer, check_numbers
 
 _PURE = 0.1  # distance from 1, 0 or -1 within which a ratio of two scales is named so

@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.matrices import spd
-from projdist.matrices.spd import EPS, JacobiSet, LapackSets, View, lower_factor, pieces, transposed
+from projdist.matrices import whitened_sets
 
 _NEWTON_STEPS = 100  # 3 to 5 suffice, from far away about 15
 _GRADIENT_STEPS = 1000  # about 15 suffice; conditions of 1e6 take 300
@@ -42,23 +41,23 @@ def newton(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """Newton's method with the exact Hessian."""
     if A.shape[-1] in range(3, _SMALL + 1) and A.shape[1] >= _MANY:
         one = [slice(b, b + 1) for b in range(len(A))]
-        found = [_descend(JacobiSet(A[b], w[b], start[b]), _newton_step, _NEWTON_STEPS) for b in one]
+        found = [_descend(whitened_sets.JacobiSet(A[b], w[b], start[b]), _newton_step, _NEWTON_STEPS) for b in one]
         mean = Mean(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
     else:
-        mean = _descend(LapackSets(A, w, start), _newton_step, _NEWTON_STEPS)
+        mean = _descend(whitened_sets.LapackSets(A, w, start), _newton_step, _NEWTON_STEPS)
     return _refined(A, w, mean)
 
 
 def gradient(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """The gradient method with the automatic step 2 / (1 + mean of r coth r) (Bini & Iannazzo 2013)."""
 
-    def step(_: LapackSets | JacobiSet, view: View) -> FloatArray:
+    def step(_: whitened_sets.LapackSets | whitened_sets.JacobiSet, view: whitened_sets.View) -> FloatArray:
         return view.logarithm * (2.0 / (1.0 + view.bend))[:, None, None]
 
-    return _refined(A, w, _descend(LapackSets(A, w, start), step, _GRADIENT_STEPS))
+    return _refined(A, w, _descend(whitened_sets.LapackSets(A, w, start), step, _GRADIENT_STEPS))
 
 
-def _newton_step(sets: LapackSets | JacobiSet, view: View) -> FloatArray:
+def _newton_step(sets: whitened_sets.LapackSets | whitened_sets.JacobiSet, view: whitened_sets.View) -> FloatArray:
     V = sets.newton_step(view.logarithm)
     if np.abs(V).max() * V.shape[-1] < 1.0:
         return V  # all eigenvalues are below 1
@@ -80,10 +79,10 @@ def settled(size: FloatArray, previous: FloatArray, floor: FloatArray) -> BoolAr
     return (size <= np.minimum(floor, 1e-6)) | ((size <= np.minimum(4.0 * floor, 1e-4)) & (size > 0.5 * previous))
 
 
-_Step = Callable[[LapackSets | JacobiSet, View], FloatArray]
+_Step = Callable[[whitened_sets.LapackSets | whitened_sets.JacobiSet, whitened_sets.View], FloatArray]
 
 
-def _descend(sets: LapackSets | JacobiSet, step: _Step, limit: int) -> Mean:
+def _descend(sets: whitened_sets.LapackSets | whitened_sets.JacobiSet, step: _Step, limit: int) -> Mean:
     """Steps until each set has settled; half of a step that raised the cost is undone."""
     b, n, _ = sets.T.shape
     active, iterations = np.ones(b, dtype=bool), np.zeros(b, dtype=int)
@@ -101,22 +100,24 @@ def _descend(sets: LapackSets | JacobiSet, step: _Step, limit: int) -> Mean:
         best, previous = np.where(fresh, view.cost, best), np.where(fresh, size, previous)
         iterations += active
         sets.move(V)
-    return Mean(lower_factor(sets.T), view.cost, size, iterations, floor, view.distances, np.ones(b, dtype=bool))
+    return Mean(
+        whitened_sets.lower_factor(sets.T), view.cost, size, iterations, floor, view.distances, np.ones(b, dtype=bool)
+    )
 
 
-def _floor(view: View) -> FloatArray:
+def _floor(view: whitened_sets.View) -> FloatArray:
     """Bound of the gradient's rounding."""
-    return 2.0 * view.logarithm.shape[-1] * EPS * (view.cosh + np.sqrt(view.cost))
+    return 2.0 * view.logarithm.shape[-1] * whitened_sets.EPS * (view.cosh + np.sqrt(view.cost))
 
 
 def _refined(A: FloatArray, w: FloatArray, mean: Mean) -> Mean:
     """One more Newton step from T itself if its condition let rounding accumulate over the steps."""
     # The rounding of A and T remains, some eps times the condition: a third to a tenth of the error before.
-    poor = spd.row_condition(mean.T) > _POOR
+    poor = whitened_sets.row_condition(mean.T) > _POOR
     if not poor.any():
         return mean
     T = mean.T[poor]
-    sets = LapackSets(A[poor], w[poor], T)
+    sets = whitened_sets.LapackSets(A[poor], w[poor], T)
     # exp(V / 2) = (1 + K) Q to first order, where the lower triangular K has K + K^T = V.
     K = np.tril(sets.newton_step(sets.look().logarithm))
     np.einsum("bkk->bk", K)[...] *= 0.5
@@ -132,14 +133,14 @@ def middle(A: FloatArray, w: FloatArray) -> tuple[FloatArray, BoolArray]:
     b, count, n, _ = A.shape
     straight, inverse = np.zeros((b, n, n)), np.zeros((b, n, n))
     wrong = np.zeros((b, count), dtype=bool)
-    for part in pieces(A):
+    for part in whitened_sets.pieces(A):
         A_inv, wrong[:, part] = _inverses(A[:, part])
         root = np.sqrt(w[:, part])[:, :, None, None]
-        straight = _stack(straight, transposed(A[:, part]) * root)
+        straight = _stack(straight, whitened_sets.transposed(A[:, part]) * root)
         inverse = _stack(inverse, A_inv * root)
     # With R^T R and S^T S the means of A A^T and of its inverse: S R^T = U s V^T, T = R^T V s^-1/2.
-    _, scales, V = np.linalg.svd(inverse @ transposed(straight))
-    return transposed(straight) @ (transposed(V) / np.sqrt(scales)[:, None, :]), wrong
+    _, scales, V = np.linalg.svd(inverse @ whitened_sets.transposed(straight))
+    return whitened_sets.transposed(straight) @ (whitened_sets.transposed(V) / np.sqrt(scales)[:, None, :]), wrong
 
 
 def _stack(R: FloatArray, rows: FloatArray) -> FloatArray:
@@ -159,7 +160,7 @@ def _inverses(A: FloatArray) -> tuple[FloatArray, BoolArray]:
         inverse[zero] = np.inf
     # The inverse norm of a column of A^-1 is the distance of a row of A from the span of the others (here 1-norms).
     ratio = np.abs(A).sum(axis=-1) * np.abs(inverse).sum(axis=-2)
-    wrong = ~(ratio.max(axis=-1) < 1.0 / EPS)
+    wrong = ~(ratio.max(axis=-1) < 1.0 / whitened_sets.EPS)
     inverse[wrong] = one
     return inverse, wrong
 
@@ -169,8 +170,8 @@ def _inverses(A: FloatArray) -> tuple[FloatArray, BoolArray]:
 
 def _known(A: FloatArray, w: FloatArray, T: FloatArray, iterations: int = 0) -> Mean:
     """The `Mean` of factors T found by another method."""
-    T = lower_factor(T)
-    view = LapackSets(A, w, T).look()
+    T = whitened_sets.lower_factor(T)
+    view = whitened_sets.LapackSets(A, w, T).look()
     size = np.linalg.norm(view.logarithm, axis=(-1, -2))
     count, unique = np.full(len(T), iterations), np.ones(len(T), dtype=bool)
     return Mean(T, view.cost, size, count, _floor(view), view.distances, unique)
@@ -179,16 +180,16 @@ def _known(A: FloatArray, w: FloatArray, T: FloatArray, iterations: int = 0) -> 
 def arithmetic(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """The arithmetic mean of A_i A_i^T."""
     R = np.zeros_like(start)
-    for part in pieces(A):
-        R = _stack(R, transposed(A[:, part]) * np.sqrt(w[:, part])[:, :, None, None])
-    return _known(A, w, transposed(R))
+    for part in whitened_sets.pieces(A):
+        R = _stack(R, whitened_sets.transposed(A[:, part]) * np.sqrt(w[:, part])[:, :, None, None])
+    return _known(A, w, whitened_sets.transposed(R))
 
 
 def log_cholesky(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """The mean of the Cholesky factors, their diagonals geometric (Lin 2019)."""
     T, logs = np.zeros_like(start), np.zeros(start.shape[:2])
-    for part in pieces(A):
-        L = lower_factor(A[:, part])
+    for part in whitened_sets.pieces(A):
+        L = whitened_sets.lower_factor(A[:, part])
         T += np.einsum("bi,bikl->bkl", w[:, part], L)
         logs += np.einsum("bi,bik->bk", w[:, part], np.log(np.einsum("bikk->bik", L)))
     np.einsum("bkk->bk", T)[...] = np.exp(logs)
@@ -198,10 +199,10 @@ def log_cholesky(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
 def log_euclidean(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """exp of the mean of ln(A_i A_i^T) (Arsigny et al. 2007)."""
     logs = np.zeros_like(start)
-    for part in pieces(A):
+    for part in whitened_sets.pieces(A):
         U, scales, _ = np.linalg.svd(A[:, part])
         logs += np.einsum("bi,bija,bia,bika->bjk", w[:, part], U, np.log(scales), U, optimize=True)
-    return _known(A, w, spd.symmetric_exp(logs)[0])
+    return _known(A, w, whitened_sets.symmetric_exp(logs)[0])
 
 
 _ORDER = 0.01  # of the two power means of `mpm`; its error is of the order of the square
@@ -221,14 +222,14 @@ def _power_mean(A: FloatArray, w: FloatArray, T: FloatArray, order: float) -> tu
     for count in range(_POWER_STEPS):  # noqa: B007 the steps taken
         inverse = np.linalg.inv(T)[:, None]
         power = np.zeros_like(T)
-        for part in pieces(A):
+        for part in whitened_sets.pieces(A):
             U, scales, _ = np.linalg.svd(inverse @ A[:, part])
             power += np.einsum("bi,bija,bia,bika->bjk", w[:, part], U, scales ** (2.0 * order), U, optimize=True)
         values, U = np.linalg.eigh(power)
         if np.abs(values - 1.0).max() <= _POWER_TOLERANCE:
             break
         # 3/8 of the step that commuting matrices would need; in terms of T T^T it is 3/4.
-        T = T @ ((U * values[:, None, :] ** (0.375 / order)) @ transposed(U))
+        T = T @ ((U * values[:, None, :] ** (0.375 / order)) @ whitened_sets.transposed(U))
     return T, count
 
 
@@ -312,7 +313,10 @@ def newton_in_plane(points: FloatArray, w: FloatArray, start: FloatArray | None 
         if not last:
             found = _moments(plane, centre)
             # Rounding of the points and of the centre.
-            size, floor = _SQRT2 * np.hypot(*found.gradient), 4.0 * EPS * (found.cosh + np.abs(centre[0] / centre[1]))
+            size, floor = (
+                _SQRT2 * np.hypot(*found.gradient),
+                4.0 * whitened_sets.EPS * (found.cosh + np.abs(centre[0] / centre[1])),
+            )
             last = bool((settled(size, previous, floor) | ~active).all())
         if last:
             size = _SQRT2 * np.hypot(*_distances(plane, centre, squares))

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.matrices import frechet, spd
-from projdist.matrices.spd import EPS, logarithms, lower_factor, pieces, place, symmetric_exp, transposed
+from projdist.matrices import frechet, whitened_sets
+from projdist.matrices.whitened_sets import EPS, logarithms, lower_factor, pieces, place, symmetric_exp, transposed
 from projdist.support import Answer, check_choice, check_numbers
 
 _GROUP = 1 << 15  # doubles in the sets of matrices processed together
@@ -228,7 +228,7 @@ def medians(A: FloatArray, w: FloatArray, start: FloatArray, noise: float = 0.0)
         T = lower_factor(T)
         view = _look(some, counting, T)
         Z = logarithms(_whitened(T, every))[0]
-        distances = 0.25 * spd.dot(Z, Z)
+        distances = 0.25 * whitened_sets.dot(Z, Z)
         found.append((T, 0.5 * view.total, view.size, count, view.floor, distances, is_unique))
     return frechet.Mean(*(np.array(values) for values in zip(*found, strict=True)))
 
@@ -265,7 +265,7 @@ def _steps(view: _View, w: FloatArray) -> list[FloatArray]:
     """Candidate steps: Newton's if it exists, and Weiszfeld's corrected for curvature."""
     away = view.far > 0
     pull, ratio = view.pull, np.divide(w, view.far, out=np.zeros_like(w), where=away)
-    bend = spd.bend(view.spread)
+    bend = whitened_sets.bend(view.spread)
     length = 1.0 - view.held / float(np.linalg.norm(pull))
     weiszfeld = pull * (length / float(ratio @ bend))
     if view.held > 0 or view.Z.shape[-1] > _WHOLE:
@@ -287,13 +287,13 @@ def _newton(view: _View, ratio: FloatArray) -> FloatArray | None:
             half = np.stack([-Z[:, 0, 1], 0.5 * (Z[:, 0, 0] - Z[:, 1, 1])], axis=-1)
             p, q = half.T / (np.sqrt(2.0) * np.maximum(np.hypot(*half.T), 1e-300))
             across = np.stack([p, q, q, -p], axis=-1).reshape(-1, 1, 2, 2)
-            excess = spd.bend(view.spread[part])[:, None] - 1.0
+            excess = whitened_sets.bend(view.spread[part])[:, None] - 1.0
         else:
             eigenvalues, U = np.linalg.eigh(Z)
             a, b = np.triu_indices(n, 1)
             products = transposed(U)[:, a, :, None] * transposed(U)[:, b, None, :]
             across = (products + transposed(products)) / np.sqrt(2.0)
-            excess = spd.bend(0.5 * np.abs(eigenvalues[:, a] - eigenvalues[:, b])) - 1.0
+            excess = whitened_sets.bend(0.5 * np.abs(eigenvalues[:, a] - eigenvalues[:, b])) - 1.0
         across = across[..., i, j] * root
         hessian += np.einsum("mpc,mp,mpd->cd", across, excess * weight[:, None], across, optimize=True)
         directions = Z[:, i, j] * (root / np.maximum(view.far[part], 1e-300)[:, None])
@@ -311,8 +311,8 @@ def _newton(view: _View, ratio: FloatArray) -> FloatArray | None:
 def _look(A: FloatArray, w: FloatArray, T: FloatArray) -> _View:
     n = A.shape[-1]
     Z, spread = logarithms(_whitened(T, A))
-    far = np.sqrt(spd.dot(Z, Z))
-    condition = float(spd.row_condition(T))
+    far = np.sqrt(whitened_sets.dot(Z, Z))
+    condition = float(whitened_sets.row_condition(T))
     far = np.where(far > _SAME * n * condition, far, 0.0)
     away = far > 0
     ratio = np.divide(w, far, out=np.zeros_like(w), where=away)
@@ -331,11 +331,11 @@ def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tup
     """The median of matrices on one geodesic to rounding, True if they are on one, and True if it is unique."""
     # For matrices near a geodesic it is near the median; for others it is T.
     Z = logarithms(_whitened(T, A))[0]
-    base = lower_factor(A[np.argmin(spd.dot(Z, Z))])
+    base = lower_factor(A[np.argmin(whitened_sets.dot(Z, Z))])
     Z, spread = logarithms(_whitened(base, A))
-    far = np.sqrt(spd.dot(Z, Z))
+    far = np.sqrt(whitened_sets.dot(Z, Z))
     longest = float(far.max())
-    same = _SAME * A.shape[-1] * float(spd.row_condition(base)) * float(np.cosh(spread.max()))
+    same = _SAME * A.shape[-1] * float(whitened_sets.row_condition(base)) * float(np.cosh(spread.max()))
     if longest <= same:
         return base, True, True
     sides = np.where(np.einsum("mij,ij->m", Z, Z[np.argmax(far)]) < 0, -w, w)
@@ -343,7 +343,7 @@ def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tup
     direction /= np.linalg.norm(direction)
     t = np.einsum("mij,ij->m", Z, direction)
     across = Z - t[:, None, None] * direction
-    off = np.sqrt(spd.dot(across, across))
+    off = np.sqrt(whitened_sets.dot(across, across))
     if w @ off > max(same, _LINE * float(w @ far)):
         return T, False, True
     on_line = bool(off.max() <= max(same, noise))

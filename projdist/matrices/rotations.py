@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.matrices.mean_transformation import check_matrices, check_weights, mdt
-from projdist.matrices.spd import lq, place, transposed
+from projdist.matrices.whitened_sets import lq, place, transposed
 from projdist.support import Answer, check_choice, check_numbers
 
 

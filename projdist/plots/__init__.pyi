@@ -3,17 +3,19 @@ from .colours import ColourScale
 from .figures import (
     encoded,
     figure,
+    heatmap,
     heatmap_figure,
     ldp_figure,
     local_figure,
     modes_figure,
     save,
+    tissot,
     tissot_figure,
 )
 from .geoaxes import add_heatmap, add_tissot, to_cartopy
 from .graphs import DISTRIBUTIONS, distribution_figure, profile_figure
 from .images import OLD_MAP_MEASURES, OLD_MAP_PANELS, mosaic_figure, old_map_figure
-from .map_drawing import ground_map, heatmap, local_field, tissot
+from .map_drawing import ground_map, local_field
 from .morphs import FILM_SUFFIXES, morph
 from .shape_space import space_figure
 from .style import Look, Theme

@@ -66,6 +66,24 @@ def figure(projections: ProjectionLike | Iterable[ProjectionLike], kind: str = "
     return kinds[support.check_choice("kind", kind, list(kinds))](projections, **options)
 
 
+def tissot(projections: Any, ax: Axes | None = None, **options: Any) -> Any:
+    """Tissot's indicatrices: a `tissot_figure` with its options, or on axes of one's own, with the radius returned.
+
+    On `ax` the options are `region`, `step`, `radius` in metres of the circles on the ground (by default as large as
+    they can be without overlap), `exaggeration`, `title`, `airy_kavrayskiy` (written below it) and `context`.
+    """
+    return tissot_figure(projections, **options) if ax is None else map_drawing.tissot(ax, projections, **options)
+
+
+def heatmap(projections: Any, ax: Axes | None = None, **options: Any) -> Any:
+    """A measure as colours: a `heatmap_figure` with its options, or on axes of one's own, with the colours returned.
+
+    On `ax` the options are `measure`, `region`, `step` in degrees of the graticule, `levels` of the isolines or about
+    how many, `cmap`, `limits` of the colours, `colourbar`, `title`, `airy_kavrayskiy` and `context`.
+    """
+    return heatmap_figure(projections, **options) if ax is None else map_drawing.heatmap(ax, projections, **options)
+
+
 def tissot_figure(
     projections: ProjectionLike | Iterable[ProjectionLike],
     *,

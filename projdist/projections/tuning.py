@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
@@ -139,7 +138,7 @@ def tuned(projection: ProjectionLike, values: Mapping[str, float], centre: Centr
         raise ProjectionError(f"Invalid centre of '{shown(found.definition)}'. This map has none that can be moved.")
     complaint = f"Invalid centre '{lon:g}, {lat:g}' of '{shown(found.definition)}'."
     low, high = next(((each.low, each.high) for each in found.parameters if each.name == "lat_0"), (-90.0, 90.0))
-    if not (low <= lat <= high and math.isfinite(lon)):
+    if not (low <= lat <= high and np.isfinite(lon)):
         raise ProjectionError(f"{complaint} It must be a longitude, and a latitude of {low:g} to {high:g}.")
     lon = _wrapped(lon)
     made = plan.made(texts, (lon, lat))

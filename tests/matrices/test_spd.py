@@ -153,3 +153,14 @@ def test_matrices_are_checked():
         stack = np.broadcast_to(np.eye(2), (2, 3, 2, 2)).copy()
         stack[1, 2] = np.diag(diagonal)
         refuses(r"^Invalid matrix at index \(1, 2\)\. It must be finite and invertible\.$", spd.lq, stack)
+
+
+@CASES
+def test_mean(seed, n):
+    """Of two matrices it is P sqrt(P^-1 Q), and a third of the way with weights of 2 and 1."""
+    P, Q = pair = random_spd(np.random.default_rng(seed), 2, n)
+    middle = P @ scipy.linalg.sqrtm(np.linalg.solve(P, Q)).real
+    np.testing.assert_allclose(spd.mean(pair), middle, rtol=1e-8, atol=1e-8 * np.abs(middle).max())
+    third = P @ scipy.linalg.fractional_matrix_power(np.linalg.solve(P, Q), 1.0 / 3.0).real
+    np.testing.assert_allclose(spd.mean(pair, [2.0, 1.0]), third, rtol=1e-8, atol=1e-8 * np.abs(third).max())
+    refuses("It must be symmetric", spd.mean, [np.eye(n + 1), np.tri(n + 1)])

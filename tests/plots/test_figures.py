@@ -48,13 +48,17 @@ def test_panels_share_radius_and_scale() -> None:
 def test_draws_on_given_axes() -> None:
     """The functions draw on axes of the caller, and return the colours and the radius, which may be given."""
     left, right = (figure := Figure()).subplots(1, 2)
-    options = {"projection": "robin", "region": "box:-40,25,-30,35", "step": 5.0, "title": "A"}
-    assert plots.tissot(left, radius=1e5, **options) == 1e5
+    options = {"projections": "robin", "region": "box:-40,25,-30,35", "step": 5.0, "title": "A"}
+    assert plots.tissot(ax=left, radius=1e5, **options) == 1e5
     (circles,) = labelled(figure, "indicatrices")
     assert len(circles.get_paths()) == 4
-    assert 1e5 < plots.tissot(Figure().add_subplot(), **options) < 0.5 * np.radians(5.0) * 6371e3  # as large as can be
-    scale = plots.heatmap(right, "robin", region=EUROPE, measure="h", levels=[0.9], limits=(0.5, 2.0), title="B")
+    assert (
+        1e5 < plots.tissot(ax=Figure().add_subplot(), **options) < 0.5 * np.radians(5.0) * 6371e3
+    )  # as large as can be
+    scale = plots.heatmap("robin", right, region=EUROPE, measure="h", levels=[0.9], limits=(0.5, 2.0), title="B")
     assert scale.limits == pytest.approx((0.5, 2.0))
+    for draw in (plots.tissot, plots.heatmap):
+        assert isinstance(draw("robin", region=EUROPE), Figure)
     assert (left.get_title(), right.get_title()) == ("A", "B")
     assert any(isinstance(child, PolyCollection) for child in left.get_children())
     assert any(isinstance(child, LineCollection) for child in right.get_children())

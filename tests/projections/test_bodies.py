@@ -226,7 +226,7 @@ def test_degrees_of_a_body(tmp_path):
 def test_pictures_are_not_mirrored():
     """East is right on a picture of a CRS with longitudes positive west, and Mars has no coasts of the Earth."""
     axes = Figure().add_subplot()
-    heatmap(axes, "IAU_2015:49976", region="box:20,0,60,40")
+    heatmap("IAU_2015:49976", axes, region="box:20,0,60,40")
     lines = {collection.get_label(): collection.get_paths() for collection in axes.collections}
     assert "coastline" not in lines
     assert len(lines["graticule"]) > 10

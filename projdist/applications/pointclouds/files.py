@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import functools
 import io
-import math
 import operator
 import re
 from collections.abc import Callable, Sequence
@@ -413,7 +412,7 @@ class _CellTable:
         for row, numbers in zip(self.rows, values.tolist(), strict=True):
             cells = list(row)
             for column, number in zip(columns, numbers, strict=True):
-                cells[column] = self.missing if math.isnan(number) else repr(number).replace(".", mark)
+                cells[column] = self.missing if np.isnan(number) else repr(number).replace(".", mark)
             writer.writerow(cells)
         return ("".join(f"{line}\n" for line in self.head) + text.getvalue()).encode()
 
