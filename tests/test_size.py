@@ -26,7 +26,7 @@ BUDGET = {
     "numerics": (610, 4),
     "plots": (4_005, 12),
     "projections": (5_185, 16),
-    "regions": (2_900, 10),
+    "regions": (2_905, 10),
     "support": (1_010, 7),
     "surfaces": (1_740, 7),
     "web": (2_910, 11),

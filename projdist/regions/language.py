@@ -60,6 +60,7 @@ _WORDS = ("globe", "land", "ocean")
 
 _SUFFIX = re.compile(r"@(all|main)(?::([^@&()\s]*))?(?=[@&)\s]|$)", re.IGNORECASE)
 _NO_NAME = re.compile(r"[:/\\]|^[\d\W]*$")  # of a path, a number (a code only behind its kind), or no word
+_PLACE = re.compile(r"(globe|land|ocean)$|(country|continent|area|state):[^&+-]+$", re.IGNORECASE)  # by its name
 _OPERATOR = re.compile(r"\s+([&+-])(?=\s|$)")
 
 
@@ -150,7 +151,7 @@ def region_of_text(text: str, check: Callable[[str, str], None], ellipsoid: Elli
 
 def is_region_text(text: str) -> bool:
     """True if a text begins like a region rather than a path."""
-    text = text.strip()
+    text = _with_blanks(text.strip())
     first = _with_kind(text[: _end_of_atom(text)])
     word = re.split("[:@ ]", first.lower(), maxsplit=1)[0]
     return text.startswith("(") or word in _WORDS or (word in _KINDS and ":" in first)
@@ -179,7 +180,7 @@ class _Parser:
     def parse(self) -> Place:
         if len(self.text) > _LONGEST:
             raise ValueError(f"Invalid region '{shown(self.text)}'. It must have at most {_LONGEST} characters.")
-        self.rest = self.text.strip()
+        self.rest = _with_blanks(self.text.strip())
         found = self._combination()
         if self.rest:
             raise ValueError(f"Invalid region '{shown(self.text)}'. Its brackets must close what they open.")
@@ -285,6 +286,13 @@ def _end_of_atom(text: str) -> int:
             if depth < 0:
                 return place
     return len(text)
+
+
+def _with_blanks(text: str) -> str:
+    """`DE + FR` for `DE+FR`; other texts, as of paths and of names with a hyphen, are unchanged."""
+    pieces = re.split("([&+-])", text)
+    places = [one for one in pieces[::2] if _PLACE.match(_with_kind(one))]
+    return " ".join(pieces) if 2 * len(places) == len(pieces) + 1 > 2 and _with_kind(text) == text else text
 
 
 def _with_kind(text: str) -> str:

@@ -97,7 +97,18 @@ def test_places_by_their_names_alone(alone, full):
     assert (one.bounds, one.area_km2, is_region_text(alone)) == (other.bounds, other.area_km2, True)
 
 
-@each("text", ["parcels.gpkg", "texas/roads.shp", "./chad", "056", "Georgia", "ahead"])
+@each(
+    ("close", "full"),
+    [("DE+FR", "DE + FR"), ("country:DE&EU", "country:DE & EU"), ("AT+CH-LI", "AT + CH - LI")]
+    + [(one, one) for one in ("Guinea-Bissau", "country:Guinea-Bissau", "Timor-Leste - cap:126,-9,30")],
+)
+def test_operators_between_names_need_no_blanks(close, full):
+    """But for hyphens of names."""
+    one, other = get_region(close), get_region(full)
+    assert (one.name, one.area_km2, is_region_text(close)) == (other.name, other.area_km2, True)
+
+
+@each("text", ["a+b.gpkg", "parcels.gpkg", "texas/roads.shp", "./chad", "056", "Georgia", "ahead"])
 def test_other_texts_are_no_places(text):
     """Paths, numbers and names of two places begin no region."""
     assert not is_region_text(text)
