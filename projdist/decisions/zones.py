@@ -35,8 +35,10 @@ _CYLINDRICAL, _SCALE_FACTOR = (9807, 9808), 8805  # EPSG's codes of Transverse M
 _PPM = FIGURES["max_scale_error_ppm"]
 _LEVEL = 1e-4  # the Airy-Kavrayskiy error of a zone, about
 
-# The part in which names of zones of one system differ: numbers, also Roman, with degrees and hemispheres.
+# The part in which names of zones of one system differ: numbers, also Roman, with degrees and hemispheres; or where in
+# a state of the USA they are.
 _NUMBER = re.compile(r"\d+(?:[.'/-]\d+)*\s*[NSEW]?\b|\b[IVX]+\b|\d+")
+_DIRECTION = re.compile(r"\b(?:North|South|East|West|Central)\b\s*")
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,8 @@ def find_zones(
     # Systems on an older datum than others are left out; so are those on a datum from before satellites, unless there
     # are no others; in a state of the USA even then. Those for general use come first, then those of the fewest zones.
     pool, executor = shortlist.pool, shortlist.executor
-    lattice, modern = pool.lattice, bool(pool.part.state)
-    systems = _systems(records, pool.facts, lattice)
+    lattice, in_state = pool.lattice, bool(pool.part.state)
+    systems = _systems(records, pool.facts, lattice, in_state)
     trials = {
         record.code: functools.partial(try_crs, record, _probe(lattice, held), _PPM)
         for system in systems
@@ -93,14 +95,16 @@ def find_zones(
         if held.any()
     }
     found = dict(zip(trials, run_all(executor, operator.call, list(trials.values())), strict=True))
-    kept = _in_force([system for system in systems if _serves(system, found, above_ppm)], found, modern)
+    kept = _in_force([system for system in systems if _serves(system, found, above_ppm)], found, in_state)
     made = (_measured(lattice, system, shortlist.ranking, executor, national) for system in kept[:_SHOWN])
     return tuple(system for system in made if system is not None and system.max_scale_error_ppm < above_ppm)
 
 
-def _systems(records: Sequence[CrsRecord], facts: Mapping[str, Facts], lattice: Lattice) -> list[_System]:
+def _systems(
+    records: Sequence[CrsRecord], facts: Mapping[str, Facts], lattice: Lattice, in_state: bool
+) -> list[_System]:
     """Systems that cover a region, each map once: on the latest datum, with the plainest names."""
-    families = [sorted(family, key=_number) for family in _families(records, facts)]
+    families = [sorted(family, key=_number) for family in _families(records, facts, in_state)]
     latest: dict[str, int] = {}
     for family in families:
         root = datum_root(_datum(family[0]))
@@ -123,21 +127,25 @@ def _systems(records: Sequence[CrsRecord], facts: Mapping[str, Facts], lattice: 
     return list(found.values())
 
 
-def _families(records: Sequence[CrsRecord], facts: Mapping[str, Facts]) -> list[list[CrsRecord]]:
-    """Groups of CRSs whose names differ by numbers only, and groups of the single CRSs that are left."""
+def _families(records: Sequence[CrsRecord], facts: Mapping[str, Facts], in_state: bool) -> list[list[CrsRecord]]:
+    """Groups of CRSs whose names differ by numbers, in a state by directions, and groups of those that are left."""
     # CRSs of a group have frame, method and prime meridian in common, cylinders also their scale factor.
     by_name: dict[Any, list[CrsRecord]] = {}
     for record in records:
         if facts[record.code].draws is not None:
-            key = _kind(record, facts[record.code]), _NUMBER.sub("", record.name).strip()
+            system, directions = _DIRECTION.subn("", record.name) if in_state else (record.name, 0)
+            kind = _kind(record, facts[record.code])
+            # Zones of a state may have methods and scales of their own.
+            key = (kind[:2] if directions else kind), _NUMBER.sub("", system).strip()
             by_name.setdefault(key, []).append(record)
     families = []
     by_kind: dict[Any, list[CrsRecord]] = {}
-    for (kind, _), family in by_name.items():
+    for family in by_name.values():
         if len({facts[record.code].draws for record in family}) > 1:
             families.append(family)
         else:
-            by_kind.setdefault(kind, []).append(max(family, key=_number))
+            last = max(family, key=_number)
+            by_kind.setdefault(_kind(last, facts[last.code]), []).append(last)
     # Of each map only the CRS with the highest code: KGD2002 / West Belt 2010, not West Belt.
     sets = [sorted(family, key=_number) for family in by_kind.values() if len(family) > 1]
     return families + [list({facts[record.code].draws: record for record in family}.values()) for family in sets]

@@ -313,6 +313,14 @@ def test_zones_of_a_country():
 
 
 @pytest.mark.slow
+@each(("state", "codes"), [("TX", range(32137, 32142)), ("AZ", range(26948, 26951)), ("CO", range(26953, 26956))])
+def test_zones_of_a_state(state, codes):
+    """The State Plane zones of NOAA Manual NOS NGS 5, appendix A; Arizona's have two scales."""
+    (system,) = recommend(f"state:{state}", authorities=["EPSG"], limit=1).zones
+    assert [zone.code for zone in system.zones] == [f"EPSG:{code}" for code in codes]
+
+
+@pytest.mark.slow
 def test_parts_far_away():
     """The answer for France is that for its main part, and says so; with @all it is for all of it."""
     france = recommend("country:FR", authorities=["EPSG"], limit=1)
