@@ -76,6 +76,14 @@ def command_line_made_once() -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope="session", autouse=True)
+def no_progress_in_pipes() -> Iterator[None]:
+    """A busy machine is no reason for a line on standard error; who tests the line sets its time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("projdist.cli.errors._MOMENT_IN_A_PIPE", 3600.0)
+        yield
+
+
 @pytest.fixture
 def default_signals() -> Iterator[None]:
     """As in a terminal, also where pytest runs under nohup or in the background: processes inherit what is ignored."""

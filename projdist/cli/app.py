@@ -23,7 +23,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from projdist import __version__, field, matrices, projections
-from projdist.cli.errors import notices_said, refuse
+from projdist.cli.errors import notices_said, refuse, without_progress
 from projdist.support import orderly_end
 
 # Raised by typer for a wrong command line. Some versions of typer contain click, others import it.
@@ -266,13 +266,14 @@ class _Loading(UserDict[str, Any]):
 
 
 _DETAILS = Annotated[bool, typer.Option("--details", help="Print all rows, columns and notes.")]
+_QUIET = Annotated[bool, typer.Option("--quiet", help="Say nothing on standard error of work that takes long.")]
 
 
 def _with_groups(function: Any) -> Any:
     """A function whose option groups (dataclasses) are replaced by their fields, as parameters.
 
-    A parameter of the function replaces a field of the same name, and gives it its value. A command with `--format` has
-    `--details`, too, which is the format of that name.
+    A parameter of the function replaces a field of the same name, and gives it its value. All commands have `--quiet`,
+    and those with `--format` have `--details`, which is the format of that name.
     """
     given = inspect.signature(function, eval_str=True).parameters
     groups: dict[str, Any] = {name: one.annotation for name, one in given.items() if is_dataclass(one.annotation)}
@@ -287,12 +288,14 @@ def _with_groups(function: Any) -> Any:
     if "format" in parameters:
         parameters["details"] = inspect.Parameter("details", kind, default=False, annotation=_DETAILS)
 
+    parameters["quiet"] = inspect.Parameter("quiet", kind, default=False, annotation=_QUIET)
+
     @functools.wraps(function)
     def command(**words: Any) -> None:
         if words.get("details") and words["format"] in (None, "table"):  # the other formats have all
             words["format"] = "details"
         made = {name: group(**{one.name: words[one.name] for one in fields(group)}) for name, group in groups.items()}
-        with notices_said():
+        with notices_said(), without_progress(words["quiet"]):
             function(**{name: words[name] for name in own}, **made)
 
     command.__signature__ = inspect.Signature([*parameters.values()])  # type: ignore[attr-defined]

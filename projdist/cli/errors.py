@@ -9,6 +9,8 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from contextvars import ContextVar
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
@@ -58,16 +60,31 @@ def folded(text: str, width: int | None) -> str:
 
 
 _MOMENT = 2.0  # seconds: what is done by then needs no bar
+_MOMENT_IN_A_PIPE, _LINES_APART = 2.0, 10.0
+_QUIET: ContextVar[bool] = ContextVar("quiet", default=False)
+
+
+@contextlib.contextmanager
+def without_progress(quiet: bool) -> Iterator[None]:
+    """A context that, if `quiet`, shows no progress."""
+    token = _QUIET.set(quiet)
+    try:
+        yield
+    finally:
+        _QUIET.reset(token)
 
 
 @contextlib.contextmanager
 def progress_bar(things: str, *, after: float = _MOMENT) -> Iterator[Callable[[int, int], None] | None]:
-    """Callback (done, total) that shows a bar after `after` seconds; None if standard error is no terminal.
+    """Callback (done, total) that shows a bar after `after` seconds, or some lines in a pipe; None if none is wanted.
 
     `things` names what is counted. The bar is erased at the end.
     """
-    if not sys.stderr.isatty():
+    if _QUIET.get():
         yield None
+        return
+    if not sys.stderr.isatty():
+        yield _lines_of(things)
         return
     # Imported here: in a pipe rich is loaded for tables only.
     from rich.console import Console
@@ -91,16 +108,48 @@ def progress_bar(things: str, *, after: float = _MOMENT) -> Iterator[Callable[[i
             progress.stop()
 
 
+def _lines_of(things: str) -> Callable[[int, int], None]:
+    """Callback (done, total) that writes a line after a moment, and then one from time to time."""
+    due = time.monotonic() + _MOMENT_IN_A_PIPE
+
+    def move(done: int, total: int) -> None:
+        nonlocal due
+        if (now := time.monotonic()) >= due:
+            due = now + _LINES_APART
+            sys.stderr.write(f"projdist: {done} of {total} {things} ...\n")
+
+    return move
+
+
+@dataclass
+class _Line:
+    """What is being done, as one line in a pipe."""
+
+    words: str
+
+    def start(self) -> None:
+        sys.stderr.write(f"projdist: {self.words} ...\n")
+
+    def update(self, words: str) -> None:
+        self.words = words
+
+    def stop(self) -> None:
+        """Nothing is to be erased."""
+
+
 @contextlib.contextmanager
 def working(words: str) -> Iterator[Callable[[str], None]]:
-    """Show `words`, or those that the callback gets, while work takes longer than `_MOMENT`, on a terminal."""
-    if not sys.stderr.isatty():
+    """Show `words`, or on a terminal those that the callback gets, while work takes longer than `_MOMENT`."""
+    if _QUIET.get():
         yield lambda _: None
         return
-    from rich.console import Console
+    status: Any = _Line(words)
+    moment = _MOMENT_IN_A_PIPE
+    if sys.stderr.isatty():
+        from rich.console import Console
 
-    status = Console(stderr=True).status(words)
-    timer = threading.Timer(_MOMENT, status.start)
+        status, moment = Console(stderr=True).status(words), _MOMENT
+    timer = threading.Timer(moment, status.start)
     timer.start()
     try:
         yield status.update

@@ -13,7 +13,7 @@ from tables import each
 
 from projdist import recommend
 from projdist.cli.app import app
-from projdist.cli.errors import progress_bar, working
+from projdist.cli.errors import progress_bar, without_progress, working
 from projdist.cli.recommend import _drawable
 from projdist.decisions.measurement import INTERRUPTED, Rejected
 from projdist.decisions.recommendation import Custom
@@ -55,9 +55,9 @@ USUAL = {
     ],
 )
 def test_json(words, given, found):
-    """The dictionary of the Python function, which has the options; no progress bar where there is no terminal."""
+    """The dictionary of the Python function, which has the options; `--quiet` wants no progress."""
     with mock.patch("projdist.decisions.recommend", return_value=found) as asked:
-        assert run_json(ISLAND, *QUICK, *words.split()) == found.to_dict()
+        assert run_json(ISLAND, *QUICK, "--quiet", *words.split()) == found.to_dict()
     (place,), options = asked.call_args
     assert (place.name, {name: options[name] for name in USUAL}) == (ISLAND, USUAL | given)
 
@@ -204,7 +204,7 @@ def test_picture(tmp_path):
 
 
 def test_no_bar_before_wrong_words_are_refused(monkeypatch):
-    """The progress bar comes with the first news, after two seconds, and leaves nothing; a pipe has none."""
+    """The progress bar comes with the first news, after two seconds, and leaves nothing."""
     monkeypatch.setenv("TERM", "xterm")
     shown = Terminal()
     monkeypatch.setattr("sys.stderr", shown)
@@ -224,21 +224,38 @@ def test_no_bar_before_wrong_words_are_refused(monkeypatch):
     with progress_bar("frames", after=0.0) as move:
         move(1, 4)
     assert "1/4" in shown.getvalue()
-    monkeypatch.setattr("sys.stderr", io.StringIO())
-    with progress_bar("frames") as move:
+
+
+def test_progress_in_a_pipe(monkeypatch):
+    """A line now and then, after a moment; none if nobody wants it."""
+    monkeypatch.setattr("sys.stderr", pipe := io.StringIO())
+    for moment, apart in ((60.0, 60.0), (0.0, 60.0), (0.0, 0.0)):
+        monkeypatch.setattr("projdist.cli.errors._MOMENT_IN_A_PIPE", moment)
+        monkeypatch.setattr("projdist.cli.errors._LINES_APART", apart)
+        with progress_bar("frames") as move:
+            move(1, 4)
+            move(2, 4)
+    assert pipe.getvalue().splitlines() == [f"projdist: {done} of 4 frames ..." for done in (1, 1, 2)]
+    with without_progress(True), progress_bar("frames") as move, working("Drawing"):
         assert move is None
+        time.sleep(0.05)
+    assert "Drawing" not in pipe.getvalue()
+    assert "--quiet" in run_ok("--help")
 
 
 @pytest.mark.slow
 def test_words_for_what_cannot_be_counted(monkeypatch):
-    """They come after a moment, and go; where there is no terminal there are none."""
+    """They come after a moment, and go; in a pipe they are a line, the last words that were set by then."""
     monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setattr("projdist.cli.errors._MOMENT", 0.05)
-    for terminal, said in ((Terminal(), True), (io.StringIO(), False)):
-        monkeypatch.setattr("sys.stderr", terminal)
-        with working("Drawing"):
+    for name in ("_MOMENT", "_MOMENT_IN_A_PIPE"):
+        monkeypatch.setattr(f"projdist.cli.errors.{name}", 0.05)
+    for stream in (Terminal(), io.StringIO()):
+        monkeypatch.setattr("sys.stderr", stream)
+        with working("Measuring") as show:
+            show("Drawing")
             time.sleep(0.3)
-        assert ("Drawing" in terminal.getvalue()) == said
+        assert "Drawing" in stream.getvalue()
+    assert stream.getvalue() == "projdist: Drawing ...\n"
     monkeypatch.setattr("projdist.cli.errors._MOMENT", 60.0)
     quick = Terminal()
     monkeypatch.setattr("sys.stderr", quick)
