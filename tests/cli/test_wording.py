@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tables import each
+from tables import each, some
 
 from projdist.cli import recommend as recommending
 from projdist.cli.wording import angle_error, area_error, distance_error, errors_text, less_text, of, region_words
@@ -82,11 +82,11 @@ def test_zones_by_the_compass() -> None:
 
 @pytest.mark.slow
 def test_what_the_agencies_use_is_said() -> None:
-    """The answer has a code of the agency's system, or its zones are within those named, in 24 of 25 countries."""
+    """The answer has a code of the agency's system, or its zones are within those named, in 49 of fifty countries."""
     said: dict[str, bool] = {}
     rows = [*csv.DictReader(SYSTEMS.read_text(encoding="utf-8").splitlines())]
-    half = sorted({row["iso"] for row in rows})[::2]
-    for row in (row for row in rows if row["iso"] in half):
+    asked = some(sorted({row["iso"] for row in rows}), 4)
+    for row in (row for row in rows if row["iso"] in asked):
         if said.get(row["iso"]):
             continue
         found = recommend(row["region"], purpose=row["purpose"], limit=3)
@@ -96,5 +96,4 @@ def test_what_the_agencies_use_is_said() -> None:
         zones = recommending._own_zones(found)
         between = set() if zones is None else {one.code for one in zones.zones}
         said[row["iso"]] = bool((told | first | between) & set(row["codes"].split()))
-    assert len(said) == 25
-    assert sum(said.values()) >= 24
+    assert sum(said.values()) >= len(asked) - 1

@@ -12,7 +12,7 @@ import pytest
 from pyproj import CRS, Proj
 from pyproj.database import query_crs_info
 from refusals import refuses
-from tables import each
+from tables import each, some
 
 from projdist import FIGURES, recommend
 from projdist.decisions import candidate_crs, ranking
@@ -435,7 +435,7 @@ def names_the_zones(codes, found):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("region", "purpose"), [*QUESTIONS][::2])  # those of test_wording are the others
+@pytest.mark.parametrize(("region", "purpose"), some(QUESTIONS, 4, 1))
 def test_the_agencys_systems(region, purpose):
     """Each is first or second for its purpose among existing CRSs, or its zones are named; one for all is official."""
     found = recommend(region, purpose=purpose, limit=2)

@@ -9,7 +9,7 @@ import pyproj.list
 import pytest
 from pyproj import CRS, Transformer
 from pyproj.database import query_crs_info
-from tables import each
+from tables import each, some
 
 from projdist import factors, summarize
 from projdist.earth import data_rows
@@ -81,9 +81,9 @@ def assert_in_metres(projection, code, lon, lat):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("chunk", range(CHUNKS))
-def test_half_of_the_database(chunk):
-    """Every other CRS is sound; PROJ cannot compute few (59 in PROJ 9.5), and nearly all have a known method."""
-    kept = [assert_sound(code) for code in codes()[chunk :: 2 * CHUNKS]]
+def test_the_database(chunk):
+    """One CRS in eight is sound; PROJ cannot compute few (59 in PROJ 9.5), and nearly all have a known method."""
+    kept = [assert_sound(code) for code in some(codes()[chunk::CHUNKS], 8)]
     assert kept.count("refused") <= 0.02 * len(kept)
     assert kept.count("conformal") > 0.7 * len(kept)
     assert kept.count("equal-area") > 0
