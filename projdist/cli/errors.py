@@ -139,7 +139,7 @@ class _Line:
 
 @contextlib.contextmanager
 def working(words: str) -> Iterator[Callable[[str], None]]:
-    """Show `words`, or on a terminal those that the callback gets, while work takes longer than `_MOMENT`."""
+    """Show `words`, or those that the callback gets, of work that takes longer than a moment; in a pipe once."""
     if _QUIET.get():
         yield lambda _: None
         return

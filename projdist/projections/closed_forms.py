@@ -495,14 +495,14 @@ _MOST_STEPS, _SQUARE_IS_ROUNDING = 30, 1e-9  # of Newton's, which double the dig
 
 
 def _sinusoidal(stated: Stated) -> Formula:
-    """Snyder 1987, page 247, of a sphere."""
+    """Snyder 1987, page 243, of a sphere."""
     return _equal_area_world(
         stated, lambda t: (np.sin(t), np.cos(t)), lambda t: (np.cos(t), -np.sin(t)), lambda t: (t, 1.0)
     )
 
 
 def _mollweide(stated: Stated) -> Formula:
-    """Snyder 1987, page 251."""
+    """Snyder 1987, page 249."""
     x, y = math.sqrt(8.0) / math.pi, math.sqrt(2.0)
     return _equal_area_world(
         stated,
@@ -513,33 +513,30 @@ def _mollweide(stated: Stated) -> Formula:
 
 
 def _eckert_iv(stated: Stated) -> Formula:
-    """Snyder 1987, page 256."""
-    all_, x, y = (
-        2.0 + 0.5 * math.pi,
-        2.0 / math.sqrt(math.pi * (4.0 + math.pi)),
-        2.0 * math.sqrt(math.pi / (4.0 + math.pi)),
-    )
+    """Snyder 1987, page 253."""
+    pole, x = 2.0 + 0.5 * math.pi, 2.0 / math.sqrt(math.pi * (4.0 + math.pi))
+    y = math.pi * x
     return _equal_area_world(
         stated,
-        lambda t: ((t + 0.5 * np.sin(2.0 * t) + 2.0 * np.sin(t)) / all_, 2.0 * np.cos(t) * (1.0 + np.cos(t)) / all_),
+        lambda t: ((t + 0.5 * np.sin(2.0 * t) + 2.0 * np.sin(t)) / pole, 2.0 * np.cos(t) * (1.0 + np.cos(t)) / pole),
         lambda t: (x * (1.0 + np.cos(t)), -x * np.sin(t)),
         lambda t: (y * np.sin(t), y * np.cos(t)),
     )
 
 
 def _eckert_vi(stated: Stated) -> Formula:
-    """Snyder 1987, page 257."""
-    all_, size = 1.0 + 0.5 * math.pi, 1.0 / math.sqrt(2.0 + math.pi)
+    """Snyder 1987, page 253."""
+    pole, size = 1.0 + 0.5 * math.pi, 1.0 / math.sqrt(2.0 + math.pi)
     return _equal_area_world(
         stated,
-        lambda t: ((t + np.sin(t)) / all_, (1.0 + np.cos(t)) / all_),
+        lambda t: ((t + np.sin(t)) / pole, (1.0 + np.cos(t)) / pole),
         lambda t: (size * (1.0 + np.cos(t)), -size * np.sin(t)),
         lambda t: (2.0 * size * t, 2.0 * size),
     )
 
 
 def _equal_earth(stated: Stated) -> Formula:
-    """Savric, Patterson and Jenny 2018, International Journal of Geographical Information Science 33:454, section 3."""
+    """Savric, Patterson and Jenny 2018, International Journal of Geographical Information Science 33:454."""
     height = np.polynomial.Polynomial([0.0, 1.340264, 0.0, -0.081106, 0.0, 0.0, 0.0, 0.000893, 0.0, 0.003796])
     slope, bend, half = height.deriv(), height.deriv(2), 0.5 * math.sqrt(3.0)
 
