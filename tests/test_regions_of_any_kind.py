@@ -148,7 +148,8 @@ def test_types_say_what_regions_and_projections_may_be() -> None:
     found = {name: inspect.signature(value).parameters for name, value in functions.items()}
     elsewhere = {"get_region", "world_map"}  # whose regions are parts of the world, not squares
     taking = {name for name, parameters in found.items() if "region" in parameters}
-    assert taking | {"plots.figure"} == {*ANSWERS, *OTHERS, *elsewhere}  # an option of figure
+    by_options = {"plots.figure", "plots.heatmap", "plots.tissot"}
+    assert taking | by_options == {*ANSWERS, *OTHERS, *elsewhere}
     for name, parameters in found.items():
         for parameter in parameters.keys() & TYPES:
             assert TYPES[parameter] in str(parameters[parameter].annotation), name

@@ -24,7 +24,7 @@ BUDGET = {
     "gis": (1_630, 7),
     "matrices": (2_540, 10),
     "numerics": (610, 4),
-    "plots": (4_005, 12),
+    "plots": (4_010, 12),
     "projections": (5_185, 16),
     "regions": (2_905, 10),
     "support": (1_010, 7),

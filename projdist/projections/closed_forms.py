@@ -466,12 +466,11 @@ def _equal_area_world(stated: Stated, share: Curve, width: Curve, height: Curve,
     # x = radius * longitude * width(t), y = radius * height(t).
     a, whole = stated.ellipsoid.a, float(Place.of(stated.ellipsoid, 0.0, 90.0).below)
     radius = a * math.sqrt(0.5 * whole) if authalic else a
-    angles = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 4097)
-    shares = share(angles)[0]
+    shares = share(_ANGLES)[0]
 
     def formula(place: Place) -> Plane:
         sine = place.below / whole if authalic else place.sin
-        t = np.interp(sine, shares, angles)
+        t = np.interp(sine, shares, _ANGLES)
         for _ in range(_MOST_STEPS):
             value, slope = share(t)
             step = (sine - value) / slope
@@ -491,7 +490,8 @@ def _equal_area_world(stated: Stated, share: Curve, width: Curve, height: Curve,
     return formula
 
 
-_MOST_STEPS, _SQUARE_IS_ROUNDING = 30, 1e-9  # of Newton's, which double the digits
+_ANGLES = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 513)  # from which two of Newton's steps suffice
+_MOST_STEPS, _SQUARE_IS_ROUNDING = 30, 1e-9
 
 
 def _sinusoidal(stated: Stated) -> Formula:

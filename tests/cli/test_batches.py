@@ -136,7 +136,8 @@ def test_recommendations_are_those_of_each_region():
 @pytest.mark.usefixtures("default_signals")
 def test_ctrl_c_and_the_same_command(tmp_path):
     """What was done is kept beside the output, and goes when that is written; the answers are those of one go."""
-    words = [sys.executable, "-m", "projdist", "compare", MAPS[0], "--regions", "countries", "-o", "all.csv"]
+    words = [sys.executable, "-m", "projdist", "compare", MAPS[0], "--regions", "countries", "--quiet"]
+    words += ["-o", "all.csv"]
     part = tmp_path / "all.csv.partial"
     with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         while not (part.exists() and part.read_bytes().count(b"\n") > 20) and process.poll() is None:

@@ -341,7 +341,7 @@ def test_zones_over_their_parts():
 @each(("region", "count"), [("box:7,50,11,51", 0), (BOX, 1), ("box:8,50,20,51", 0)])
 def test_what_is_a_system_of_zones(region, count):
     """Zones that hold a region together, where none of them holds it alone."""
-    found = _systems([RECORDS[code] for code in CODES], facts_of(CODES), lattice_of(get_region(region)))
+    found = _systems([RECORDS[code] for code in CODES], facts_of(CODES), lattice_of(get_region(region)), False)
     assert [tuple(record.code for record in one.records) for one in found] == [CODES] * count
 
 
