@@ -101,12 +101,7 @@ def tissot(
     airy_kavrayskiy: float | None = None,
     context: str = basemap.CONTEXTS[-1],
 ) -> float:
-    """Draw Tissot's indicatrices on `ax`; returns the radius in metres of their circles on the ground.
-
-    The ellipses stand `step` degrees apart and are as large as they can be without overlap, unless `radius` states
-    their size. An `exaggeration` multiplies the logarithms of the principal scales; "auto" takes a factor that makes
-    them visible. `context`, one of `CONTEXTS`, is what a picture of a region shows of the Earth.
-    """
+    """Draw indicatrices on `ax`, as by `plots.tissot`; returns the radius in metres of their circles on the ground."""
     check_axes(ax)
     exaggeration = check_exaggeration(exaggeration)
     surface = surfaces.surface_of(projection, region)
@@ -171,11 +166,7 @@ def heatmap(
     airy_kavrayskiy: float | None = None,
     context: str = basemap.CONTEXTS[-1],
 ) -> ColourScale:
-    """Draw a measure as a field of colours with isolines on `ax`; returns the colour scale.
-
-    `levels` are the isolines in any order, or about how many; `limits` the ends of the colours; `step` the degrees
-    between the lines of the graticule; `context`, of `CONTEXTS`, what a picture shows of the Earth. Raises ValueError.
-    """
+    """Draw a measure as colours with isolines on `ax`, as by `plots.heatmap`; returns the colour scale."""
     check_axes(ax)
     chosen = matrices.get_measure(measure)
     surface = surfaces.surface_of(projection, region)

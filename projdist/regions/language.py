@@ -59,7 +59,8 @@ _METHODS = ("panels", "chart", "clip", "bounds")  # of a region, perhaps of anot
 _WORDS = ("globe", "land", "ocean")
 
 _SUFFIX = re.compile(r"@(all|main)(?::([^@&()\s]*))?(?=[@&)\s]|$)", re.IGNORECASE)
-_NO_NAME = re.compile(r"[:/\\]|^[\d\W]*$")  # of a path, a number (a code only behind its kind), or no word
+# Of a path, a number (a code only behind its kind), no word, or half a combination.
+_NO_NAME = re.compile(r"[:/\\]|^[\d\W]*$|^\s*[&+-]|[&+-]\s*$")
 _PLACE = re.compile(r"(globe|land|ocean)$|(country|continent|area|state):[^&+-]+$", re.IGNORECASE)  # by its name
 _OPERATOR = re.compile(r"\s+([&+-])(?=\s|$)")
 

@@ -108,7 +108,7 @@ def test_operators_between_names_need_no_blanks(close, full):
     assert (one.name, one.area_km2, is_region_text(close)) == (other.name, other.area_km2, True)
 
 
-@each("text", ["a+b.gpkg", "parcels.gpkg", "texas/roads.shp", "./chad", "056", "Georgia", "ahead"])
+@each("text", ["DE+", "-FR", "a+b.gpkg", "parcels.gpkg", "texas/roads.shp", "./chad", "056", "Georgia", "ahead"])
 def test_other_texts_are_no_places(text):
     """Paths, numbers and names of two places begin no region."""
     assert not is_region_text(text)
