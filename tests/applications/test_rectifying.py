@@ -10,6 +10,8 @@ from projdist import Projection, mean_plane_map
 from projdist.applications.oldmaps import RECTIFIED_BY, ControlPoints, common_ground, old_map, rectify
 from projdist.applications.oldmaps.rectifying import old_places
 
+pytestmark = pytest.mark.slow
+
 WIDTH, HEIGHT = 500, 380  # pixels of the scan
 HALF = 0.5  # a pixel, which a rectified place may be off
 
@@ -60,7 +62,6 @@ def shifts(found):
 WAYS = {"down": lambda u, v: (u, v), "up": lambda u, v: (u, HEIGHT - v), "negative": lambda u, v: (u, -v)}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_a_bent_map_comes_back(way, tmp_path):
     """By the spline blocks are within half a pixel, however rows are counted; by linear maps what is bent stays so."""
@@ -72,7 +73,6 @@ def test_a_bent_map_comes_back(way, tmp_path):
     assert way != "down" or np.median(shifts(rectify(*sheet_of, by="mdt"))) > HALF
 
 
-@pytest.mark.slow
 def test_linear_maps_come_back(tmp_path):
     """An affine map does by every way but a similarity's, which a stretched sheet cannot come back by."""
     sheet_of = sheet(0.0, WAYS["down"], tmp_path, model="affine")
@@ -80,7 +80,6 @@ def test_linear_maps_come_back(tmp_path):
         assert (shifts(rectify(*sheet_of, by=by)).max() < HALF) == (by != "helmert"), by
 
 
-@pytest.mark.slow
 def test_resolution(tmp_path):
     """Larger pixels lie on multiples of their side, and have the mean of what is in them: no shift on average."""
     found = rectify(*sheet(1.0, WAYS["down"], tmp_path), resolution=60.0)
@@ -92,7 +91,6 @@ def test_resolution(tmp_path):
     assert np.hypot(*np.linalg.lstsq(A, (found.pixels[..., 0] - true)[there], rcond=None)[0]) < HALF
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["RGB", "RGBA", "P", "I;16"])
 def test_kinds_of_images(mode, tmp_path):
     """Colours, palettes and deep greys are read; what is grey stays so."""
@@ -128,7 +126,6 @@ def conformal(slope, ground=(0.0, 1.0), change=((1.0, 0.0), (0.0, 1.0)), side=17
     return old_map(ControlPoints(old, 1000.0 * new), **(options or {"smoothing": 0.0}))
 
 
-@pytest.mark.slow
 def test_the_way_back_and_the_mean():
     """What the fit brings to a place is where that is on the old map; beyond folds there is nothing."""
     found = conformal(0.4)
@@ -148,7 +145,6 @@ def test_the_way_back_and_the_mean():
     np.testing.assert_allclose(J[inside], np.conj(J[inside, ::-1, ::-1]) * [[1, -1], [-1, 1]], atol=2.0 * SPLINE)
 
 
-@pytest.mark.slow
 def test_common_ground():
     """A mirrored, stretched and turned copy of a sheet has the same field: the mean is the sheet's own."""
     plain, other = conformal(0.4), conformal(0.4, change=((30.0, -80.0), (-50.0, -20.0)))
@@ -166,7 +162,6 @@ def test_common_ground():
     refuses(r"Invalid rectification 'fit'", common_ground, [one, one], by="fit")
 
 
-@pytest.mark.slow
 def test_planes_that_are_not_the_same():
     """Sheets whose control points state different planes have no ground to compare on; other units do not matter."""
     sheet = conformal(0.4, side=5, model="affine")

@@ -11,6 +11,8 @@ from pyproj import CRS, Transformer
 from projdist import Projection, design, mean_map, summarize, world_map
 from projdist.designs import Design
 
+pytestmark = pytest.mark.slow
+
 SWISS = ("country:CH", "--degree", "2", "--base", "EPSG:2056", "--against", "EPSG:21781")
 
 
@@ -19,7 +21,6 @@ def made() -> Design:
     return design("country:CH", degree=2, base="EPSG:2056", against="EPSG:21781", name="Mine")
 
 
-@pytest.mark.slow
 def test_json(made: Design, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the library answers; the figures, the map to compare with, the degrees, and what is to be known."""
     assert run_json("design", *SWISS, "--name", "Mine") == made.to_dict()
@@ -30,7 +31,6 @@ def test_json(made: Design, monkeypatch: pytest.MonkeyPatch) -> None:
     assert [words for words in shown if words not in out] == []
 
 
-@pytest.mark.slow
 def test_formats_that_programs_read(made: Design) -> None:
     for form in ("proj", "wkt", "wkt-derived", "projjson"):
         out = run_ok("design", *SWISS, "--format", form)
@@ -38,7 +38,6 @@ def test_formats_that_programs_read(made: Design) -> None:
         np.testing.assert_allclose(found, made.projection(8.5, 47.5), rtol=0, atol=1e-8)
 
 
-@pytest.mark.slow
 def test_a_file_is_a_projection(tmp_path: Path) -> None:
     """As any other: for the library, for pyproj, and for the other commands."""
     path = tmp_path / "map.wkt"
@@ -50,7 +49,6 @@ def test_a_file_is_a_projection(tmp_path: Path) -> None:
     assert rows[0]["airy_kavrayskiy"] == summarize(str(path), "country:CH").airy_kavrayskiy < rows[1]["airy_kavrayskiy"]
 
 
-@pytest.mark.slow
 def test_the_best_existing_crs_is_the_usual_rival(tmp_path: Path) -> None:
     """That of `recommend`, for the kind of the map, also in a picture; the file is told."""
     words, path = ("design", "box:7.5,46.5,8.5,47.5", "--kind", "conformal", "--degree", "2"), tmp_path / "map.png"
@@ -66,13 +64,11 @@ def test_the_best_existing_crs_is_the_usual_rival(tmp_path: Path) -> None:
 BETWEEN = ["EPSG:3035", "EPSG:25832", "--region", "box:6,46,10,47.5", "--degree", "3"]
 
 
-@pytest.mark.slow
 def test_json_of_a_mean() -> None:
     found = mean_map(["EPSG:3035", "EPSG:25832"], region="box:6,46,10,47.5", degree=3, weights=[1, 2])
     assert run_json("mean-map", *BETWEEN, "--weights", "1,2") == found.to_dict()
 
 
-@pytest.mark.slow
 def test_table_of_a_mean(tmp_path: Path) -> None:
     """The bound, the mean, the average and the maps; which distance it is."""
     out = run_ok("mean-map", *BETWEEN, "--weights", "1,2", "--name", "Between two", "--details")
@@ -96,14 +92,12 @@ def test_table_of_a_mean(tmp_path: Path) -> None:
 QUICK = ("--cells", "8", "--against", "robin")
 
 
-@pytest.mark.slow
 def test_table_of_the_world() -> None:
     out = run_ok("world-map", *QUICK, "--cut", "-169", "--details")
     assert "\nWorld map, cut at -169 (510,065,622 km2)\nairy_kavrayskiy 0.327" in out
     assert [text for text in ("Symmetric about: both", "Robinson", "8 x 8") if text not in out] == []
 
 
-@pytest.mark.slow
 def test_json_of_the_world(tmp_path: Path) -> None:
     found = world_map("continent:Africa", elsewhere=0.1, cells=8, against="robin").to_dict()
     assert run_json("world-map", "continent:Africa", *QUICK, "--elsewhere", "0.1") == found | {"pipeline": None}
@@ -112,7 +106,6 @@ def test_json_of_the_world(tmp_path: Path) -> None:
     assert "(3 points)" in run_ok("world-map", f"points:{path}", "--weight", "people", *QUICK, "--details")
 
 
-@pytest.mark.slow
 def test_files(tmp_path: Path) -> None:
     """Triangles that PROJ runs, and a picture; nothing is overwritten unasked."""
     triangles, picture = tmp_path / "world.json", tmp_path / "world.png"

@@ -18,7 +18,7 @@ from commands import refusal
 from live_pages import Command, asked, descendants, ended, exploring, is_running, page
 from terminals import in_terminal
 
-pytestmark = pytest.mark.usefixtures("default_signals")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("default_signals")]
 
 
 def test_other_words_are_refused_before_anything_starts(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -47,7 +47,6 @@ def test_without_the_extra_or_the_port_it_says_so(monkeypatch: pytest.MonkeyPatc
     assert refusal("explore", "robinson") == message
 
 
-@pytest.mark.slow
 def test_its_help_loads_nothing_slow() -> None:
     """Neither a server nor what draws."""
     code = (
@@ -61,7 +60,6 @@ def test_its_help_loads_nothing_slow() -> None:
     assert done.stdout.endswith("\n[]\n")
 
 
-@pytest.mark.slow
 def test_it_answers_as_soon_as_its_address_is_printed(tmp_path: Path) -> None:
     """Into a pipe, too; files of the command line are read by its processes; Ctrl-C leaves none of these."""
     path = tmp_path / "part.geojson"
@@ -94,7 +92,6 @@ def processes_of(command: Command) -> list[int]:
     return pids
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGKILL"])
 def test_signals_leave_no_process(name: str) -> None:
     """Also where the command is killed and its processes have to see that themselves."""
@@ -115,7 +112,6 @@ def of_session(pid: int) -> list[int]:
     return [*map(int, left.stdout.split())]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.3, 1.2, 2.0, 3.0])
 @pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
 def test_it_is_ended_in_a_terminal(name: str, delay: float) -> None:
@@ -128,7 +124,6 @@ def test_it_is_ended_in_a_terminal(name: str, delay: float) -> None:
     assert not [pid for pid in of_session(screen.pid) if is_running(pid)]
 
 
-@pytest.mark.slow
 def test_an_output_that_is_closed_leaves_no_process() -> None:
     """As that of `projdist explore | true`."""
     command = [sys.executable, "-m", "projdist", "explore", "--no-browser", "robinson"]
@@ -140,7 +135,6 @@ def test_an_output_that_is_closed_leaves_no_process() -> None:
     assert ended(of_session(process.pid))
 
 
-@pytest.mark.slow
 def test_a_browser_in_the_terminal_has_its_page(tmp_path: Path) -> None:
     """One that stays there, as lynx does, is answered while it runs."""
     script = tmp_path / "browser"
@@ -161,7 +155,6 @@ def test_a_browser_in_the_terminal_has_its_page(tmp_path: Path) -> None:
     assert b"<title>projdist explore</title>" in (tmp_path / "seen").read_bytes()
 
 
-@pytest.mark.slow
 def test_two_pages_do_not_disturb_each_other() -> None:
     """One is closed while it waits for advice, whose process is ended; the other hears nothing of that."""
     with exploring("robinson") as command, page(command.port, command.token) as one:

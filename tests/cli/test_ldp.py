@@ -17,6 +17,8 @@ from projdist.decisions.ground import statistics_of
 from projdist.decisions.low_distortion import goal_of
 from projdist.plots.map_drawing import GroundMap
 
+pytestmark = pytest.mark.slow
+
 run, run_ok, run_json, refusal = command("ldp")
 
 SEA = "box:-40,30,-39.5,30.4"  # no land takes no time
@@ -31,7 +33,6 @@ def heights(tmp_path: Path) -> Path:
     return tmp_path / "heights.csv"
 
 
-@pytest.mark.slow
 def test_small_places_have_an_area() -> None:
     """A thousandth of a degree at 50 north is 71.7 by 111.2 m, not "0 km2"."""
     out = run("box:-40,50,-39.999,50.001", "--height", "0", *QUICK)[1]
@@ -39,7 +40,6 @@ def test_small_places_have_an_area() -> None:
     assert run_json(SEA, "--height", "250", *QUICK) == ldp(SEA, height=250.0, families=["tmerc"]).to_dict()
 
 
-@pytest.mark.slow
 def test_table(heights: Path) -> None:
     """Parameters in degrees, minutes and seconds; statistics of all maps; that heights are ellipsoidal."""
     words = ["--against", "EPSG:32624", "--criterion", "rms_scale_error_ppm", *QUICK]
@@ -52,7 +52,6 @@ def test_table(heights: Path) -> None:
     assert len(parse_csv(run(*common, "-f", "csv")[1])) == 100
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_pictures(tmp_path: Path, heights: Path) -> None:
     """A field of colour for level ground, dots for points."""
@@ -78,7 +77,6 @@ def known(level: LDP, monkeypatch: pytest.MonkeyPatch) -> LDP:
     return level
 
 
-@pytest.mark.slow
 def test_forms_of_an_answer(known: LDP, monkeypatch: pytest.MonkeyPatch) -> None:
     """JSON, PROJ, two kinds of WKT, the points as CSV; a form that there is not ends with 1."""
     words = [SEA, "--height", "250"]
@@ -94,7 +92,6 @@ def test_forms_of_an_answer(known: LDP, monkeypatch: pytest.MonkeyPatch) -> None
     assert refusal(*words, "-f", "esri", code=1).startswith("Invalid format 'esri' for ")
 
 
-@pytest.mark.slow
 def test_level_ground_is_a_field(level: LDP) -> None:
     """Colours from 0 ppm to the largest distortion; the height is told."""
     axes = Figure().add_subplot()
@@ -126,7 +123,6 @@ def test_simpler_maps(level: LDP) -> None:
     assert mine.notes == ()
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_a_raster_of_heights_is_a_field(level: LDP) -> None:
     """Even points are no dots: values between them are those of the heights there; the target has thick lines."""

@@ -12,6 +12,8 @@ from tables import each
 from projdist import old_map, plots, read_control_points
 from projdist.cli import oldmap
 
+pytestmark = pytest.mark.slow
+
 run, run_ok, run_json, refusal = command("oldmap")
 
 QUICK = ["--model", "polynomial2"]
@@ -27,7 +29,6 @@ def points(tmp_path):
     return path
 
 
-@pytest.mark.slow
 def test_json(points):
     """All figures at full precision, as the library has them; a smoothing that is given is used."""
     found = run_json(points, "--smoothing", "0.5")
@@ -38,7 +39,6 @@ def test_json(points):
     assert (len(rows), float(rows[7]["fisher"]), rows[7]["id"]) == (25, expected[7]["fisher"], "8")
 
 
-@pytest.mark.slow
 def test_table(points):
     """The three rectifications, the fit, folds, outliers and what is to be noted."""
     out = run_ok(points, *QUICK, "--scan-dpi", "300")
@@ -56,7 +56,6 @@ def test_table(points):
     assert out.count("\n| ") == 4
 
 
-@pytest.mark.slow
 def test_folds_and_outliers_are_named(tmp_path):
     """Folds are told with their area, and what lies near; so are outliers."""
     rng = np.random.default_rng(3)
@@ -84,7 +83,6 @@ def test_longitudes_and_latitudes(tmp_path):
     assert (code, "Invalid projection 'nosuch'" in err) == (1, True)
 
 
-@pytest.mark.slow
 def test_picture(points, tmp_path):
     """The panels that are asked for, in the size that is asked for; the table says where."""
     path = tmp_path / "x.png"
@@ -94,7 +92,6 @@ def test_picture(points, tmp_path):
     assert [run(points, *QUICK, *words, *more)[0] for more in ([], ["--overwrite"])] == [2, 0]
 
 
-@pytest.mark.slow
 def test_sheet(points, tmp_path):
     """The scan as a GeoTIFF in the CRS; without one that is told."""
     rasterio = pytest.importorskip("rasterio")
@@ -115,7 +112,6 @@ def test_sheet(points, tmp_path):
     assert refusal(points, "--image", path, "-o", path, "--overwrite").endswith("the scan.")
 
 
-@pytest.mark.slow
 def test_layers(points, tmp_path):
     """Displacements and isolines as layers of a GeoPackage in the CRS."""
     pyogrio = pytest.importorskip("pyogrio")
@@ -159,7 +155,6 @@ WRONG = {
 }
 
 
-@pytest.mark.slow
 @each(("words", "text"), WRONG.items())
 def test_wrong_words(words, text, points, tmp_path, monkeypatch):
     pytest.importorskip("geopandas")
@@ -188,7 +183,6 @@ def sheets(tmp_path):
     return paths
 
 
-@pytest.mark.slow
 def test_several(sheets):
     """ln of the scale is even in [-g / 2, g / 2]: mean square g^2 / 12; half of it is common, as scales' logs add."""
     found = run_json(*sheets, "--model", "polynomial3")
@@ -206,7 +200,6 @@ def test_several(sheets):
     assert [row["map"] for row in rows] == [*map(str, sheets), "their mean"]
 
 
-@pytest.mark.slow
 def test_what_is_of_one_map(sheets):
     """A map is given once, too: with itself it would have everything in common."""
     for words, message in {
@@ -219,7 +212,6 @@ def test_what_is_of_one_map(sheets):
         assert message in refusal(*sheets, *words)
 
 
-@pytest.mark.slow
 def test_maps_without_distortion(sheets, tmp_path):
     """Of two affine maps rounding is no share of anything; maps of two places have no common ground."""
     table = np.loadtxt(sheets[0], delimiter=",", skiprows=1)

@@ -16,6 +16,8 @@ from projdist.cli.optimize import _best_existing
 from projdist.decisions.optimization import Optimum
 from projdist.regions import get_region
 
+pytestmark = pytest.mark.slow
+
 run, run_ok, run_json, refusal = command("optimize")
 
 SQUARE = "box:5,47,15,55"
@@ -34,14 +36,12 @@ KEYS = {
 }
 
 
-@pytest.mark.slow
 def test_json() -> None:
     answer = run_json("lcc", SQUARE, "--round", "0.5", "--free", "lat_1, lat_2")
     assert answer.keys() >= KEYS
     assert answer == optimize("lcc", SQUARE, round_to=0.5, free=["lat_1", "lat_2"]).to_dict()
 
 
-@pytest.mark.slow
 def test_against() -> None:
     """A projection, or the best existing CRS: the last of the baselines, with the figure that recommend has."""
     out = run_ok("laea", SQUARE, "--against", "EPSG:4839", "--against", "robinson", "--format", "json")
@@ -59,7 +59,6 @@ def best() -> Optimum:
     return optimize("lcc", SQUARE)
 
 
-@pytest.mark.slow
 def test_forms_of_an_answer(best: Optimum, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """JSON, PROJ, WKT, also in a file; where there is no WKT the reason, with 1; how many times the limit it has."""
     monkeypatch.setattr("projdist.decisions.optimize", lambda *_, **__: best)
@@ -87,7 +86,6 @@ def test_the_best_existing(monkeypatch: pytest.MonkeyPatch) -> None:
     refuses(message, _best_existing, get_region(SQUARE), "max_omega")
 
 
-@pytest.mark.slow
 def test_table() -> None:
     """The report names the parameters, the rule of thumb, UTM, and what rounding costs."""
     out = run_ok("tmerc", SQUARE, "--criterion", "max_scale_error_ppm", "--ellipsoid", "GRS80")
@@ -95,7 +93,6 @@ def test_table() -> None:
     assert [words for words in shown if words not in out] == []
 
 
-@pytest.mark.slow
 def test_what_is_said() -> None:
     """Of a PROJ string with ranges, which is one word; of a criterion that vanishes, where another error decides."""
     assert "lon_0 is at the end of its range." in run_ok("+proj=tmerc +lon_0={12..15} +ellps=GRS80", SQUARE)
@@ -104,7 +101,6 @@ def test_what_is_said() -> None:
     assert ("airy_kavrayskiy" in out, "the limit" in out) == (True, False)
 
 
-@pytest.mark.slow
 def test_what_cannot_be_compared() -> None:
     """Criteria without a bound, and other maps that do not show the region."""
     message = "Invalid criterion 'max_scale_error_ppm' for merc over globe. It is not finite there."

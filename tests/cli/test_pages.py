@@ -9,6 +9,8 @@ import pytest
 from commands import QUICK, parse_html, parse_markdown, refusal, run_ok
 from tables import each
 
+pytestmark = pytest.mark.slow
+
 FAROES = "box:-7.2,61.3,-6.2,62.5"
 
 
@@ -37,7 +39,6 @@ def page(path: Path, *words: str) -> dict[str, list[str]]:
     return Texts(path.read_text(encoding="utf-8")).found
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_a_comparison_has_its_maps_and_its_table(tmp_path: Path) -> None:
     """In the order of the table, with what is to be copied; more than six are too many."""
@@ -61,7 +62,6 @@ def test_a_comparison_has_its_maps_and_its_table(tmp_path: Path) -> None:
     assert any(text.startswith('PROJCRS["WGS 84 / Pseudo-Mercator"') for text in found["pre"])
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_many_maps_are_told(tmp_path: Path) -> None:
     """A page has six, and says that there are more."""
@@ -87,7 +87,6 @@ WITH_MAPS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("words", WITH_MAPS)
 def test_commands_with_maps(words: str, tmp_path: Path) -> None:
     """The answer beside what it is compared with, and the forms that it has."""
@@ -100,7 +99,6 @@ def test_commands_with_maps(words: str, tmp_path: Path) -> None:
         assert {"PROJ", "WKT2"} <= {head.strip() for head in found["h2"]}
 
 
-@pytest.mark.slow
 def test_a_low_distortion_projection_has_scales_on_the_ground(tmp_path: Path) -> None:
     """At the height that is given, as the titles say; beside the map that it is compared with."""
     words = ["ldp", "box:-104.2,38.9,-103.9,39.1", "--height", "1610", "--against", "EPSG:32613"]
@@ -110,7 +108,6 @@ def test_a_low_distortion_projection_has_scales_on_the_ground(tmp_path: Path) ->
     assert '"measure": "scale_error_ppm"' in (tmp_path / "x.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.slow
 def test_published_tables_have_the_maps_of_their_rows() -> None:
     """Where figures are of the whole map, not of points."""
     maps = Texts(run_ok("tables", "canters-decleir", "-f", "html")).found["figcaption"]
@@ -118,7 +115,6 @@ def test_published_tables_have_the_maps_of_their_rows() -> None:
     assert "canvas" not in Texts(run_ok("tables", "snyder", "-f", "html")).found
 
 
-@pytest.mark.slow
 def test_checked_data_are_marked(tmp_path: Path) -> None:
     """The worst features by their ranks and names, on the map about the data."""
     geopandas, shapely = pytest.importorskip("geopandas"), pytest.importorskip("shapely")

@@ -11,6 +11,8 @@ from tables import some
 
 from projdist import projection_names
 
+pytestmark = pytest.mark.slow
+
 SMALL = ["eqc", "--dpi", "30"]
 PATCH = ["-r", "box:0,0,40,30"]
 
@@ -41,7 +43,6 @@ SLOWLY = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("command", "suffix"), [("heatmap", "PNG"), *SLOWLY])
 @pytest.mark.usefixtures("few_cells")
 def test_pictures(command: str, suffix: str, tmp_path: Path) -> None:
@@ -55,7 +56,6 @@ def test_pictures(command: str, suffix: str, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("command", ["tissot", "heatmap"])
 def test_pictures_beside_failures(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Good projections are drawn, each bad one has its line, the exit code is 1; the usual name is the command's."""
@@ -90,7 +90,6 @@ CHANGED = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("words", CHANGED)
 def test_options_change_the_picture(words: str, plain: dict[str, bytes], tmp_path: Path) -> None:
     command, *options = words.split()
@@ -99,7 +98,6 @@ def test_options_change_the_picture(words: str, plain: dict[str, bytes], tmp_pat
     assert (tmp_path / "x.png").read_bytes() != plain[command]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("projection", some([*{text: name for name, text in projection_names().items()}.values()], 6))
 def test_every_name_makes_numbers_and_a_picture(
     projection: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -119,7 +117,6 @@ def test_every_name_makes_numbers_and_a_picture(
         assert re.fullmatch(r"(projdist: \+proj=(alsk|gs48|gs50|nzmg) [^\n]* too far from [^\n]*\n)?", text)
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_compare_draws_maps(tmp_path: Path) -> None:
     """A picture as output is of the maps, as by --plot maps; the figures are printed as ever."""

@@ -15,6 +15,8 @@ from projdist.decisions.recommendation import best_custom, families_for
 from projdist.earth.ellipsoid import WGS84
 from projdist.regions import get_region
 
+pytestmark = pytest.mark.slow
+
 GERMANY = "box:5.9,47.3,15.0,55.1"
 CAP = "cap:10,50,300"
 
@@ -24,7 +26,6 @@ def best(family, region, ranking="airy_kavrayskiy", purpose="any"):
     return best_custom(family, place, probe_of(place), FIGURES[ranking], purpose)
 
 
-@pytest.mark.slow
 def test_the_best_stereographic_map_of_a_cap():
     """k grows as 1 / cos^2(c / 2) from the middle, c the distance over the Gaussian radius: half of that remains."""
     found = best("stere", CAP, "max_scale_error_ppm")
@@ -34,7 +35,6 @@ def test_the_best_stereographic_map_of_a_cap():
     assert found.value == found.distortion.max_scale_error_ppm
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("country", some_slow(["MC", "MO", "VA"], {"MC", "MO"}))
 def test_means_of_the_smallest_countries(country):
     """The mean of |k - 1| on a transverse Mercator map, k = k_0 (1 + (1 + e'^2 cos^2 phi) (lam cos phi)^2 / 2)."""
@@ -54,7 +54,6 @@ def test_means_of_the_smallest_countries(country):
         assert 0.0 < error < rounding
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("family", ["aeqd", "eqdc", "aea", "laea"])
 def test_no_figure_of_a_small_country_is_missing(family):
     found = best(family, "country:MO").distortion
@@ -75,7 +74,6 @@ FAMILY = {method: family for family, methods in METHODS.items() for method in me
 SLACK = 2e-4
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("region", "criterion"), some([
     (GERMANY, "airy_kavrayskiy"), (GERMANY, "max_scale_error_ppm"), (GERMANY, "max_omega"),
     ("box:-180,-90,180,-60", "airy_kavrayskiy"),
@@ -95,7 +93,6 @@ def test_no_crs_is_better_than_the_best_of_its_family(region, criterion):
         assert all(one.ratio_to_custom is None for one in found.results)
 
 
-@pytest.mark.slow
 def test_winkel_tripel():
     """Over the globe ESRI's two Winkel Tripel are of the family of the best."""
     found = recommend("globe", authorities=["ESRI"], limit=20, custom=True)
@@ -103,7 +100,6 @@ def test_winkel_tripel():
     assert min(one.value for one in found.results if one.method == "Winkel Tripel") > least
 
 
-@pytest.mark.slow
 def test_the_answer():
     """Each CRS's figure over, and less, that of the best custom projection; these come in order, and last in rows."""
     found = recommend("box:9,45,11,50", purpose="conformal", authorities=["EPSG"], limit=2, custom=True)
@@ -126,7 +122,6 @@ def test_the_answer():
     assert found.to_frame()["proj"].tolist()[-1] == found.custom[-1].proj
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("region", ["country:CH", "globe"])
 @pytest.mark.parametrize("purpose", PURPOSES)
 def test_purposes(region, purpose):
@@ -139,7 +134,6 @@ def test_purposes(region, purpose):
     assert served or (region, purpose) == ("globe", "equidistant")
 
 
-@pytest.mark.slow
 def test_what_vanishes_for_a_family():
     """Of maps that change no angles the one of the least Airy-Kavrayskiy error is the best."""
     found = best("tmerc", GERMANY, "max_omega")
@@ -158,7 +152,6 @@ def test_families_for_a_purpose(region, purpose, families):
     assert "laea" in families_for(get_region(GERMANY), "any")
 
 
-@pytest.mark.slow
 def test_what_does_not_serve_is_rejected():
     """A conformal map of a purpose that it does not serve, and a family that cannot map the region."""
     refused = best("stere", CAP, purpose="equal-area")

@@ -17,6 +17,8 @@ from projdist.decisions.ranking import CLOSE, WIDE_FACTOR
 from projdist.projections import ProjectionError, catalogue, database as crs_database
 from projdist.regions import get_region
 
+pytestmark = pytest.mark.slow
+
 GERMANY = "box:5.9,47.3,15.0,55.1"
 ISLAND = "box:-7.2,61.3,-6.2,62.5"  # the Faroe Islands: few candidates
 
@@ -31,7 +33,6 @@ def code_of(result, code):
     return next(one for one in result.results if code in one.codes)
 
 
-@pytest.mark.slow
 def test_germany(germany):
     """EPSG:3035 has less error than both UTM zones and the national conics, and not half of it: these come first."""
     europe, first = code_of(germany, "EPSG:3035"), germany.results[0]
@@ -49,7 +50,6 @@ def test_germany(germany):
         assert before == (own.ranked < (1 + CLOSE) * europe.ranked)
 
 
-@pytest.mark.slow
 @each("code", ["EPSG:3035", "EPSG:25832", "EPSG:4839"])
 def test_figures_against_pyproj(germany, code):
     """Largest and mean |scale - 1| and areal range agree with PROJ's own factors on a fine grid with its edges."""
@@ -66,7 +66,6 @@ def test_figures_against_pyproj(germany, code):
     assert one.max_areal_scale == pytest.approx(found.areal_scale.max(), abs=1e-6)
 
 
-@pytest.mark.slow
 def test_what_is_grouped_and_what_is_rejected(germany):
     """UTM zone 32N is one map, whose CRSs on other datums are all named; what is no candidate is listed with why."""
     # Only CRSs of the authorities asked for are there. Zone 2 ends at 7.5 E, with 9.8 % of the box.
@@ -104,7 +103,6 @@ def test_reasons_against(monkeypatch, tmp_path):
     crs_database._spheroids.cache_clear()
 
 
-@pytest.mark.slow
 def test_all_reasons_against():
     """No CRS is refused by its text that PROJ would not refuse, for the same reason."""
     records = crs_database.crs_records(["EPSG", "ESRI", "IGNF"], deprecated=True)
@@ -113,7 +111,6 @@ def test_all_reasons_against():
     assert found == reasons_of_proj(found)
 
 
-@pytest.mark.slow
 def test_preference_for_areas_that_hold_the_region():
     """UTM zone 32N, whose area ends at 12 E, counts over the share that it holds, is left out, or counts in full."""
     for area in ("preferred", "intersects"):
@@ -128,7 +125,6 @@ def test_preference_for_areas_that_hold_the_region():
     assert all(one.share >= 0.99 and "EPSG:25832" not in one.codes for one in results)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("purpose", ["equal-area", "conformal", "equidistant", "compromise"])
 def test_purpose(purpose):
     """All that is recommended for a purpose keeps what it asks for, in its figures; equal-area maps have no zones."""
@@ -141,7 +137,6 @@ def test_purpose(purpose):
     assert purpose != "equal-area" or result.zones == ()
 
 
-@pytest.mark.slow
 def test_datum():
     """By a part of its name in any spelling."""
     results = recommend(GERMANY, datum="etrs-89", authorities=["EPSG"], limit=5).results
@@ -155,14 +150,12 @@ def test_datum():
     ({"authorities": ["ESPG"]}, r"^Invalid authority 'ESPG'. Did you mean EPSG\? It must be"),
     ({"area": "inside"}, r"^Invalid area 'inside'. It must be preferred, contains or intersects.$"),
     ({"limit": 0}, r"^Invalid limit '0'. It must be at least 1.$"),
-    pytest.param({"datum": "ETSR89"}, r"^Invalid datum 'ETSR89'. Did you mean ETRS89.*\? It must be a part",
-                 marks=pytest.mark.slow),
+    ({"datum": "ETSR89"}, r"^Invalid datum 'ETSR89'. Did you mean ETRS89.*\? It must be a part"),
 ])  # fmt: skip
 def test_wrong_options(options, message):
     refuses(message, recommend, ISLAND, **options)
 
 
-@pytest.mark.slow
 def test_forms(germany):
     pytest.importorskip("pandas")
     data = json.loads(germany.to_json())
@@ -178,7 +171,6 @@ def test_forms(germany):
     assert list(frame["value"]) == list(frame["max_scale_error_ppm"])
 
 
-@pytest.mark.slow
 def test_progress_and_an_executor():
     """The listener hears rising numbers that end at the total; processes give what this one gives."""
     heard = []
@@ -210,7 +202,6 @@ FIRST = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("criterion", "region"), some([(one, place) for one in REGIONS for place in REGIONS[one]], 2), ids=str
 )
@@ -229,7 +220,6 @@ def test_brute_force(criterion, region):
         assert {one.method.partition(" (")[0] for one in best.results} <= azimuthal
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("region", "purpose", "code", "method"), [
     ("box:177,-20,-178,-15", "any", "EPSG:3460", "Transverse Mercator"),  # Fiji Map Grid
     ("box:10,76,35,81", "any", "EPSG:6070", "Lambert Conic Conformal (2SP)"),  # Svalbard: the Arctic zone made for it
@@ -246,7 +236,6 @@ def test_first(region, purpose, code, method):
     assert region != "globe" or first.share > 0.99
 
 
-@pytest.mark.slow
 def test_uninterrupted():
     """Goode's maps lead for the world, with three half meridians of cuts; without them Winkel's does, with one."""
     first = recommend("globe", limit=1).results[0]
@@ -258,7 +247,6 @@ def test_uninterrupted():
     assert first.code in [one.code for one in whole.rejected if one.reason == "It is cut within the region."]
 
 
-@pytest.mark.slow
 def test_angles_of_conformal_maps():
     """All have none, so that the order is that by the Airy-Kavrayskiy error, and maps are told apart as by it."""
     criteria, options = ("airy_kavrayskiy", "max_omega", "mean_omega"), {"purpose": "conformal", "limit": 6}
@@ -268,7 +256,6 @@ def test_angles_of_conformal_maps():
         assert found.maps == usual.maps
 
 
-@pytest.mark.slow
 def test_areas_of_equal_area_maps():
     """The continent's map is before those of the world, whose errors of areas are as much rounding as its own."""
     found = recommend(GERMANY, criterion="max_areal_error_ppm", limit=5)
@@ -284,7 +271,6 @@ def test_rounding_is_no_figure():
         assert [projdist.FIGURES[name].without_rounding(value) for value in (below, above)] == [0.0, above]
 
 
-@pytest.mark.slow
 def test_zones_of_a_country():
     """UTM zone 37 is Kenya's best, before maps of the world: its area of use is on both sides of the equator."""
     found = recommend("country:KE", authorities=["EPSG"], limit=4)
@@ -314,7 +300,6 @@ def test_zones_of_a_country():
     assert recommend("country:LU", authorities=["EPSG"], limit=1).zones == ()
 
 
-@pytest.mark.slow
 @each(("state", "codes"), [("TX", range(32137, 32142)), ("AZ", range(26948, 26951)), ("CO", range(26953, 26956))])
 def test_zones_of_a_state(state, codes):
     """The State Plane zones of NOAA Manual NOS NGS 5, appendix A; Arizona's have two scales."""
@@ -322,7 +307,6 @@ def test_zones_of_a_state(state, codes):
     assert [zone.code for zone in system.zones] == [f"EPSG:{code}" for code in codes]
 
 
-@pytest.mark.slow
 def test_parts_far_away():
     """The answer for France is that for its main part, and says so; with @all it is for all of it."""
     france = recommend("country:FR", authorities=["EPSG"], limit=1)
@@ -334,7 +318,6 @@ def test_parts_far_away():
     assert everywhere.region.area_km2 == pytest.approx(1.16 * france.region.area_km2, rel=0.02)
 
 
-@pytest.mark.slow
 def test_why_not_the_countrys_own():
     """Where another system comes first, a note has the figures of the country's own."""
     options = {"authorities": ["EPSG"], "purpose": "conformal"}
@@ -353,7 +336,6 @@ def one_over_s(J):
     return 1.0 / np.abs(np.linalg.det(J))
 
 
-@pytest.mark.slow
 def test_functions_of_users():
     """By the mean of a function, also of one that cannot be pickled; values are those of the fields."""
     belt, criteria = "box:-30,0,30,60", (one_over_s, lambda J: one_over_s(J))
@@ -366,7 +348,6 @@ def test_functions_of_users():
     assert found.results[0].value == min(one.value for one in found.results)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["kavrayskiy", "isotropy", "max_log_scale", "canters_ab"])
 def test_figures_that_answers_do_not_list(name):
     found = recommend("box:7.5,46.5,8.5,47.5", criterion=name, authorities=["EPSG"], limit=2)

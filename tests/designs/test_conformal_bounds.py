@@ -12,6 +12,8 @@ from projdist.designs import conformal_bounds
 from projdist.designs.conformal_bounds import least_log_range, proven_least
 from projdist.earth import SPHERE, WGS84
 
+pytestmark = pytest.mark.slow
+
 # Of the least range: what the best map has more, as u is not constant along the border, and between its points.
 CLOSE = 2e-3
 RADIANS, R = math.pi / 180.0, SPHERE.a
@@ -21,7 +23,6 @@ def assert_just_below(found: float, truth: float, close: float = CLOSE) -> None:
     assert (1.0 - close) * truth < found <= truth * (1.0 + 1e-9)
 
 
-@pytest.mark.slow
 @each(
     ("lat", "kilometres"),
     [(50.0, 400.0), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((0.0, 3.0), (-30.0, 3000.0)))],
@@ -32,13 +33,11 @@ def test_caps(lat: float, kilometres: float) -> None:
     assert_just_below(found, -2.0 * math.log(math.cos(500.0 * kilometres / R)))
 
 
-@pytest.mark.slow
 def test_strips() -> None:
     """Mercator's map is the best of a strip along the equator, of scales from 1 to 1 / cos(lat)."""
     assert_just_below(least_log_range(Box(-20.0, -1.0, 20.0, 1.0), SPHERE), -math.log(math.cos(RADIANS)))
 
 
-@pytest.mark.slow
 def test_ellipses() -> None:
     """Of small ones ln k is the torsion function: a range of a^2 b^2 / 2 (a^2 + b^2) R^2 between axes a and b."""
     turn = 2.0 * np.pi * (np.arange(401) % 400) / 400
@@ -49,7 +48,6 @@ def test_ellipses() -> None:
     assert_just_below(least_log_range(get_region({"type": "Polygon", "coordinates": [shape]}), SPHERE), truth)
 
 
-@pytest.mark.slow
 def test_boxes_across_the_antimeridian() -> None:
     """They have the bound of the same box elsewhere."""
     sides = ((10.0, 25.0), (170.0, -175.0))
@@ -73,7 +71,6 @@ def test_charges_are_outside() -> None:
     assert conformal_bounds._outside(np.array([0.0 + 0.0j, 3.0 + 0.0j]), square).tolist() == [False, True]
 
 
-@pytest.mark.slow
 def test_figures_of_a_range() -> None:
     """The scale that is best lies between both ends: (k - 1) / (k + 1), and half the logarithm."""
     box = Box(5.0, 45.0, 10.0, 50.0)
@@ -88,7 +85,6 @@ def test_nothing_is_proven_of_poles_and_half_the_world(region: str) -> None:
     assert least_log_range(get_region(region), WGS84) is None
 
 
-@pytest.mark.slow
 def test_the_proof_is_of_the_whole_border(monkeypatch: pytest.MonkeyPatch) -> None:
     """With fewer points along it less is proven, and never more."""
     box, found = Box(5.0, 45.0, 10.0, 50.0), []
@@ -122,7 +118,6 @@ def test_between_two_points() -> None:
     assert along_a_chord({}, [2j], [1.0]) == pytest.approx(math.log(2.0), abs=2e-2)
 
 
-@pytest.mark.slow
 @each("kind", ["linear", "powers", "all"])
 def test_the_bound_along_a_border_is_below_all_of_it(kind: str) -> None:
     """Of any functions, between few points of curved parallels, by what they are at many points."""
@@ -148,7 +143,6 @@ def test_the_bound_along_a_border_is_below_all_of_it(kind: str) -> None:
     assert missed > 2  # else there is nothing to bound
 
 
-@pytest.mark.slow
 @each(("region", "least"), [("country:CH", 0.7), ("state:CO", 0.99), ("country:KE", 0.94)])
 def test_designs_are_above_and_near(region: str, least: float) -> None:
     """A made map of degree 20, and each CRS that keeps angles, has more than is proven; and not much more."""

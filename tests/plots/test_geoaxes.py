@@ -19,6 +19,8 @@ from projdist.earth import SPHERE, land
 from projdist.plots import add_heatmap, add_tissot, to_cartopy
 from projdist.projections import Projection, ProjectionError
 
+pytestmark = pytest.mark.slow
+
 crs = pytest.importorskip("cartopy.crs")
 
 # Maps and what PROJ knows them by.
@@ -39,7 +41,6 @@ def grid(west: float, south: float, east: float, north: float) -> tuple[np.ndarr
     return lon.ravel(), lat.ravel()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", some_slow(WORLD, set(WORLD) - {"igh"}))
 def test_world_maps_have_the_coordinates_of_proj(name: str) -> None:
     """Longitudes and latitudes are taken for the map's own; all images lie within the edge of the map."""
@@ -57,7 +58,6 @@ def test_world_maps_have_the_coordinates_of_proj(name: str) -> None:
     assert found.y_limits[0] < truth[:, 1].min() < truth[:, 1].max() < found.y_limits[1]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", some_slow(PARTS, {"EPSG:3035", "EPSG:2263"}))
 def test_crs_have_their_own_coordinates(name: str) -> None:
     """In their own unit, easting first, within the area of use."""
@@ -69,7 +69,6 @@ def test_crs_have_their_own_coordinates(name: str) -> None:
     np.testing.assert_allclose(np.column_stack(source.transform(lon, lat)), truth, rtol=0, atol=SAME)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "own", "share"), [
     ("robinson", "Robinson", 2e-3), ("equal-earth", "EqualEarth", 2e-3), ("igh", "InterruptedGoodeHomolosine", 4e-3),
 ])  # fmt: skip
@@ -80,7 +79,6 @@ def test_edges_are_those_of_cartopy(name: str, own: str, share: float) -> None:
     assert shapely.symmetric_difference(theirs.buffer(0), ours).area < share * ours.area
 
 
-@pytest.mark.slow
 def test_edge_around_a_region() -> None:
     """On plate carree it is the box around the region; a map in two pieces has no edge, and is refused."""
     refuses(r"It must be a map in one piece; this one has 2\.$", to_cartopy, "bipc")
@@ -89,7 +87,6 @@ def test_edge_around_a_region() -> None:
     np.testing.assert_allclose(found, bounds[[0, 2, 1, 3]] * 6371008.7714, rtol=1e-3)
 
 
-@pytest.mark.slow
 def test_geometries_and_gridlines_are_drawn() -> None:
     """On an interrupted map no line runs from lobe to lobe: land has the area that it has on the ground."""
     found, plate = to_cartopy("igh"), crs.PlateCarree(globe=GLOBE)
@@ -101,7 +98,6 @@ def test_geometries_and_gridlines_are_drawn() -> None:
     assert drawn.area == pytest.approx(projdist.get_region("land@110m").area_km2 * 1e6, rel=5e-3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("projection", ["EPSG:2263", "mollweide", crs.Mollweide(), crs.PlateCarree(150.0)])
 def test_ellipses_are_on_their_places(projection: object) -> None:
     """Their middles are images of points, in the unit of the axes; the view stays as it was."""
@@ -118,7 +114,6 @@ def test_ellipses_are_on_their_places(projection: object) -> None:
     assert (ax.get_xlim(), ax.get_ylim()) == before
 
 
-@pytest.mark.slow
 def test_ellipses_of_plate_carree() -> None:
     """In degrees: a circle on the equator is as high as on the ground, and 1 / cos(lat) times as wide at a latitude."""
     ax = Figure().add_subplot(projection=crs.PlateCarree())
@@ -133,7 +128,6 @@ def test_ellipses_of_plate_carree() -> None:
         np.testing.assert_allclose((high - low) / 2.0, degrees, rtol=2e-3)  # 72 vertices
 
 
-@pytest.mark.slow
 def test_heat_maps() -> None:
     """The colours of Mercator's angles: none; of its scale 1 / cos(lat) on the sphere, at the triangles' corners."""
     ax = Figure().add_subplot(projection=crs.Mercator(globe=GLOBE))

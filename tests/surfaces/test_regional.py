@@ -13,6 +13,8 @@ from projdist.surfaces.land import clipped
 from projdist.surfaces.regional import shown_part, surface_of
 from projdist.surfaces.tissot_ellipses import tissot_points
 
+pytestmark = pytest.mark.slow
+
 
 def test_what_geos_cannot_clip() -> None:
     """A border that was cut by another one; the area within the box is that of the general intersection."""
@@ -25,7 +27,6 @@ def area_of(pieces) -> float:
     return sum(shapely.Polygon(piece).area for piece in pieces)
 
 
-@pytest.mark.slow
 @each("text", ["country:KI@all", "country:FJ", "country:MH"])
 def test_islands_are_drawn_however_small(text: str) -> None:
     """The pieces of an equal-area map have the area of the region, also where a cell has several islands."""
@@ -37,7 +38,6 @@ def test_islands_are_drawn_however_small(text: str) -> None:
         assert tissot_points(surface_of("EPSG:3832", text), None).lon.size >= 9
 
 
-@pytest.mark.slow
 @each("text", ["country:LI", "country:DE"])
 def test_pieces_of_a_region_are_side_by_side(text: str) -> None:
     """A country's area on an equal-area map, to the bend of the sides of cells; no piece covers another."""
@@ -52,7 +52,6 @@ FRAMES = {code: f"country:{name}" for code, name in COUNTRIES.items()}
 FRAMES |= {2154: "cap:2.35,48.85,60", 25832: "box:6,47,12,55"}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("projection", "region"), FRAMES.items())
 def test_surroundings_fill_the_picture(projection: str | int, region: str) -> None:
     """Every pixel of a frame that the map covers is on a triangle of the ground, the antimeridian or a pole within."""
@@ -72,7 +71,6 @@ def test_parts_far_away_are_left_out_where_the_picture_would_be_empty() -> None:
         assert shown_part(get_region(text)) == get_region(text)
 
 
-@pytest.mark.slow
 def test_a_map_that_is_cut_within_the_region_says_so() -> None:
     """Fiji on both ends of the world: one line names the middle that shows it whole, and it does."""
     with pytest.warns(Notice, match=r"Gall-Peters is cut within country:FJ.*\+lon_0=178, may show it whole"):
@@ -81,7 +79,6 @@ def test_a_map_that_is_cut_within_the_region_says_so() -> None:
     assert whole[1] - whole[0] < 1e6 < 2e7 < torn[1] - torn[0]
 
 
-@pytest.mark.slow
 def test_the_border_is_drawn_whole() -> None:
     """Its length on the map is that of the image of the box's sides, and its ends meet."""
     surface = surface_of("EPSG:2154", "box:-5,42,8,51")
@@ -92,7 +89,6 @@ def test_the_border_is_drawn_whole() -> None:
     np.testing.assert_allclose(distances, 0.0, atol=1.0)
 
 
-@pytest.mark.slow
 def test_a_border_reaches_to_the_other_end_of_the_world() -> None:
     """Of all land on an equal-area map: as far as the pieces do, whose area is that on the ground."""
     region = get_region("land - continent:Antarctica")
@@ -103,7 +99,6 @@ def test_a_border_reaches_to_the_other_end_of_the_world() -> None:
     np.testing.assert_allclose(drawn, shapely.total_bounds([shapely.polygons(p) for p in surface.pieces]), rtol=1e-3)
 
 
-@pytest.mark.slow
 def test_maps_that_come_round_again_show_one_sheet() -> None:
     """The New Zealand Map Grid is a polynomial: far places fall into its frame again, and are not drawn."""
     surface = surface_of("EPSG:27200", "country:NZ@main")
@@ -115,7 +110,6 @@ def test_maps_that_come_round_again_show_one_sheet() -> None:
     assert 160.0 < np.mod(lon, 360.0).min() < np.mod(lon, 360.0).max() < 186.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("place", ["continent:Africa", "country:Indonesia"])
 @pytest.mark.parametrize("purpose", ["any", "conformal", "equal-area"])
 def test_made_maps_cover_their_view_once(place, purpose) -> None:
