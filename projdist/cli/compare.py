@@ -28,7 +28,7 @@ _MAP = Column("projection", of=lambda row: say.label_of(row["projection"], row["
 _COVERAGE = replace(SHARED["coverage"], only=lambda share: share < say.WHOLE)
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 PLOTS = ("maps", *DISTRIBUTIONS, "modes", "space")
-_DRAWN = 4  # maps in the picture that is named
+_DRAWN = 4  # maps in the picture and the heading that name them
 _GROUPS = ", ".join(answers.GROUPS)
 
 
@@ -137,7 +137,7 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
         brief=[Table(rows, first_columns, bars=bars), *tables[1:]],
         next={draw: "To see where they distort"} | ({} if elsewhere else {advice: "For the best CRS"}),
         title=f"{found.region.name} ({say.size_text(found.region)}), by {sort}",
-        heading=f"Distortion of maps over {say.region_words(found.region)}",
+        heading=f"{_heading(found)} over {say.region_words(found.region)}",
         tables=tables,
         notes=[*_notes(found, rows, measures, tolerance)],
         data=found.to_dict,
@@ -145,11 +145,17 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
     )
 
 
+def _heading(found: answers.Comparison) -> str:
+    """The maps' names, or their number where they are many."""
+    names = [say.spoken(one.given, one.projection.name) for one in found.results]
+    return support.listed(names, "and") if len(names) <= _DRAWN else f"Distortion of {len(names)} maps"
+
+
 def least_distorting(found: answers.Comparison, column: str = "") -> Iterator[str]:
     """The least distorting map, by how much more the others distort, and the first by another column."""
     best = min(found.results, key=lambda one: one.airy_kavrayskiy)
     place, others = say.region_words(found.region), [one for one in found.results if one is not best]
-    names = {id(one): say.label_of(one.given, one.projection.name) for one in found.results}
+    names = {id(one): say.spoken(one.given, one.projection.name) for one in found.results}
     error = f"scales are off by {say.rms_text(best.airy_kavrayskiy)} (RMS)"
     if not others:
         yield f"On {names[id(best)]} {error} over {place}."

@@ -18,7 +18,7 @@ from projdist import answers, gis, plots, projections, support
 from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, tell_problems
 from projdist.cli.report import CSV, DETAILS, TABLE, Column, Report, Table, drawing, present, tell_written
-from projdist.cli.wording import distance_error, errors_text, fixed, label_of, place_text, shortened
+from projdist.cli.wording import distance_error, errors_text, fixed, label_of, place_text, shortened, spoken
 
 _DECIMALS = {"x": 3, "y": 3, "omega": 6, "theta": 6, "convergence": 6}
 _PROFILE_DECIMALS = _DECIMALS | {"azimuth": 4, "height": 3}
@@ -107,7 +107,7 @@ def factors_report(found: Mapping[str, Any], header: Sequence[str]) -> Report:
     columns: list[Column] = [Column(name, show=functools.partial(_cell, name)) for name in names]
     keys = 2 if names[:2] == ["lon", "lat"] else 1
     return Report(
-        answer=[*_factors_answer(rows, label)],
+        answer=[*_factors_answer(rows, spoken(found["projection"], found["name"]))],
         brief=[Table(rows, [*sorted(columns, key=lambda one: _wanted(one.key))], keys=keys, most=_SHOWN)],
         title=label if label == meant else f"{label} ({meant})",  # the definition has the ellipsoid
         tables=[Table(rows, columns, keys=keys)],
@@ -368,7 +368,7 @@ def profile_command(
     rows = result["results"]
     label = label_of(projection, found.projection.name)
     report = Report(
-        answer=[*_profile_answer(found, label)],
+        answer=[*_profile_answer(found, spoken(projection, found.projection.name))],
         next={} if picture else {"-o profile.png": "To draw it, the same command with"},
         title=f"{label} along {label_of(line, 'a line')} ({found.length_m / 1e3:,.6g} km)",
         tables=[Table(rows, [Column(name, show=functools.partial(_profile_cell, name)) for name in rows[0]])],

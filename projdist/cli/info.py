@@ -61,7 +61,7 @@ def info_command(
     value = Column("value", show=lambda value: f"{value:.12g}" if isinstance(value, float) else value)
     columns = [Column("name", "parameter"), value, Column("unit", left=True)]
     report = Report(
-        answer=[*_answer(found, say.named(stated.code or label, name))],
+        answer=[*_answer(found, say.named(stated.code or label, name) if stated.code else say.spoken(label, name))],
         brief=[Table([row for row in card if row["what"] in _BRIEF], ["what", "it is"], most=None)],
         next={f"projdist heatmap {given}{f' -r {place}' if area else ''}": "To see where it distorts"}
         | ({f"projdist recommend {place}": "For the best map of this area"} if on_earth else {}),

@@ -15,6 +15,7 @@ from projdist.support import listed
 _DIGITS = 5
 _MOST_DECIMALS = 10  # a tenth of a millimetre in 1000 km
 _LONGEST_LABEL = 60
+_PLAIN = re.compile(r"\+proj=\w+ \+R=\S+|[\w+=@,-]*[a-z][\w+=@,-]*")  # its name says all of it
 _LARGE = 1e6  # from where on a number has an exponent
 _ROUNDING = 1e-5  # an error up to which what is no more is nothing, in the unit of any figure
 WHOLE = 0.9999995
@@ -107,6 +108,11 @@ def shortened(text: str, most: int) -> str:
 def label_of(given: str, name: str) -> str:
     """The projection as given, or its name if that is long, as WKT, or a number alone."""
     return name if len(given) > _LONGEST_LABEL or "\n" in given or given.isdecimal() else given
+
+
+def spoken(given: str, name: str) -> str:
+    """The projection in a sentence: Robinson for robin, else as its label."""
+    return name if _PLAIN.fullmatch(given) else label_of(given, name)
 
 
 def caption(code: str, name: str) -> str:

@@ -42,7 +42,7 @@ TASKS = {
     "And in the national grid?": ("check parcels.geojson --crs 2056", "areas are off by at most 0.0"),
     "Can I have them in UTM?": ("convert parcels.geojson 25832 -o new.gpkg", "Wrote: new.gpkg"),
     # Cartographers
-    "Robinson or Winkel Tripel?": ("compare robinson winkel-tripel", "winkel-tripel distorts the globe least"),
+    "Robinson or Winkel Tripel?": ("compare robinson winkel-tripel", "Winkel Tripel distorts the globe least"),
     "What does Robinson keep?": ("info robinson", "keeps neither areas, angles nor distances"),
     "Which parameters of Lambert's cone for Europe?": ("optimize lcc box:-30,27,45,71 --round 0.5", "+lat_1=36", slow),
     "Which map for Chile, of all that there are?": ("design CL@main --degree 3", "less than on EPSG:20049", slow),
@@ -53,10 +53,10 @@ TASKS = {
     "How much better is a plate carree that is squeezed?": ("correct plate-carree", "19 % less"),
     "May I see Tissot's ellipses?": (
         "tissot robinson --dpi 30 -o t.png",
-        "On robinson scales are off by 35 %",
+        "On Robinson scales are off by 35 %",
         slow,
     ),
-    "And the angles in colour?": ("heatmap robinson -m omega --dpi 30 -o h.png", "On robinson scales are off by", slow),
+    "And the angles in colour?": ("heatmap robinson -m omega --dpi 30 -o h.png", "On Robinson scales are off by", slow),
     # Surveyors
     "A ground projection for a town?": ("ldp box:-105.3,39.9,-105.1,40.1 --height 1610", "by at most 0.58 ppm"),
     "Which way is grid north?": ("factors 32610 -- -120 34", "Grid north lies 1.67865° east of true north."),
