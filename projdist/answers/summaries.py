@@ -207,14 +207,21 @@ def summarize(
         indices=answers.indices(projection, place, names, tolerance=max(tolerance, _FINEST_INDICES)) if names else None,
         modes=field.modes if with_modes else None,
     )
-    use = projection.area_of_use
-    if use is not None and (share := regions.share_in(regions.Box(*use), place)) < _MOSTLY:
-        part = f"{100.0 * share:.2g} %" if share else "nothing"
-        tell(
-            f"{projection.label} is for {regions.Box(*use).name}, where {part} of {shown(place.name)} "
-            "lies: its figures are mostly of places outside its area of use."
-        )
+    if note := note_on_area_of_use(projection, place):
+        tell(note)
     return summary
+
+
+def note_on_area_of_use(projection: Projection, place: regions.Place) -> str:
+    """What there is to say where most of a region lies outside a map's area of use; nothing elsewhere."""
+    use = projection.area_of_use
+    if use is None or (share := regions.share_in(regions.Box(*use), place)) >= _MOSTLY:
+        return ""
+    part = f"{100.0 * share:.2g} %" if share else "nothing"
+    return (
+        f"{projection.label} is for {regions.Box(*use).name}, where {part} of {shown(place.name)} "
+        "lies: its figures are mostly of places outside its area of use."
+    )
 
 
 def _statistics(field: Field, name: str, bottom: Extreme, top: Extreme) -> MeasureSummary:

@@ -118,7 +118,8 @@ export class MapView {
   // Sea and land about a region.
   ground(context) {
     context.fillStyle = this.colour("sea");
-    context.fillRect(0, 0, this.base.width, this.base.height);
+    if (this.frame.sea) context.fill(this.path("sea"), "evenodd");
+    else context.fillRect(0, 0, this.base.width, this.base.height);
     context.fillStyle = this.colour("land");
     context.fill(this.path("land"), "evenodd");
   }

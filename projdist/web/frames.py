@@ -117,10 +117,12 @@ def map_lines(surface: Surface, grid: Grid) -> dict[str, PackedLines]:
             borders = surfaces.country_borders(bounds, resolution)
             found["borders"] = surfaces.project_lines(drawn.domain, borders, size)
         if ground is not None:
+            places = np.column_stack([ground.x, ground.y])
+            areas["sea"] = [*places[ground.covering()]]  # up to the map's edge
             rings = surfaces.land_rings(ground, resolution, size)  # for even-odd filling
             if rings is None:  # many adjacent polygons
                 triangles, pieces = surfaces.land_polygons(ground, resolution)
-                rings = [*np.column_stack([ground.x, ground.y])[triangles], *pieces]
+                rings = [*places[triangles], *pieces]
             areas["land"] = rings
     return {
         **{name: _packed(_simplified(lines, grid, window)) for name, lines in found.items()},

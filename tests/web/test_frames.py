@@ -5,6 +5,7 @@ import functools
 import zlib
 
 import numpy as np
+import pyproj
 import pytest
 import shapely
 from live_pages import decoded, geographic
@@ -183,12 +184,24 @@ def test_conformal_and_mirrored_maps_are_told() -> None:
 def test_lines_and_areas_hold_what_they_say() -> None:
     """Sizes add up; the region's area on an equal-area map is that of the country."""
     frame = drawn("EPSG:3035", "country:DE")
-    for name in ("graticule", "outline", "border", "coast", "borders", "region", "land"):
+    for name in ("graticule", "outline", "border", "coast", "borders", "region", "land", "sea"):
         assert frame.arrays[f"{name}Sizes"].sum() == len(frame.arrays[name])
     points = frame.arrays["region"].astype(float) * frame.header["grid"][2]
     rings = np.split(points, np.cumsum(frame.arrays["regionSizes"])[:-1])
     area = sum(0.5 * (x[:-1] @ y[1:] - y[:-1] @ x[1:]) for x, y in (ring.T for ring in rings))
     assert abs(area) / 1e6 == pytest.approx(projdist.get_region("country:DE").area_km2, rel=5e-3)
+
+
+@pytest.mark.slow
+def test_sea_ends_with_the_map() -> None:
+    """Robinson's edge is 180 degrees from its middle, as PROJ has it; the picture of New Zealand goes on."""
+    frame = drawn("robin", "country:NZ@main")
+    west, south, step = frame.header["grid"]
+    x, y = (frame.arrays["sea"] * step + [west, south]).T
+    robinson = pyproj.Proj("+proj=robin +R=6371008.7714")
+    edge, _ = robinson(np.full(y.size, 180.0), robinson(np.zeros(y.size), y, inverse=True)[1])
+    assert frame.header["view"][1] > edge.min()
+    assert -2.0 * step < (edge - x).min() < 2.0 * step
 
 
 def test_errors_are_never_stated_too_small() -> None:

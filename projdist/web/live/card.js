@@ -197,7 +197,7 @@ export class Card {
       `Airy-Kavrayskiy error over ${region === "globe" ? "the globe" : region}: ${value(figures.airy_kavrayskiy)}; at the best scale ` +
       `${value(figures.airy_kavrayskiy_scaled)}, of which angles ${value(figures.angles)}, areas ${value(figures.areas)}; ` +
       `after the best linear correction ${value(figures.airy_kavrayskiy_affine)} ` +
-      `(each ± ${figures.error === null ? "?" : figures.error.toPrecision(1)}).${covered}`;
+      `(each ± ${figures.error === null ? "?" : figures.error.toPrecision(1)}).${covered} ${figures.note}`;
   }
 
   // Sliders of the parameters; those that are there are kept, so that the one in use stays.

@@ -102,6 +102,7 @@ def figures_of(projection: Projection, region: regions.Place) -> dict[str, Any]:
         "angles": angles,
         "areas": areas,
         "coverage": found.coverage,
+        "note": answers.note_on_area_of_use(projection, region),
     }
     return dict(support.plain(values))
 

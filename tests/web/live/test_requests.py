@@ -15,7 +15,7 @@ from projdist.projections import Projection, ProjectionError
 from projdist.regions import get_region
 from projdist.web.live import dispatcher
 from projdist.web.live.dispatcher import InputPolicy, Request, RequestError, read_request
-from projdist.web.live.handlers import checked, designed
+from projdist.web.live.handlers import checked, designed, figures_of
 
 READING = [
     *("map.prj", "/etc/passwd.wkt", "../x.json", "C:\\maps\\x.prj", "~/x.PRJ", " x.wkt "),
@@ -118,6 +118,16 @@ def test_files_that_are_no_geojson_are_refused(file: str) -> None:
         header_of(dispatcher.Dispatcher().answer(request))["problem"]
         == "Invalid file. It must be GeoJSON: features of lines or polygons"
     )
+
+
+def test_maps_that_are_for_elsewhere() -> None:
+    """Figures say so; those of maps for a place or for no place in particular need not."""
+    notes = [
+        figures_of(Projection.from_user_input(given), get_region("box:170,-40,171,-39"))["note"]
+        for given in ("EPSG:3035", "EPSG:2193", "robin")
+    ]
+    assert "nothing of box:170,-40,171,-39 lies" in notes[0]
+    assert notes[1:] == ["", ""]
 
 
 def test_a_design_is_told_beside_its_best_rival(monkeypatch: pytest.MonkeyPatch) -> None:
