@@ -42,7 +42,7 @@ ENTRIES = (
         "Robinson",
         "robinson",
         "fisher",
-        "A compromise drawn by eye and given as a table: neither areas nor angles are kept, none is hurt badly.",
+        "A compromise drawn by eye and given as a table: neither areas nor angles are kept, but neither suffers badly.",
     ),
     Entry(
         "winkel-tripel",
@@ -91,7 +91,7 @@ ENTRIES = (
         "Equal Earth",
         "equal-earth",
         "omega",
-        "Areas are true, the outline is like that of Robinson's map.",
+        "Areas are true; the outline is like that of Robinson's map.",
     ),
     Entry(
         "eckert-4",
@@ -119,7 +119,7 @@ ENTRIES = (
         "Wagner VII",
         "wagner-7",
         "omega",
-        "Areas are true, parallels curved and the poles curved lines.",
+        "Areas are true, the parallels are curved, and the poles are curved lines.",
     ),
     Entry(
         "plate-carree",
@@ -133,7 +133,7 @@ ENTRIES = (
         "Mercator",
         "mercator",
         "areal_scale",
-        "Angles are true. The poles lie at infinity: the picture stops before them, the figures do not.",
+        "Angles are true. The poles lie at infinity: the picture stops short of them, but the figures do not.",
     ),
     Entry(
         "gall-peters",
@@ -154,7 +154,7 @@ ENTRIES = (
         "Interrupted Mollweide",
         "interrupted-mollweide",
         "omega",
-        "Mollweide's map in lobes, each with a meridian of its own. Areas are true.",
+        "Mollweide's map in lobes, each with its own central meridian. Areas are true.",
     ),
     Entry(
         "oblique-mollweide",
@@ -227,7 +227,7 @@ ENTRIES = (
         "EPSG:32632, UTM zone 32N",
         "EPSG:32632",
         "scale_error_ppm",
-        "A zone of transverse Mercator, 400 ppm too small on its meridian so as to be right 180 km beside it.",
+        "A zone of transverse Mercator, 400 ppm too small on its meridian so as to be true 180 km to either side.",
         "box:6,47,12,55.5",
         "the box 6° E to 12° E, 47° N to 55.5° N",
     ),

@@ -295,23 +295,23 @@ def crossing(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.nda
 # ---- the page -------------------------------------------------------------------------------
 
 HEAD = """
-{count} maps on the sphere: the maps of the whole world that PROJ has without parameters or with those of textbooks,
-and those of `projdist.worldmaps`. Left out are maps that are others turned (transverse Mercator, Cassini), maps of a
-hemisphere or of a part of the world, and maps that need parameters. `projdist list indices` has the source and the
-normalisation of each figure, `projdist list projections` what each name stands for.
+{count} maps on the sphere: the maps of the whole world that PROJ has without parameters or with textbook ones, and those
+of `projdist.worldmaps`. Other maps turned (transverse Mercator, Cassini), maps of a hemisphere or of a part of the
+world, and maps that need parameters are left out. `projdist list indices` has the source and the normalisation of each
+figure, `projdist list projections` what each name stands for.
 
 ![Areas against shapes of {count} world maps](images/world_maps.png)
 
-The error of a figure is in brackets, in units of the last digit; without brackets it is below half of that digit. D,
-DI and bend have standard errors, of four million pairs of points (bend: of 65,000), and the error of the score
-contains them. All others are estimates of the cubature, on the safe side. A dash means that the figure diverges, or
-that its error is as large as itself. Figures are at the nominal scale but for "AK scaled" and "AK affine".
+The error of a figure is in brackets, in units of the last digit; without brackets it is below half a unit. D, DI and
+bend have standard errors, from four million pairs of points (bend: 65,000), which the error of the score includes. All
+other errors are estimates by the cubature, on the safe side. A dash means that the figure diverges, or that its error
+is as large as itself. Figures are at the nominal scale, except "AK scaled" and "AK affine".
 
 ### Scales, areas, angles, bending, distances, cuts
 
 AK is the Airy-Kavrayskiy error, the root mean square of sqrt(ln² a + ln² b): as it is, after the best scale (by which
 the rows are sorted), and after the best linear map. I, A, F, S, D and B are the indices of Goldberg and Gott; the
-score is the sum of their squares, each over that of the plate carrée. Smaller is better.
+score is the sum of their squares, each divided by that of the plate carrée. Smaller is better.
 
 """
 
@@ -320,7 +320,7 @@ SECOND_HEAD = """
 
 Dab, Dar and Dan are Canters and Decleir's mean errors of scales and areas and mean angular distortion in degrees. Q
 is Capek's share of the area, in per cent, with little distortion (more is better). |ln a/b| is Kunimune's mean, DI
-Peters' index of distances, and bend says how far great circles are from straight lines, in lengths of these. The
+Peters' index of distances, and bend says how far great circles are from straight lines, relative to their length. The
 order is the same.
 
 """
