@@ -145,7 +145,7 @@ _CHOICE = re.compile(r"[\w-]+(\|[\w-]+)+")
 def completion_command(
     shell: Annotated[str, typer.Argument(metavar="bash|zsh|fish", help="The shell that the script is for.")],
 ) -> None:
-    """Print the script that completes commands, options and names in a shell; its first lines tell where it goes."""
+    """Print the script that completes commands, options and names in a shell; its first lines say where it goes."""
     if shell not in _SCRIPTS:
         refuse(f"Invalid shell '{shell}'. It must be bash, zsh or fish.")
     sys.stdout.write(_SCRIPTS[shell])
@@ -192,29 +192,29 @@ def _values(parameter: Any) -> Iterable[str]:
 
 COMMANDS = {
     "info": ("info", "What a projection is, what it keeps, and its errors."),
-    "find": ("info", "CRSs by words of their names, areas of use, or codes."),
-    "compare": ("compare", "Several maps of a region, by their distortion."),
+    "find": ("info", "CRSs by words in their names, areas of use, or codes."),
+    "compare": ("compare", "Several maps of a region, ranked by distortion."),
     "factors": ("factors", "Scales, angles and other measures at points."),
     "profile": ("factors", "Scale, convergence and other measures along a line."),
     "check": ("data", "Errors of areas, lengths and bearings of your data."),
     "tissot": ("draw", "Draw Tissot's indicatrices."),
     "heatmap": ("draw", "Draw a measure as a field of colour, or as a GeoTIFF."),
-    "morph": ("draw", "Make a film of one map that flows into another."),
-    "explore": ("draw", "Maps live in a browser, to drag and tune."),
-    "tables": ("info", "A published table beside figures measured today."),
-    "list": ("info", "The projections, measures, criteria or indices."),
+    "morph": ("draw", "Make an animation of one map flowing into another."),
+    "explore": ("draw", "Live maps in a browser, to drag and tune."),
+    "tables": ("info", "A published table beside the same figures, recomputed."),
+    "list": ("info", "The names of projections, measures, criteria or indices."),
     "recommend": ("recommend", "The best existing CRSs for a region, by measurement."),
-    "atlas": ("recommend", "The same for 345 places at once, measured beforehand."),
+    "atlas": ("recommend", "The same for 345 places at once, measured in advance."),
     "optimize": ("optimize", "The best parameters of one of PROJ's projections."),
     "design": ("designs", "A new projection, made for a region, as a CRS."),
-    "ldp": ("optimize", "A low-distortion projection for surveying, at heights."),
+    "ldp": ("optimize", "A low-distortion projection for surveying at height."),
     "mean-map": ("designs", "The map that is nearest to several maps."),
-    "world-map": ("designs", "A new map of the world, for what it shall show well."),
+    "world-map": ("designs", "A new map of the world, for the parts that matter to you."),
     "correct": ("optimize", "The linear map that reduces a map's distortion most."),
-    "convert": ("data", "Layers and rasters in another CRS, also a made one."),
+    "convert": ("data", "Layers and rasters in another CRS, even one you made."),
     "mosaic": ("registration", "Bring overlapping images into a common frame."),
     "clouds": ("registration", "Register point clouds or landmarks by affine maps."),
-    "oldmap": ("oldmap", "The distortion of an old map, by control points."),
+    "oldmap": ("oldmap", "The distortion of an old map, from control points."),
     "completion": ("app", "The script for completion in bash, zsh or fish."),
 }
 """The commands, the modules that have their functions, and what help says of them without loading any."""
@@ -266,7 +266,7 @@ class _Loading(UserDict[str, Any]):
 
 
 _DETAILS = Annotated[bool, typer.Option("--details", help="Print all rows, columns and notes.")]
-_QUIET = Annotated[bool, typer.Option("--quiet", help="Say nothing on standard error of work that takes long.")]
+_QUIET = Annotated[bool, typer.Option("--quiet", help="Show no progress of long work on standard error.")]
 
 
 def _with_groups(function: Any) -> Any:

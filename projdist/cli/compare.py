@@ -40,21 +40,21 @@ def compare_command(
     measure: opt.Measures = None,
     indices: list[str] | None = opt.option(
         "NAME",
-        f"Published indices of the map: {_GROUPS}, all, or names (see 'projdist list indices'); may be repeated, or "
-        "with commas.",
+        f"Published indices of the map: {_GROUPS}, all, or names (see 'projdist list indices'), with commas; may be "
+        "repeated.",
     ),
     modes: bool = opt.flag(
         "--modes", "The independent ways in which each map distorts, and their shares of the whole."
     ),
     sort: str = opt.option(
-        "COLUMN", "given, name, an airy_kavrayskiy..., INDEX, or MEASURE or MEASURE.STATISTIC.", "airy_kavrayskiy"
+        "COLUMN", "given, name, an airy_kavrayskiy..., INDEX, MEASURE or MEASURE.STATISTIC.", "airy_kavrayskiy"
     ),
     tolerance: str = opt.option(
         "NUMBER", "Largest error of the Airy-Kavrayskiy figures.", f"{field.DEFAULT_TOLERANCE:g}"
     ),
     plot: str | None = opt.option(
         PLOTS,
-        "Draw to -o FILE.png, .svg or .pdf: maps coloured by a measure (fisher, or the first of --measure), as without "
+        "What -o FILE.png, .svg or .pdf shows: maps coloured by a measure (fisher, or the first --measure), as without "
         "--plot; the shares of the area by it, in bins or up to a value; errors of areas against those of angles; the "
         "modes as fields over the maps; or the Jacobians in the hyperbolic plane, with their mean and median.",
     ),
@@ -65,7 +65,7 @@ def compare_command(
     *,
     pictured: opt.GraphOptions,
 ) -> None:
-    """Compare projections over a region, or each of many: Airy-Kavrayskiy errors, measures, published indices."""
+    """Compare projections over one region or many: Airy-Kavrayskiy errors, measures, published indices."""
     largest = opt.number("tolerance", tolerance, 1e-15, 1.0)  # rounding alone is of the order of 1e-15
     names, chosen = opt.measure_names(measure), opt.names_of(indices)
     options: dict[str, Any] = {"measures": names, "indices": chosen, "tolerance": largest}

@@ -29,14 +29,14 @@ _NAMED = 5  # features that cannot be drawn, by name
 
 def check_command(
     data: str = opt.argument("DATA[#LAYER]", "Lines or polygons in any format that GDAL or pyarrow reads."),
-    crs: str | None = opt.option("PROJECTION", "What to check the data in, as for compare; by default their own CRS."),
-    fail_above: str | None = opt.option("SHARE", "End with 3 if an area or length is off by more: 1%, 0.01 or 500ppm."),
-    fail_above_bearing: str | None = opt.option("DEGREES", "End with 3 if bearings are off by more, as RMS."),
-    fail_on: str = opt.option(decisions.FAIL_ON, "Any feature's error, or that of the totals.", "worst"),
+    crs: str | None = opt.option("PROJECTION", "The CRS to check the data in, as in compare; by default their own."),
+    fail_above: str | None = opt.option("SHARE", "Exit with 3 if an area or length is off by more: 1%, 0.01, 500ppm."),
+    fail_above_bearing: str | None = opt.option("DEGREES", "Exit with 3 if the RMS error of bearings is larger."),
+    fail_on: str = opt.option(decisions.FAIL_ON, "The worst feature's error, or that of the totals.", "worst"),
     worst: str = opt.option("NUMBER", "How many of the worst features to print.", "5"),
-    id: str | None = opt.option("COLUMN", "The column with the names; else the usual one, or the only one of texts."),
-    suggest: bool = opt.flag("--suggest", "Find a better CRS for the data, too, which takes some seconds."),
-    purpose: str | None = opt.option(decisions.PURPOSES, "What the suggested CRS shall keep; any if not given."),
+    id: str | None = opt.option("COLUMN", "The column of names; by default the usual one, or the only text column."),
+    suggest: bool = opt.flag("--suggest", "Also find a better CRS for the data, which takes a few seconds."),
+    purpose: str | None = opt.option(decisions.PURPOSES, "What the suggested CRS must keep; any if not given."),
     format: str | None = opt.report_format(),
     output: str | None = opt.output("The data with their errors: .gpkg or .geojson; or the report as a page: .html."),
     overwrite: opt.Overwrite = False,
@@ -219,14 +219,14 @@ def convert_command(
     data: str = opt.argument("DATA[#LAYER]", "Points, lines, polygons or pixels that GDAL reads."),
     crs: str | None = opt.argument("[CRS]", "A code, WKT, a PROJ string, or a .wkt file of 'projdist design'.", None),
     to: str | None = opt.option("CRS", "The CRS, as an option."),
-    source: str | None = opt.option("CRS", "That of the data, where their file has lost it.", None, "--from"),
-    densify: str | None = opt.option("KM", "Divide edges into pieces of at most so many kilometres."),
+    source: str | None = opt.option("CRS", "The CRS of the data, if their file has lost it.", None, "--from"),
+    densify: str | None = opt.option("KM", "Divide edges into pieces of at most this many kilometres."),
     resampling: str = opt.option(_RESAMPLINGS, "How pixels get their values.", "nearest"),
     resolution: str | None = opt.option("NUMBER", "The side of a pixel in the unit of the CRS."),
     output: str | None = opt.output("A new .gpkg, .geojson, .fgb, .shp, .parquet or .tif."),
     overwrite: opt.Overwrite = False,
 ) -> None:
-    """Transform layers and rasters to another CRS, also one made by design, and back."""
+    """Transform layers and rasters to another CRS, even one made by design, and back."""
     wanted = [one for one in (crs, to) if one is not None]
     if len(wanted) != 1:
         refuse("Invalid CRS. There must be one, behind the data or behind --to.")

@@ -45,30 +45,30 @@ def design_command(
     region: opt.RegionArgument,
     kind: str = opt.option(designs.KINDS, "What the map keeps.", "any"),
     criterion: str = opt.option(
-        designs.CRITERIA_OF_DESIGNS, "What to make small; max_... if conformal.", "airy_kavrayskiy", *opt.CRITERION
+        designs.CRITERIA_OF_DESIGNS, "What to minimise; max_... if conformal.", "airy_kavrayskiy", *opt.CRITERION
     ),
-    degree: str = opt.option("auto|NUMBER", "Of the polynomials; auto while it pays.", "auto"),
-    base: str | None = opt.option("PROJECTION", "The map to correct, else the best."),
-    balance: str = opt.option("NUMBER", "Share of areas, 0 to 1: more keeps areas better, less angles.", "0.5"),
-    norm: str | None = opt.option("NUMBER", "Of ln k of conformal maps: 2, or more for the worst places."),
+    degree: str = opt.option("auto|NUMBER", "Degree of the polynomials; auto: as long as it pays.", "auto"),
+    base: str | None = opt.option("PROJECTION", "The map to correct; by default the best."),
+    balance: str = opt.option("NUMBER", "Weight of areas, 0 to 1: more keeps areas better, less keeps angles.", "0.5"),
+    norm: str | None = opt.option("NUMBER", "Norm of ln k for conformal maps: 2, or more to spare the worst places."),
     weight: opt.Weight = None,
     background: str = opt.option(
-        "auto|NUMBER", "What the surroundings count, 0 to 0.5, so that they do not fold.", "auto"
+        "auto|NUMBER", "Weight of the surroundings, 0 to 0.5, so that they do not fold.", "auto"
     ),
-    symmetric: str = opt.option(designs.SYMMETRIES, "About what.", "none"),
-    north: str | None = opt.option("LON,LAT", "Where north is up, else in the middle."),
+    symmetric: str = opt.option(designs.SYMMETRIES, "Axes of symmetry.", "none"),
+    north: str | None = opt.option("LON,LAT", "Where north is up; by default the middle."),
     datum: opt.Datum = None,
     against: list[str] | None = opt.option(
-        "PROJECTION", "Maps to compare with, else the best existing CRS. May be repeated."
+        "PROJECTION", "A map to compare with, by default the best existing CRS; may be repeated."
     ),
-    name: str | None = opt.option("TEXT", "Of the CRS."),
+    name: str | None = opt.option("TEXT", "The name of the CRS."),
     format: str | None = opt.file_format(_DESIGN_FORMS, ".json, .wkt, .html or .txt"),
     output: opt.Output = None,
-    picture: str | None = opt.option("FILE", "Beside the best existing map: .png, .svg or .pdf; -o is enough."),
+    picture: str | None = opt.option("FILE", "Draw it beside the best existing map: .png, .svg or .pdf; -o is enough."),
     *,
     pictured: opt.PictureOptions,
 ) -> None:
-    """Make the map that distorts a region least, as a CRS that PROJ and GDAL run."""
+    """Make the map that distorts a region least, as a CRS for PROJ and GDAL."""
     output, picture = opt.picture_apart(output, picture)
     target = opt.target(format, output, pictured.overwrite, _DESIGN_FORMS, plots.SUFFIXES)
     drawn = opt.picture_of(picture, pictured)
@@ -194,19 +194,19 @@ def _design_notes(found: designs.Design) -> Iterator[str]:
 def mean_map_command(
     projections: opt.Projections,
     region: opt.Region = None,
-    weights: str | None = opt.option("NUMBERS", "What each map counts, as 1,2; else all the same."),
+    weights: str | None = opt.option("NUMBERS", "Weights of the maps, such as 1,2; by default equal."),
     degree: str | None = opt.option(
-        "NUMBER", "Of the polynomials; 8 if not given, of maps of the world 9, at most 12."
+        "NUMBER", "Degree of the polynomials, at most 12; 8 if not given, 9 for maps of the world."
     ),
     datum: opt.Datum = None,
-    name: str | None = opt.option("TEXT", "Of the map."),
+    name: str | None = opt.option("TEXT", "The name of the map."),
     format: str | None = opt.file_format(_MEAN_FORMS, ".json, .wkt or .txt"),
     output: opt.Output = None,
-    picture: str | None = opt.option("FILE", "The mean beside the average: .png, .svg or .pdf; -o is enough."),
+    picture: str | None = opt.option("FILE", "Draw the mean beside the average: .png, .svg or .pdf; -o is enough."),
     *,
     pictured: opt.PictureOptions,
 ) -> None:
-    """Find the mean of several maps: the map that is nearest to all in distortion."""
+    """Find the mean of several maps: the map nearest to all of them in distortion."""
     output, picture = opt.picture_apart(output, picture)
     target = opt.target(format, output, pictured.overwrite, _MEAN_FORMS, plots.SUFFIXES)
     drawn = opt.picture_of(picture, pictured)
@@ -271,24 +271,24 @@ def _mean_answer(found: designs.MeanMap) -> Iterator[str]:
 
 
 def world_map_command(
-    region: str | None = opt.argument("[REGION]", "What to show well, as --region of compare; all if not given.", None),
+    region: str | None = opt.argument("[REGION]", "What to show well, like --region of compare; by default all.", None),
     cut: str = opt.option(
         "LON|POINTS",
-        "A meridian; or points as '-170,40 -70,-62', from the first through the others to its antipode.",
+        "A meridian, or points such as '-170,40 -70,-62': from the first through the others to its antipode.",
         "180",
     ),
     weight: opt.Weight = None,
-    elsewhere: str = opt.option("NUMBER", "The weight of what is not in the region, 1e-4 to 1.", "0.02"),
-    until: str = opt.option("LAT", "Where the map ends, north and south.", "90"),
-    symmetric: str = opt.option(designs.WORLD_SYMMETRIES, "About what.", "auto"),
-    exponent: str | None = opt.option("NUMBER", "Of the energy, 0 to 1; 1/8 if not given, 0: Airy-Kavrayskiy."),
-    cells: str | None = opt.option("NUMBER", "Of the mesh, either way, 8 to 128; 32 or, of a region, 64."),
-    against: list[str] | None = opt.option("PROJECTION", "A map to compare with. May be repeated."),
+    elsewhere: str = opt.option("NUMBER", "The weight of everything outside the region, 1e-4 to 1.", "0.02"),
+    until: str = opt.option("LAT", "The latitude where the map ends, north and south.", "90"),
+    symmetric: str = opt.option(designs.WORLD_SYMMETRIES, "Axes of symmetry.", "auto"),
+    exponent: str | None = opt.option("NUMBER", "Exponent of the energy, 0 (Airy-Kavrayskiy) to 1; 1/8 if not given."),
+    cells: str | None = opt.option("NUMBER", "Cells of the mesh, each way, 8 to 128; by default 32, for a region 64."),
+    against: list[str] | None = opt.option("PROJECTION", "A map to compare with; may be repeated."),
     format: str | None = opt.file_format(_WORLD_FORMS, ".json or .txt"),
     output: opt.Output = None,
-    tinshift: str | None = opt.option("FILE", "Triangles for PROJ's tinshift, a .json to write."),
-    step: str = opt.option("DEGREES", "Between the triangles' corners.", "2"),
-    picture: str | None = opt.option("FILE", "A heat map of the Fisher distortion: .png, .svg or .pdf; -o is enough."),
+    tinshift: str | None = opt.option("FILE", "Write triangles for PROJ's tinshift: .json."),
+    step: str = opt.option("DEGREES", "Spacing of the triangles' corners.", "2"),
+    picture: str | None = opt.option("FILE", "Draw the Fisher distortion: .png, .svg or .pdf; -o is enough."),
     *,
     pictured: opt.PictureOptions,
 ) -> None:
@@ -366,5 +366,5 @@ def _cut(text: str) -> float | list[list[float]]:
     if len(values) == 1 and len(values[0]) == 1:
         return values[0][0]
     if len(values) < 2 or any(len(point) != 2 for point in values):
-        refuse(f"Invalid cut '{text}'. It must be a longitude, or two or more points as '-170,40 -70,-62'.")
+        refuse(f"Invalid cut '{text}'. It must be a longitude, or two or more points such as '-170,40 -70,-62'.")
     return values

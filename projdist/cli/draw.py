@@ -27,12 +27,12 @@ _MOST_LEVELS = 100
 
 def tissot_command(
     given: opt.Projections,
-    output: str = opt.output("Picture: .png, .svg or .pdf; or layer of polygons: .gpkg, .geojson.", "tissot.png"),
+    output: str = opt.output("A picture: .png, .svg or .pdf; or a layer of polygons: .gpkg or .geojson.", "tissot.png"),
     region: opt.Region = None,
     step: str | None = opt.option("NUMBER", "Degrees between the ellipses."),
-    grid: str | None = opt.option("LAT,LON", "Ellipses at multiples of these degrees, not evenly."),
-    exaggerate: str | None = opt.option("NUMBER|auto", "So many times the distortion that there is."),
-    axes: bool = opt.flag("--axes", "Principal directions as crosses."),
+    grid: str | None = opt.option("LAT,LON", "Put ellipses at multiples of these degrees, instead of evenly."),
+    exaggerate: str | None = opt.option("NUMBER|auto", "Multiply the distortion by this number."),
+    axes: bool = opt.flag("--axes", "Draw the principal directions as crosses."),
     context: opt.Context = None,
     *,
     pictured: opt.PictureOptions,
@@ -59,7 +59,7 @@ def tissot_command(
             refuse("Invalid option '--grid'. It cannot be used with --step.")
         words = grid.split(",")
         if len(words) != 2:
-            refuse(f"Invalid grid '{grid}'. It must be degrees of latitude and of longitude, as 10,15.")
+            refuse(f"Invalid grid '{grid}'. It must be degrees of latitude and of longitude, such as 10,15.")
         options["grid"] = tuple(opt.number("grid", word, 1e-4, 90.0, " of degrees") for word in words)
     if exaggerate is not None:
         options["exaggeration"] = "auto" if exaggerate == "auto" else opt.number("exaggeration", exaggerate, 0.1, 1e6)
@@ -70,23 +70,23 @@ def heatmap_command(
     given: opt.Projections,
     measure: list[str] | None = opt.option(
         "NAME",
-        "See 'projdist list measures'; fisher if none. A raster may have several, with commas.",
+        "See 'projdist list measures'; fisher if not given. A raster may have several, with commas.",
         None,
         *opt.MEASURE,
     ),
-    output: str = opt.output("Picture: .png, .svg or .pdf; or GeoTIFF: .tif.", "heatmap.png"),
+    output: str = opt.output("A picture: .png, .svg or .pdf; or a GeoTIFF: .tif.", "heatmap.png"),
     against: str | None = opt.option(
-        "PROJECTION", "Draw by how much the measure is more than on this map; scales over its."
+        "PROJECTION", "Draw the measure minus that on this map; scales divided by its scales."
     ),
     region: opt.Region = None,
     step: str | None = opt.option("NUMBER", "Degrees between graticule lines."),
-    levels: str | None = opt.option("NUMBERS", "Number of isolines, or values in any order, as 1,1.5,2."),
-    cmap: str | None = opt.option("NAME", "A colour map of matplotlib."),
+    levels: str | None = opt.option("NUMBERS", "Number of isolines, or their values in any order, such as 1,1.5,2."),
+    cmap: str | None = opt.option("NAME", "A matplotlib colour map."),
     context: opt.Context = None,
     size: str | None = opt.option(
-        "WIDTH,HEIGHT", "Inches of a picture, as 10,6; pixels of a raster: of its longer side, or as 1000,500."
+        "WIDTH,HEIGHT", "In inches for a picture (10,6), in pixels for a raster: its longer side, or both (1000,500)."
     ),
-    resolution: str | None = opt.option("NUMBER", "Side of a raster's pixels in the unit of its CRS."),
+    resolution: str | None = opt.option("NUMBER", "Size of a raster's pixels in the unit of its CRS."),
     grid: str = opt.option("map|lonlat", "CRS of a raster: the map's own, or longitude and latitude.", "map"),
     *,
     pictured: opt.PictureOptions,
@@ -134,7 +134,7 @@ def _pixels(text: str | None) -> int | tuple[int, int] | None:
         return None
     words = text.replace("x", ",").split(",")
     if len(words) > 2 or not all(word.strip().isdecimal() for word in words):
-        refuse(f"Invalid size '{text}'. It must be pixels of the longer side, or WIDTH,HEIGHT, as 1000 or 1000,500.")
+        refuse(f"Invalid size '{text}'. It must be in pixels: the longer side (1000) or WIDTH,HEIGHT (1000,500).")
     counts = [int(opt.number("size", word, 1, _MOST_PIXELS, " of pixels")) for word in words]
     return counts[0] if len(counts) == 1 else (counts[0], counts[1])
 
@@ -147,7 +147,7 @@ def _levels(text: str | None) -> int | list[float] | None:
     if whole and 1 <= values[0] <= _MOST_LEVELS:
         return int(values[0])
     if whole or not values or len(values) > _MOST_LEVELS or not np.isfinite(values).all():
-        refuse(f"Invalid levels '{text}'. It must be a number of them, 1 to {_MOST_LEVELS}, or values as 1,1.5,2.")
+        refuse(f"Invalid levels '{text}'. It must be their number, 1 to {_MOST_LEVELS}, or values such as 1,1.5,2.")
     return values
 
 
@@ -176,25 +176,25 @@ def _draw(
 
 
 def morph_command(
-    first: str = opt.argument("PROJECTION", "Where the film begins, as for compare."),
-    second: str = opt.argument("PROJECTION", "What it flows into, and back from."),
-    output: str = opt.output("Film: .gif, or .mp4 (with ffmpeg).", "morph.gif"),
+    first: str = opt.argument("PROJECTION", "Where the animation begins, as in compare."),
+    second: str = opt.argument("PROJECTION", "The map it flows into, and back from."),
+    output: str = opt.output("The animation: .gif, or .mp4 (with ffmpeg).", "morph.gif"),
     measure: list[str] | None = opt.option(
-        "NAME", "Its colours; fisher if none (see 'projdist list measures').", None, *opt.MEASURE
+        "NAME", "The measure in colours; fisher if not given (see 'projdist list measures').", None, *opt.MEASURE
     ),
     region: opt.Region = None,
-    frames: str = opt.option("NUMBER", "Pictures on the way there.", "24"),
-    seconds: str = opt.option("NUMBER", "There and back, without the rests.", "4"),
-    size: str = opt.option("WIDTH,HEIGHT", "In inches.", "7,4.6"),
+    frames: str = opt.option("NUMBER", "Frames on the way there.", "24"),
+    seconds: str = opt.option("NUMBER", "Seconds there and back, without the pauses.", "4"),
+    size: str = opt.option("WIDTH,HEIGHT", "Size in inches.", "7,4.6"),
     dpi: str = opt.option("NUMBER", "Dots per inch.", "100"),
     *,
     pictured: opt.FilmOptions,
 ) -> None:
-    """Make a film of one map that flows into another, in the colours of a measure."""
-    path = opt.file_of_kind(output, plots.FILM_SUFFIXES, pictured.overwrite, "film")
+    """Make an animation of one map flowing into another, coloured by a measure."""
+    path = opt.file_of_kind(output, plots.FILM_SUFFIXES, pictured.overwrite, "animation")
     names = opt.measure_names(measure or ["fisher"])
     if len(names) > 1:
-        refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A film shows one.")
+        refuse(f"Invalid measures '{','.join(names)}' for '{path}'. An animation shows one.")
     count, length = opt.whole_number("frames", frames, 2, 500), opt.number("seconds", seconds, 0.1, 600)
     dots = opt.number("dpi", dpi, 10, 1200)
     room, area = opt.size_of(size, dots), opt.region_of(region, [first, second])
@@ -224,15 +224,15 @@ _LAST_PORT = 65535
 
 
 def explore_command(
-    given: list[str] | None = opt.argument("[PROJECTION...]", "As for compare; Winkel's if there is none.", None),
+    given: list[str] | None = opt.argument("[PROJECTION...]", "As in compare; winkel-tripel if not given.", None),
     region: opt.Region = None,
     measure: str = opt.option(
         "NAME", "The measure shown first (see 'projdist list measures').", "fisher", *opt.MEASURE
     ),
-    port: str | None = opt.option("NUMBER", "Of the address; any free one if not given."),
-    no_browser: bool = opt.flag("--no-browser", "Print the address and open no browser."),
+    port: str | None = opt.option("NUMBER", "Port of the address; any free one if not given."),
+    no_browser: bool = opt.flag("--no-browser", "Print the address only, and open no browser."),
 ) -> None:
-    """See maps live in a browser: drag them, turn their parameters, point at them, ask for better ones."""
+    """See live maps in a browser: drag them, change their parameters, point at them, ask for better ones."""
     given = given or [_FIRST]
     if len(given) > _MOST_MAPS:
         refuse(f"Invalid projections. A page has at most {_MOST_MAPS}, and {len(given)} were given.")

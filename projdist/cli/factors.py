@@ -40,15 +40,15 @@ def factors_command(
         "FILE[#LAYER]", "Points to add columns to: a table (.csv, .tsv, .txt) with lon and lat, or any that GDAL reads."
     ),
     measure: opt.Measures = None,
-    prefix: str = opt.option("TEXT", "What the columns added to FILE begin with.", ""),
+    prefix: str = opt.option("TEXT", "Prefix of the columns added to FILE.", ""),
     format: str | None = opt.file_format(),
     output: str | None = opt.output(
-        "File to write instead of printing; with --at, and always for the last three, its suffix tells what "
-        "it is: .csv, .parquet, .gpkg or .geojson."
+        "File to write instead of printing; with --at, and always for the last three, its suffix tells the "
+        "format: .csv, .parquet, .gpkg or .geojson."
     ),
     overwrite: opt.Overwrite = False,
 ) -> None:
-    """Scales, angles and other measures of a projection at points."""
+    """Print scales, angles and other measures of a projection at points."""
     names = opt.measure_names(measure)
     if at is None:
         form, path, _ = opt.target(format, output, overwrite, others=_TABLE_SUFFIXES)
@@ -342,18 +342,18 @@ def profile_command(
     projection: opt.OneProjection,
     line: str = opt.option(
         "FILE|LON,LAT,...",
-        "A line: a file, as road.geojson or roads.gpkg#LAYER, or LON,LAT of two points or more.",
+        "A line: a file, such as road.geojson or roads.gpkg#LAYER, or LON,LAT of two or more points.",
         ...,
     ),
     measure: opt.Measures = None,
-    spacing: str | None = opt.option("KM", "Between the points; a round number if none."),
+    spacing: str | None = opt.option("KM", "Distance between the points; a round number if not given."),
     height: str | None = opt.option("METRES", "Ellipsoidal height of the line, in place of its own."),
     format: str | None = opt.file_format(),
-    output: str | None = opt.output("Picture: .png, .svg or .pdf; or table: .csv, .json, .md or .txt."),
+    output: str | None = opt.output("A picture: .png, .svg or .pdf; or a table: .csv, .json, .md or .txt."),
     *,
     pictured: opt.GraphOptions,
 ) -> None:
-    """Scale, convergence and other measures along a line, and the combined factor at heights."""
+    """Print scale, convergence and other measures along a line, and the combined factor at heights."""
     drawn = output is not None and Path(output).suffix.lower() in plots.SUFFIXES
     picture = opt.picture_of(output if drawn else None, pictured)
     target = opt.target(format, None if drawn else output, pictured.overwrite, others=plots.SUFFIXES)

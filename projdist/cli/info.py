@@ -35,12 +35,12 @@ def info_command(
     region: opt.Region = None,
     format: str | None = opt.report_format(),
     output: str | None = opt.output(
-        "A heat map of the scale error: .png, .svg or .pdf; or all as a page with a live map: .html."
+        "A heat map of the scale error: .png, .svg or .pdf; or everything as a page with a live map: .html."
     ),
     *,
     pictured: opt.PictureOptions,
 ) -> None:
-    """Show what a projection is, what it keeps as measured, and its errors where it is for; or what a region is."""
+    """Show what a projection is, what it keeps as measured, and its errors in its area; or what a region is."""
     target = opt.page_target(format, output, pictured.overwrite)
     picture = opt.picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
     if projection not in projections.projection_names() and regions.is_region_text(projection):
@@ -220,13 +220,13 @@ _FOUND = 3
 
 
 def find_command(
-    words: list[str] = opt.argument("WORDS...", "In any order, of names, areas of use, methods; or a code."),
-    authority: str = opt.option("NAMES", "Only of EPSG, ESRI, IGNF or IAU_2015, with commas.", ""),
-    deprecated: bool = opt.flag("--deprecated", "Deprecated ones, too."),
-    limit: str | None = opt.option("NUMBER", "How many to print; the three likeliest, or with --details ten."),
+    words: list[str] = opt.argument("WORDS...", "Words in any order, from names, areas of use or methods; or a code."),
+    authority: str = opt.option("NAMES", "Only these: EPSG, ESRI, IGNF, IAU_2015, with commas.", ""),
+    deprecated: bool = opt.flag("--deprecated", "Include deprecated CRSs."),
+    limit: str | None = opt.option("NUMBER", "How many to print; three if not given, with --details ten."),
     format: opt.Format = "table",
 ) -> None:
-    """Find projected CRSs and named maps by words, the likeliest first."""
+    """Find projected CRSs and named maps by words, the best match first."""
     form, most = opt.format_of(format), opt.whole_number("limit", limit or "10", 1, _MOST)
     chosen = [name for name in authority.split(",") if name.strip()]
     with refusing():
@@ -263,7 +263,7 @@ def list_command(
     what: str = opt.argument("projections|measures|figures|criteria|indices|regions", "What to list."),
     format: opt.Format = "table",
 ) -> None:
-    """List the projections, measures, figures, criteria, published indices or named regions that there are."""
+    """List the projections, measures, figures, criteria, published indices or named regions."""
     rows = _LISTS[opt.choice("list", what, _LISTS)]()
     present(_names_report(rows, what), opt.format_of(format))
 
@@ -334,12 +334,12 @@ _LISTS = {
 
 
 def tables_command(
-    name: str | None = opt.argument("[NAME]", f"{', '.join(answers.TABLES)}; without it, the list of them.", None),
+    name: str | None = opt.argument("[NAME]", f"{', '.join(answers.TABLES)}; without it, their list.", None),
     format: str | None = opt.file_format(),
     output: opt.Output = None,
     overwrite: opt.Overwrite = False,
 ) -> None:
-    """Print a table of the literature beside the same figures computed anew, and what explains the differences."""
+    """Print a table from the literature beside the same figures recomputed, and what explains the differences."""
     target = opt.target(format, output, overwrite)
     with refusing(), working("Computing"):
         if name is None:

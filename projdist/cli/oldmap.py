@@ -29,40 +29,40 @@ _degrees = functools.partial(fixed, decimals=2)
 def oldmap_command(
     points: list[str] = opt.argument(
         "POINTS...",
-        "Control points: [id], x and y on the old map, x and y in truth in metres; or columns x_old, y_old, "
-        "x_new, y_new; or QGIS's, ArcGIS's link tables, or GDAL's -gcp. Files of several maps of one region are "
+        "Control points: [id], x and y on the old map, true x and y in metres; or columns x_old, y_old, x_new, "
+        "y_new; or points of QGIS, link tables of ArcGIS, or GDAL's -gcp. Files of several maps of one region are "
         "compared with their mean.",
     ),
     model: str = opt.option(oldmaps.MODELS, "What is fitted to the points.", "tps"),
     smoothing: str | None = opt.option(
-        "NUMBER", "Of tps: 0 interpolates; without it, by generalized cross-validation."
+        "NUMBER", "Smoothing of tps, 0 to interpolate; by default from generalized cross-validation."
     ),
-    outliers: str = opt.option(oldmaps.OUTLIERS, "Leave wrong points, which are named, out of the fit.", "drop"),
+    outliers: str = opt.option(oldmaps.OUTLIERS, "Leave out wrong points (they are named), or keep them.", "drop"),
     crs: str | None = opt.option(
         "PROJECTION",
-        "The plane of the truth, given as its coordinates or as longitudes and latitudes to be projected; by "
-        "default the CRS that the file states.",
+        "The CRS of the true coordinates, which may also be longitudes and latitudes; by default the one that "
+        "the file states.",
     ),
-    scan_dpi: str | None = opt.option("NUMBER", "Dots per inch of the scan, for denominators of scales."),
+    scan_dpi: str | None = opt.option("NUMBER", "Dots per inch of the scan, to print scales as 1 : N."),
     image: str | None = opt.option("FILE", "The scan, to draw on, or to rectify."),
     by: str | None = opt.option(
         oldmaps.RECTIFIED_BY,
-        "The map that rectifies the scan, fit if not given; for displacements, isolines and several maps the "
-        "linear map that is taken out first, mdt if not given.",
+        "The map that rectifies the scan, fit if not given; for displacements, isolines and several maps, the "
+        "linear map that is removed first, mdt if not given.",
     ),
-    resolution: str | None = opt.option("METRES", "Of the rectified scan's pixels; about the scan's if not given."),
+    resolution: str | None = opt.option("METRES", "Pixel size of the rectified scan; by default about the scan's."),
     draw: list[str] | None = opt.option(
-        PANELS, "A panel; may be repeated, or with commas. The first four if none. Rotations count clockwise."
+        PANELS, "Panels, with commas; may be repeated. The first four if not given. Rotations count clockwise."
     ),
     measure: str = opt.option(DRAWN_MEASURES, "What the heat map shows.", "fisher", *opt.MEASURE),
     format: opt.Format = "table",
     output: str | None = opt.output(
-        "Picture: .png, .svg or .pdf; rectified scan: .tif; displacements and isolines: .gpkg."
+        "A picture: .png, .svg or .pdf; the rectified scan: .tif; displacements and isolines: .gpkg."
     ),
     *,
     pictured: opt.PictureOptions,
 ) -> None:
-    """Measure the distortion of an old map by control points, or of several and what they have in common."""
+    """Measure the distortion of an old map from control points, or of several and what they have in common."""
     form = opt.format_of(format)
     opt.choice("model", model, oldmaps.MODELS)
     opt.choice("outliers", outliers, oldmaps.OUTLIERS)

@@ -24,7 +24,7 @@ _RECOMMENDED = "recommend"
 _LAST = 0.1  # digit of values above 1
 _LIMIT_DIGIT = 1e-3  # of a limit, which is no more than a good prediction
 _DIGIT = 1e-5  # of a value: what figures of a table are shown to
-_FAMILY = f"auto, {', '.join(decisions.FAMILIES)}, or a PROJ string with ranges, as '+proj=lcc +lat_1={{20..60}}'."
+_FAMILY = f"auto, {', '.join(decisions.FAMILIES)}, or a PROJ string with ranges, such as '+proj=lcc +lat_1={{20..60}}'."
 
 
 def optimize_command(
@@ -34,12 +34,12 @@ def optimize_command(
         "NAMES", "Parameters to choose, with commas: lat_1,lat_2,lat_0,lon_0,k_0,alpha,pole, ..."
     ),
     criterion: str = opt.option(
-        "NAME", "What to make small: a name of 'projdist list figures'.", "airy_kavrayskiy", *opt.CRITERION
+        "NAME", "What to minimise: a name from 'projdist list figures'.", "airy_kavrayskiy", *opt.CRITERION
     ),
-    ellipsoid: str | None = opt.option("NAME", "sphere or one of PROJ's; WGS84 where there are formulas for it."),
-    round: str | None = opt.option("NUMBER", "Degrees of which angles are multiples; k_0 has six decimals."),
+    ellipsoid: str | None = opt.option("NAME", "sphere or one of PROJ's; by default WGS84 if there are formulas."),
+    round: str | None = opt.option("NUMBER", "Round angles to multiples of this many degrees, k_0 to six decimals."),
     against: list[str] | None = opt.option(
-        "PROJECTION", "A map to compare with, or 'recommend': the best existing CRS. May be repeated."
+        "PROJECTION", "A map to compare with, or 'recommend': the best existing CRS; may be repeated."
     ),
     format: str | None = opt.file_format(_OPTIMUM_FORMS, ".json, .wkt, .html or .txt"),
     output: opt.Output = None,
@@ -171,28 +171,28 @@ _ANGLES = ("lat_0", "lat_1", "lon_0", "lonc", "alpha")
 def ldp_command(
     region: opt.RegionArgument,
     heights: str | None = opt.option(
-        "FILE", "Points: .csv with lon, lat and ellipsoidal h, or a .tif (with rasterio)."
+        "FILE", "Points (.csv with lon, lat and ellipsoidal h) or a raster (.tif, with rasterio)."
     ),
     height: str | None = opt.option("METRES", "The ellipsoidal height of the whole region."),
-    families: str = opt.option("NAMES", "Which to try, with commas.", ",".join(decisions.LDP_FAMILIES)),
+    families: str = opt.option("NAMES", "Families to try, with commas.", ",".join(decisions.LDP_FAMILIES)),
     criterion: str = opt.option(
         "NAME",
         "share (the most points within the target), max_scale_error_ppm, rms_scale_error_ppm, ...",
         "share",
         *opt.CRITERION,
     ),
-    target_ppm: str = opt.option("PPM", "The target of the share.", "20"),
-    round_k: str = opt.option("NUMBER", "The scale factor is a multiple of it.", "1e-6"),
-    round_axis: str = opt.option("ANGLE", "The axis is a multiple: 1', 30\", 0.5 (deg).", "1'"),
+    target_ppm: str = opt.option("PPM", "The target for share.", "20"),
+    round_k: str = opt.option("NUMBER", "Round the scale factor to a multiple of this.", "1e-6"),
+    round_axis: str = opt.option("ANGLE", "Round the axis to a multiple of this: 1', 30\", 0.5 (degrees).", "1'"),
     geodetic: str = opt.option("CRS", "Geographic CRS to base it on.", "EPSG:4326"),
     against: list[str] | None = opt.option("PROJECTION", "A map to compare with; may be repeated."),
     name: str | None = opt.option("TEXT", "The name of the CRS."),
     format: str | None = opt.report_format(_LDP_FORMS),
-    output: str | None = opt.output("Map of the ppm: .png, .svg or .pdf; or a page: .html."),
+    output: str | None = opt.output("A map of the distortion in ppm: .png, .svg or .pdf; or a page: .html."),
     *,
     pictured: opt.PictureOptions,
 ) -> None:
-    """Design a low-distortion projection: grid distances as on the ground, at ellipsoidal heights."""
+    """Design a low-distortion projection: grid distances match those on the ground, at ellipsoidal heights."""
     target = opt.page_target(format, output, pictured.overwrite, _LDP_FORMS)
     area = opt.region_of(region)
     own = isinstance(area, regions.PointSet) and area.height is not None
@@ -265,7 +265,7 @@ def _angle(text: str) -> float:
     units = {"'": 60.0, "′": 60.0, '"': 3600.0, "″": 3600.0}
     degrees = float(match[1]) / units.get(match[2], 1.0) if match else math.nan
     if not 1e-7 <= degrees <= 1.0:
-        refuse(f"Invalid rounding of the axis '{text}'. It must be an angle up to 1 degree, as 1', 30\" or 0.5.")
+        refuse(f"Invalid rounding of the axis '{text}'. It must be an angle up to 1 degree, such as 1', 30\" or 0.5.")
     return degrees
 
 
@@ -310,18 +310,18 @@ def correct_command(
     region: opt.Region = None,
     criterion: str = opt.option(
         answers.CORRECTION_CRITERIA,
-        "Least mean square of the distortion, or its least mean, by the geometric median of the Jacobians.",
+        "Minimise the mean square of the distortion, or its mean (by the geometric median of the Jacobians).",
         "mean",
     ),
     constraint: str = opt.option(
-        answers.CONSTRAINTS, "Any linear map, one that keeps areas, or a scale alone.", "affine"
+        answers.CONSTRAINTS, "Any linear map, one that keeps areas, or only a scale.", "affine"
     ),
     keep_north: bool = opt.flag(
         "--keep-north/--free", "Keep the map's vertical, or turn it so that north is up on average.", True
     ),
     format: str | None = opt.report_format(_CORRECTION_FORMS),
-    output: str | None = opt.output("Picture of the map before and after: .png, .svg or .pdf; or a page: .html."),
-    local: str | None = opt.option("KM", "Draw, in its place, the corrections that caps of this radius would have."),
+    output: str | None = opt.output("A picture of the map before and after: .png, .svg or .pdf; or a page: .html."),
+    local: str | None = opt.option("KM", "Draw instead the corrections that caps of this radius would have."),
     step: str | None = opt.option("NUMBER", "Degrees between the ellipses or caps."),
     *,
     pictured: opt.PictureOptions,

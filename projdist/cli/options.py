@@ -55,12 +55,12 @@ Projections = Annotated[
     list[str],
     argument(
         "PROJECTION...",
-        "Names, also with parameters (robinson+lon_0=150) or a latitude and longitude for their centre "
+        "Names, alone or with parameters (robinson+lon_0=150) or a latitude and longitude for the centre "
         "(mollweide@45,-100), PROJ strings, EPSG: or ESRI: codes, WKT, PROJJSON, .prj or .wkt files.",
     ),
 ]
-OneProjection = Annotated[str, argument("PROJECTION", "As for compare.")]
-RegionArgument = Annotated[str, argument("REGION", "As --region of compare: Germany, country:DE, box:W,S,E,N, ...")]
+OneProjection = Annotated[str, argument("PROJECTION", "As in compare.")]
+RegionArgument = Annotated[str, argument("REGION", "Like --region of compare: Germany, country:DE, box:W,S,E,N, ...")]
 Region = Annotated[
     str | None,
     option(
@@ -69,21 +69,21 @@ Region = Annotated[
         "distance), country:NAME, continent:NAME, area:NAME (see 'projdist list regions'), state:NAME (of the USA), or "
         "the name alone, polygon:LON,LAT,..., crs:CODE (its area of use), file:PATH[#LAYER] (polygons), geodesic:PATH "
         "(with geodesics for edges), points:PATH (lon, lat, weight), and combinations by ' & ', ' - ', ' + ' and "
-        "brackets; @main behind a region is its main part. Without one: "
-        "the area of use of a CRS, if all maps have the same, else the globe.",
+        "brackets; @main after a region is its main part. Without one: "
+        "the area of use of a CRS if all maps have the same, otherwise the globe.",
         ...,
         *("--region", "-r"),
     ),
 ]
 _WEIGHTS = (
-    "Weights in place of areas: a raster of counts, as pop.tif or pop.tif#2 (a band), or, of points:PATH, a column."
+    "Weights in place of areas: a raster of counts, such as pop.tif or pop.tif#2 (a band), or a column of points:PATH."
 )
 Weight = Annotated[str | None, option("FILE|COLUMN", _WEIGHTS, ...)]
 Regions = Annotated[
     list[str] | None,
     option(
         "countries|continents|areas|states|FILE",
-        "Each of many regions: all countries, continents, areas or states of the USA, the features of a file "
+        "Many regions, one by one: all countries, continents, areas or states of the USA, the features of a file "
         "(PATH#LAYER), or any region; may be repeated.",
         ...,
     ),
@@ -92,7 +92,7 @@ Executor = Annotated[
     str | None,
     option(
         "processes:N|dask://HOST:PORT",
-        "What the work runs on: processes of this machine, or a Dask scheduler; if not given, a process a core.",
+        "What the work runs on: processes on this machine or a Dask scheduler; by default one process per core.",
         ...,
     ),
 ]
@@ -100,16 +100,16 @@ Partial = Annotated[
     str | None,
     option(
         "FILE",
-        "With --regions: where results are kept as they come; the same command goes on from it. If not given, "
+        "With --regions: where results are kept as they come; the same command continues from there. If not given, "
         "beside the output, until that is written.",
         ...,
     ),
 ]
 Format = Annotated[str, option(FORMATS, "How to print.", ..., *_FORMAT)]
 Output = Annotated[str | None, output("File to write instead of printing.", ...)]
-Datum = Annotated[str | None, option("CRS", "The geographic CRS to base it on, as EPSG:4258; else WGS 84.", ...)]
+Datum = Annotated[str | None, option("CRS", "The geographic CRS to use, such as EPSG:4258; by default WGS 84.", ...)]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the file if there is one.")]
-_MEASURES = "A measure (see 'projdist list measures'); may be repeated, or with commas."
+_MEASURES = "A measure (see 'projdist list measures'), or several with commas; may be repeated."
 Measures = Annotated[list[str] | None, option("NAME", _MEASURES, ..., *MEASURE)]
 _CONTEXT = "What a picture of a region shows of the Earth; full if not given."
 Context = Annotated[str | None, option("none|coast|borders|full", _CONTEXT, ...)]
@@ -306,7 +306,7 @@ _MOST_PIXELS = 4e8  # 1.6 GB of memory
 class SizeOptions:
     """The size and resolution of a picture, and whether it may replace a file."""
 
-    size: str | None = option("WIDTH,HEIGHT", "Of the picture in inches, as 10,6.")
+    size: str | None = option("WIDTH,HEIGHT", "Size of the picture in inches, such as 10,6.")
     dpi: str | None = option("NUMBER", "Dots per inch; 150 if not given.")
     overwrite: Overwrite = False
 
@@ -315,10 +315,10 @@ class SizeOptions:
 class StyleOptions:
     """The style of a picture."""
 
-    title: str | None = option("TEXT", "The title of the map, or a heading above several.")
+    title: str | None = option("TEXT", "The title of the map, or a heading above several maps.")
     no_title: bool = flag("--no-title", "Nothing above the maps.")
-    font_size: str | None = option("POINTS", "Of the colour bar's label; others in proportion.")
-    style: str | None = option("FILE", "A style of matplotlib, by file or name: its fonts.")
+    font_size: str | None = option("POINTS", "Size of the colour bar's label; others in proportion.")
+    style: str | None = option("FILE", "A matplotlib style, by file or name: its fonts.")
     theme: str | None = option("light|dark|print", "Colours of the picture; print is grey.")
 
     def given(self, but: str = "") -> dict[str, Any]:
@@ -401,7 +401,7 @@ def size_of(text: str | None, dpi: float) -> tuple[float, float] | None:
         return None
     width, comma, height = text.replace("x", ",").partition(",")
     if not comma or "," in height:
-        refuse(f"Invalid size '{text}'. It must be WIDTH,HEIGHT in inches, as 10,6.")
+        refuse(f"Invalid size '{text}'. It must be WIDTH,HEIGHT in inches, such as 10,6.")
     size = number("width", width, 0.5, 200, " of inches"), number("height", height, 0.5, 200, " of inches")
     if size[0] * size[1] * dpi**2 > _MOST_PIXELS:
         refuse(f"Invalid size '{text}' at {dpi:g} dots per inch. It must have at most {_MOST_PIXELS:.0e} pixels.")

@@ -50,36 +50,36 @@ _USES = {
 
 def recommend_command(
     region: Annotated[
-        str | None, opt.argument("REGION", "As --region of compare: country:DE, box:W,S,E,N, ...")
+        str | None, opt.argument("REGION", "Like --region of compare: country:DE, box:W,S,E,N, ...")
     ] = None,
     regions: opt.Regions = None,
     use: str | None = opt.option(
-        _USES, "What the map is for: areas or angles that are true, distances that are nearly so, ...", None, "--for"
+        _USES, "What the map is for: true areas, true angles, nearly true distances, ...", None, "--for"
     ),
-    purpose: str | None = opt.option(decisions.PURPOSES, "What the map shall keep, as measured; any if not given."),
+    purpose: str | None = opt.option(decisions.PURPOSES, "What the map must keep, as measured; any if not given."),
     criterion: str | None = opt.option(
-        "NAME", "What to rank by: a name of 'projdist list figures'; airy_kavrayskiy if not given."
+        "NAME", "What to rank by: a name from 'projdist list figures'; airy_kavrayskiy if not given."
     ),
-    authority: str = opt.option("NAMES", "EPSG, ESRI, IGNF, with commas.", "EPSG,ESRI"),
-    datum: str | None = opt.option("TEXT", "A part of the name, as WGS 84 or ETRS89."),
-    contains: bool = opt.flag("--contains", "Only those whose area of use holds the region."),
-    intersects: bool = opt.flag("--intersects", "Do not prefer those whose area of use holds the region."),
-    deprecated: bool = opt.flag("--deprecated", "Deprecated ones, too."),
+    authority: str = opt.option("NAMES", "EPSG, ESRI or IGNF, with commas.", "EPSG,ESRI"),
+    datum: str | None = opt.option("TEXT", "Part of the datum's name, such as WGS 84 or ETRS89."),
+    contains: bool = opt.flag("--contains", "Only CRSs whose area of use holds the region."),
+    intersects: bool = opt.flag("--intersects", "Do not prefer CRSs whose area of use holds the region."),
+    deprecated: bool = opt.flag("--deprecated", "Include deprecated CRSs."),
     limit: str = opt.option("NUMBER", "How many to print.", "10"),
     uninterrupted: bool = opt.flag(
-        "--uninterrupted", "Not those cut in the region; around the Earth, in one line only."
+        "--uninterrupted", "Leave out maps cut in the region; around the Earth, one cut is allowed."
     ),
-    custom: bool = opt.flag("--custom", "Also the best custom projections, and what the CRSs lose against them."),
+    custom: bool = opt.flag("--custom", "Add the best custom projections, and how much better they are than the CRSs."),
     executor: opt.Executor = None,
     partial: opt.Partial = None,
     format: str | None = opt.report_format(),
     output: str | None = opt.output(
-        "Heat maps of the best: .png, .svg or .pdf; or all as a page: .html. With --regions: as of compare."
+        "Heat maps of the best: .png, .svg or .pdf; or everything as a page: .html. With --regions: as in compare."
     ),
     *,
     pictured: opt.PictureOptions,
 ) -> None:
-    """Find the best existing CRSs for a region, or for each of many, by measuring every candidate."""
+    """Find the best existing CRSs for a region, or for each of many, by measuring all candidates."""
     most = opt.whole_number("limit", limit, 1, 10_000)
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot be used with --contains.")
@@ -423,12 +423,12 @@ def atlas_command(
     format: str | None = opt.report_format(),
     export: str | None = opt.option(
         "FILE",
-        "Write the data instead of printing, of the place or of all: .csv or .parquet (a row for each map of each "
+        "Write the data of the place or of all instead of printing: .csv or .parquet (a row for each map of each "
         "purpose) or .gpkg (the outline of each place).",
     ),
     overwrite: opt.Overwrite = False,
 ) -> None:
-    """Show the best maps of a place, measured beforehand; without a place, list the places."""
+    """Show the best maps of a place, measured in advance; without a place, list the places."""
     form = TABLE if format is None else opt.format_of(format)
     if export is not None and format is not None:
         refuse(f"Invalid format '{format}' for '{export}'. Its suffix tells the format.")

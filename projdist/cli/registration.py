@@ -42,16 +42,16 @@ class DrawnMosaic:
 
     blend: str | None = opt.option(
         mosaics.BLENDS,
-        "How images overlap: by bands of frequencies along seams where they differ least, by weights that "
-        "fall to their rims, or later ones on earlier ones. multiband if not given.",
+        "How to blend images: in bands of frequencies along the seams where they differ least, by weights that "
+        "fall towards their edges, or later images over earlier ones; multiband if not given.",
     )
     exposure: str | None = opt.option(
         mosaics.EXPOSURES,
-        "Make images equally bright (gain), their parts, too, as vignettes need (blocks), or leave them.",
+        "Make images equally bright (gain), or also their parts, against vignettes (blocks), or leave them.",
     )
     depth: str | None = opt.option(
         map(str, mosaics.DEPTHS),
-        "Bits a colour of the mosaic. 8 if not given; with 16 images of 12 or 16 bits keep their values.",
+        "Bits per colour of the mosaic, 8 if not given; with 16, images of 12 or 16 bits keep their values.",
     )
     crop: bool = opt.flag("--crop", "Crop the mosaic to the largest box without gaps.")
 
@@ -62,20 +62,20 @@ def mosaic_command(
     ),
     correspondences: str | None = opt.option(
         "FILE",
-        "Points in common, in place of those that are found in the images: CSV with model,i,j,xi,yi,xj,yj in pixels.",
+        "Points in common, instead of those found in the images: CSV with model,i,j,xi,yi,xj,yj in pixels.",
     ),
     sizes: str | None = opt.option(
         "WxH,...",
-        "Pixels of the images where there are none, one for all or one each; else a comment line of FILE has them.",
+        "Pixel sizes if there are no images, one for all or one each; by default from a comment line of FILE.",
     ),
     model: str = opt.option(
         _MODELS,
-        "The maps of the images; auto: affine maps or homographies, as the points ask for; rotation: a camera "
+        "The maps of the images; auto: affine maps or homographies, whichever suits the points; rotation: a camera "
         "that only turns, drawn in a map projection of the sphere that it sees.",
         "affine",
     ),
     projection: str | None = opt.option(
-        "PROJECTION", "That of --model rotation; if not given the one that distorts least what was seen."
+        "PROJECTION", "For --model rotation; by default the one that distorts least what was seen."
     ),
     focal: str | None = opt.option(
         mosaics.FOCALS, "For --model rotation: one focal length for all images, or one each."
@@ -83,19 +83,17 @@ def mosaic_command(
     frame: str = opt.option(
         f"{'|'.join(mosaics.FRAMES)}|INDEX", "The common frame: the MDT's, or an image's plane.", "mdt"
     ),
-    rotation: str = opt.option(matrices.ROTATIONS, "How the MDT's frame is turned.", "chordal"),
+    rotation: str = opt.option(matrices.ROTATIONS, "How to turn the MDT's frame.", "chordal"),
     tolerance: str = opt.option(
-        "PIXELS", "Points farther off are wrong; pixels of what is looked at: of photos, 2.4 million.", "4"
+        "PIXELS", "Points farther off are wrong; in pixels of the images searched (photos: 2.4 megapixels).", "4"
     ),
     weights: str | None = opt.option("NUMBERS", "Weights of the images, with commas."),
     output: str | None = opt.output("The mosaic to draw: .png, .tif, or .jpg."),
-    all_groups: bool = opt.flag(
-        "--all", "A mosaic of each group of images that hang together: FILE, FILE-2, and so on."
-    ),
-    pixels: str = opt.option("NUMBER", "The most pixels of the mosaic.", "1e8"),
-    compare: str | None = opt.option("FILE", "Figure to draw of all frames side by side: .png, .svg or .pdf."),
+    all_groups: bool = opt.flag("--all", "Draw a mosaic of each group of connected images: FILE, FILE-2 and so on."),
+    pixels: str = opt.option("NUMBER", "The most pixels that the mosaic may have.", "1e8"),
+    compare: str | None = opt.option("FILE", "Draw all frames side by side: .png, .svg or .pdf."),
     format: opt.Format = "table",
-    report: str | None = opt.option("FILE", "Report to write, JSON."),
+    report: str | None = opt.option("FILE", "Write a report: JSON."),
     *,
     drawn: DrawnMosaic,
     pictured: opt.GraphOptions,
@@ -414,30 +412,30 @@ _FARTHEST = 3  # points that are named
 
 
 def clouds_command(
-    files: list[str] = opt.argument("FILE...", "Two clouds or more: .csv, of any dimension, .xyz, .asc, .ply or .pcd."),
+    files: list[str] = opt.argument("FILE...", "Two or more clouds: .csv (any dimension), .xyz, .asc, .ply or .pcd."),
     frame: str = opt.option(
         "mdt|best|first|last|central|FILE|INDEX",
-        "Frame to bring all to: the mean distorting transformation (MDT) of all, or the coordinates of one "
-        "cloud: the one that distorts the others least, the first, the last, the middle one, or by its name or "
+        "The common frame: the mean distorting transformation (MDT) of all, or the coordinates of one cloud: "
+        "the one that distorts the others least, the first, the last, the middle one, or one by its name or "
         "number, from 1.",
         "mdt",
     ),
     correspond: str | None = opt.option(
         pointclouds.CORRESPONDENCES,
-        "Which points are the same: those in equal rows, with equal ids, or, where nobody knows, the closest "
-        "ones of clouds that lie nearly right. If not given: id where all files have a column id, else rows.",
+        "Which points correspond: those in equal rows, those with equal ids, or, if that is unknown, the closest "
+        "ones of clouds that lie roughly right. By default id if all files have a column id, otherwise rows.",
     ),
     method: str = opt.option(
-        pointclouds.FITS, "Fit that prefers no cloud and shrinks none, or least squares onto the first.", "symmetric"
+        pointclouds.FITS, "A fit that prefers no cloud and shrinks none, or least squares onto the first.", "symmetric"
     ),
-    robust: bool = opt.flag("--robust", "Leave out points that are no partners of those with their row or id."),
+    robust: bool = opt.flag("--robust", "Leave out points that do not match those with the same row or id."),
     weights: str | None = opt.option(
         "COLUMN|FILE",
-        "What each point counts: a column of the clouds' files, or a file with a number for each row, or id "
-        "and number. 2 is as two points, 0 as none. In a cloud without the column points count as their partners.",
+        "Weights of the points: a column of the clouds' files, or a file with a number for each row, or id and "
+        "number. 2 counts as two points, 0 as none. In a cloud without the column, points count like their partners.",
     ),
     format: opt.Format = "table",
-    output: str | None = opt.output("Directory for the moved clouds, each as its file.", metavar="DIR"),
+    output: str | None = opt.output("Directory for the moved clouds, each in the format of its file.", metavar="DIR"),
     overwrite: opt.Overwrite = False,
 ) -> None:
     """Register point clouds or landmarks by affine maps, in the frame that distorts them least."""
