@@ -89,7 +89,7 @@ def draw_profile() -> None:
 
 
 def draw_comparisons() -> None:
-    """The pictures of maps beside each other: a difference, distributions, the trade of areas for angles, a film."""
+    """The pictures of maps beside each other: a difference, distributions, areas against angles, an animation."""
     less = plots.heatmap_figure(["robinson"], measure="omega", against="winkel-tripel", size=(7.0, 4.6), dpi=DPI)
     write_png(less, IMAGES / "difference.png")
     few = ["robinson", "mollweide", "winkel-tripel", "mercator", "equal-earth"]

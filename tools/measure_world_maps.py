@@ -295,10 +295,10 @@ def crossing(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.nda
 # ---- the page -------------------------------------------------------------------------------
 
 HEAD = """
-{count} maps on the sphere: the maps of the whole world that PROJ has without parameters or with textbook ones, and those
-of `projdist.worldmaps`. Other maps turned (transverse Mercator, Cassini), maps of a hemisphere or of a part of the
-world, and maps that need parameters are left out. `projdist list indices` has the source and the normalisation of each
-figure, `projdist list projections` what each name stands for.
+{count} maps on the sphere: the maps of the whole world that PROJ has without parameters or with textbook ones, and
+those of `projdist.worldmaps`. Other maps turned (transverse Mercator, Cassini), maps of a hemisphere or of a part of
+the world, and maps that need parameters are left out. `projdist list indices` has the source and the normalisation
+of each figure, `projdist list projections` what each name stands for.
 
 ![Areas against shapes of {count} world maps](images/world_maps.png)
 

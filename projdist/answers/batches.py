@@ -273,7 +273,7 @@ def _parsed(line: bytes, path: Path, number: int) -> dict[str, Any]:
     except ValueError as error:
         raise _refused(path, f"Its line {number} is damaged.") from error
     if not isinstance(found, dict) or (number > 1 and not isinstance(found.get("task"), int)):
-        raise _refused(path, f"Its line {number} is no result.")
+        raise _refused(path, f"Its line {number} is not a result.")
     return found
 
 

@@ -87,7 +87,7 @@ def goldberg_gott_score(values: Mapping[str, float], normalisers: Mapping[str, f
     for thing, table in (("values", values), ("normalisers", normalisers)):
         if not isinstance(table, Mapping):
             raise ValueError(
-                f"Invalid {thing} {support.quoted(table)}. They must be figures by symbol, as {{'I': 0.51}}."
+                f"Invalid {thing} {support.quoted(table)}. They must be figures by symbol, such as {{'I': 0.51}}."
             )
     missing = [symbol for symbol in normalisers if symbol not in values]
     if missing:

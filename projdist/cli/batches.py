@@ -96,7 +96,7 @@ class RegionalWork:
             present(report, *self.target)
         if self.partial is not None and not self._kept:
             if any(one.lost for one in found.failures):
-                note(f"'{self.partial}' has what is done; the same command tries again what was lost.")
+                note(f"'{self.partial}' has what was done; the same command retries what was lost.")
             else:
                 self.partial.unlink(missing_ok=True)
         tell_problems([*problems, *(one.line for one in found.failures)])

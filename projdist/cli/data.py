@@ -89,7 +89,7 @@ def _share(text: str) -> float:
     match = re.fullmatch(r"\s*(\d+\.?\d*(?:e[-+]?\d+)?|\.\d+)\s*(%|ppm|)\s*", text, re.IGNORECASE)
     share = float(match[1]) * _UNITS[match[2].lower()] if match else math.nan
     if not math.isfinite(share):
-        refuse(f"Invalid limit '{text}'. It must be a share, as 1%, 0.01 or 500ppm.")
+        refuse(f"Invalid limit '{text}'. It must be a share, such as 1%, 0.01 or 500ppm.")
     return share
 
 
@@ -229,7 +229,7 @@ def convert_command(
     """Transform layers and rasters to another CRS, even one made by design, and back."""
     wanted = [one for one in (crs, to) if one is not None]
     if len(wanted) != 1:
-        refuse("Invalid CRS. There must be one, behind the data or behind --to.")
+        refuse("Invalid CRS. It must be given once, after the data or after --to.")
     if output is None:
         refuse("Invalid option '--output'. It must name a file.")
     path = opt.file_of_kind(output, _CONVERTED_SUFFIXES, overwrite)

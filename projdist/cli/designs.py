@@ -123,7 +123,7 @@ def design_command(
 
 def _copies(crs: Any) -> dict[str, Copy]:
     """The forms of a CRS; None, with the reason, of a map that has none."""
-    missing = "A map of the world, or after a function, is no CRS; JSON has its coefficients."
+    missing = "A map of the world, or after a function, is not a CRS; JSON has its coefficients."
     forms = {"proj": "pipeline", "wkt": "wkt", "wkt-derived": "wkt_derived", "projjson": "projjson"}
     return {form: Copy(getattr(crs, key) if crs else None, missing) for form, key in forms.items()}
 
@@ -213,7 +213,7 @@ def mean_map_command(
     area = opt.region_of(region, projections)
     counts = None if weights is None else opt.numbers(weights)
     if counts == []:
-        refuse(f"Invalid weights '{weights}'. They must be numbers with commas, as 1,2.")
+        refuse(f"Invalid weights '{weights}'. They must be numbers with commas, such as 1,2.")
     with refusing(), progress_bar("maps measured") as progress:
         found = designs.mean_map(
             projections,
@@ -301,7 +301,7 @@ def world_map_command(
     )
     corners = opt.number("step", step, 0.2, 30.0, " of degrees")
     if weight is not None and region is None:
-        refuse(f"Invalid weight '{weight}' without a region. Name one, as globe.")
+        refuse(f"Invalid weight '{weight}' without a region. Name one, such as globe.")
     options: dict[str, Any] = {
         "cut": _cut(cut),
         "elsewhere": opt.number("weight elsewhere", elsewhere, 1e-4, 1.0),

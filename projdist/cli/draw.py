@@ -188,10 +188,10 @@ def morph_command(
     size: str = opt.option("WIDTH,HEIGHT", "Size in inches.", "7,4.6"),
     dpi: str = opt.option("NUMBER", "Dots per inch.", "100"),
     *,
-    pictured: opt.FilmOptions,
+    pictured: opt.AnimationOptions,
 ) -> None:
     """Make an animation of one map flowing into another, coloured by a measure."""
-    path = opt.file_of_kind(output, plots.FILM_SUFFIXES, pictured.overwrite, "animation")
+    path = opt.file_of_kind(output, plots.ANIMATION_SUFFIXES, pictured.overwrite, "animation")
     names = opt.measure_names(measure or ["fisher"])
     if len(names) > 1:
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. An animation shows one.")

@@ -289,7 +289,7 @@ def _read_line(line: str) -> tuple[tuple[float, float], str]:
             line = " ; ".join(cells)
     elif separator is None and all(map(support.has_decimal_comma, line.split())):
         raise ValueError(
-            f"Invalid point '{shortened(line, _LONGEST)}'. A semicolon must stand between numbers with decimal commas."
+            f"Invalid point '{shortened(line, _LONGEST)}'. Semicolons must separate numbers with decimal commas."
         )
     words = re.split(r"\s*[,;]\s*|\s+", line, maxsplit=2)
     if len(words) < 2:

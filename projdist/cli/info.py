@@ -232,7 +232,7 @@ def find_command(
     with refusing():
         found = projections.find_crs(" ".join(words), authorities=chosen, deprecated=deprecated, limit=most)
     if not found.results:
-        refuse(f"Nothing is found for '{support.shown(found.text)}'. {found.advice}", code=1)
+        refuse(f"Nothing was found for '{support.shown(found.text)}'. {found.advice}", code=1)
     rows = found.rows()
     columns = [
         Column("code", left=True),

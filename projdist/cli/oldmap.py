@@ -120,7 +120,7 @@ def oldmap_command(
             else:
                 gis.save_layers(gis.old_map_layers(found, by=method), path, overwrite=pictured.overwrite)
         if found.points.crs is None:
-            support.tell(f"'{path}' has no CRS, but metres of a plane without a name; --crs states it.")
+            support.tell(f"'{path}' has no CRS, only metres in an unnamed plane; --crs states it.")
     if picture is not None:
         shown: dict[str, Any] = {"draw": panels or PANELS[:_USUAL], "measure": measure, "image": image}
         picture.save(plots.old_map_figure, found, **shown)
@@ -163,9 +163,9 @@ def _several_report(given: Sequence[str], maps: Sequence[oldmaps.OldMap], by: st
         notes=[
             "Mean Dist_F^2: over the ground that all maps show, from the ground to a map, and from the mean to it. The "
             "mean is the map nearest to all: what they have in common.",
-            f"In common is {100 * common / own:.3g} % of the maps' distortion."
+            f"They share {100 * common / own:.3g} % of their distortion."
             if own > _ROUNDING
-            else "The maps have no distortion but what is rounding.",
+            else "The maps have no distortion beyond rounding.",
         ],
         data=lambda: {"by": by, "maps": measured, "mean": {"distortion": common} | mean.to_dict()},
         rows=lambda: rows,

@@ -197,7 +197,7 @@ def ldp_command(
     area = opt.region_of(region)
     own = isinstance(area, regions.PointSet) and area.height is not None
     if (heights is not None) + (height is not None) > 1 or not (own or heights or height):
-        refuse("Invalid heights. There must be either --heights FILE or --height METRES.")
+        refuse("Invalid heights. Either --heights FILE or --height METRES must be given.")
     picture = opt.picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
     options: dict[str, Any] = {
         "families": [word.strip() for word in families.split(",") if word.strip()],

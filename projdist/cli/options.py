@@ -343,8 +343,8 @@ class StyleOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FilmOptions(StyleOptions, SizeOptions):
-    """The options of films, which are opaque."""
+class AnimationOptions(StyleOptions, SizeOptions):
+    """The options of animations, which are opaque."""
 
     no_colourbar: bool = flag("--no-colourbar", "No colour bar.")
 
@@ -357,7 +357,7 @@ class GraphOptions(StyleOptions, SizeOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PictureOptions(FilmOptions, GraphOptions):
+class PictureOptions(AnimationOptions, GraphOptions):
     """The options of pictures of maps."""
 
 
@@ -418,7 +418,7 @@ def picture_apart(output: str | None, picture: str | None) -> tuple[str | None, 
     if not is_picture(output):
         return output, picture
     if picture is not None:
-        refuse(f"Invalid output '{output}'. There must be one picture, and '{picture}' is one.")
+        refuse(f"Invalid output '{output}'. There can be only one picture, which is '{picture}'.")
     return None, output
 
 

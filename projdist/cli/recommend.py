@@ -352,7 +352,7 @@ def _notes(result: decisions.Recommendation) -> Iterator[str]:
         if one.same:
             yield f"{one.code} draws the same map as {', '.join(code for code, _ in one.same)}."
     if any(one.distortion.cut_km for one in result.results):
-        yield "Cuts: their length within the region, which does not count; one from pole to pole has 20,015 km."
+        yield "Cuts: their length within the region, which is not ranked; one from pole to pole is 20,015 km long."
     if result.custom:
         yield "Custom: the best of each family that suits the region, on WGS 84; against custom: of them all."
     yield from (f"No custom {one.name}: {one.reason}" for one in result.not_custom)

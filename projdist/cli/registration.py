@@ -129,7 +129,7 @@ def mosaic_command(
         if all_groups and not isinstance(options["frame"], str):
             raise ValueError(f"Invalid frame '{frame}'. With --all it must be {', '.join(mosaics.FRAMES)}.")
         if weights is not None and len(options["weights"]) != count:
-            raise ValueError(f"Invalid weights '{weights}'. There must be {count}, one an image.")
+            raise ValueError(f"Invalid weights '{weights}'. There must be {count}, one per image.")
     target = None
     if output is not None:
         target = MosaicFile(output, pictures, drawn, overwrite=pictured.overwrite, sheets=not turning)
@@ -167,7 +167,7 @@ def _given(
         raise ValueError(f"Invalid sizes '{sizes}'. The images have their own.")
     if correspondences is None:
         if len(pictures) < 2:
-            raise ValueError(f"Invalid images. There must be two or more, not {len(pictures)}.")
+            raise ValueError(f"Invalid images. At least two are needed, not {len(pictures)}.")
         return None
     if pictures:
         return mosaics.correspondences_of(pictures, correspondences, model=model)

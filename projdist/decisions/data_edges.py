@@ -14,8 +14,8 @@ from projdist.earth import Ellipsoid, planar, unwrapped
 from projdist.projections import Projection
 
 MISSING = "no geometry"
-NOT_FINITE = "coordinates that are no numbers"
-NO_DEGREES = "coordinates that are no longitudes and latitudes in degrees"
+NOT_FINITE = "coordinates that are not numbers"
+NO_DEGREES = "coordinates that are not longitudes and latitudes in degrees"
 POINTS = "points only"
 REPAIRED = "intersects itself: repaired"
 

@@ -223,7 +223,7 @@ def _rotated(name: str, e: Extent) -> Family:
     operation = re.match(r"\+proj=(\S+)(.*)", re.sub(r"\s*\+R=\S+", "", text))
     if not operation or operation[1] == "ob_tran":
         raise ValueError(
-            f"Invalid family '{name}'. Behind ob_tran: it must have a name of 'projdist list projections'."
+            f"Invalid family '{name}'. After ob_tran: there must be a name from 'projdist list projections'."
         )
     about = (e.lon - 180, e.lon + 180)
     limits: dict[str, Limits] = {"o_lat_p": (-90.0, 90.0), "o_lon_p": (-180.0, 180.0), "lon_0": about}
@@ -326,9 +326,9 @@ def _template(text: str) -> Family:
         except ValueError:
             limits[name] = np.nan, np.nan
         if not dots or not np.isfinite(limits[name]).all() or not limits[name][0] < limits[name][1]:
-            raise ValueError(f"Invalid range '{slot[2]}' in '{word}'. It must be LOW..HIGH, two numbers, as 20..60.")
+            raise ValueError(f"Invalid range '{slot[2]}' in '{word}'. It must be LOW..HIGH, numbers such as 20..60.")
     if not limits:
-        raise ValueError(f"Invalid family '{text}'. A PROJ string must have free parameters, as +lat_1={{20..60}}.")
+        raise ValueError(f"Invalid family '{text}'. A PROJ string must have free parameters, like +lat_1={{20..60}}.")
     middle = {name: 0.5 * (low + high) for name, (low, high) in limits.items()}
     family = Family(
         name=text, text=" ".join(words), limits=limits, fixed=middle, free=tuple(limits), states_ellipsoid=True

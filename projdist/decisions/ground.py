@@ -100,7 +100,7 @@ def ground_of(
     if isinstance(region, regions.PointSet) and region.height is not None and heights is None and height is None:
         return Ground(nodes_at(region.lon, region.lat, region.weight, ellipsoid), region.height, False)
     if (heights is None) == (height is None):
-        raise ValueError("Invalid heights. There must be either points with heights, or one height.")
+        raise ValueError("Invalid heights. Either points with heights or one height must be given.")
     if height is not None:
         height = support.check_number("height", height)
         if not -500.0 <= height <= 9000.0:

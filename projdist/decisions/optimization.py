@@ -301,7 +301,7 @@ def _ellipsoid_of(given: str | Ellipsoid | None) -> Ellipsoid | None:
     try:
         return projections.Projection.from_user_input(f"+proj=merc +ellps={given}").ellipsoid
     except projections.ProjectionError as error:
-        raise ValueError(f"Invalid ellipsoid '{given}'. It must be sphere or one of PROJ's, as GRS80.") from error
+        raise ValueError(f"Invalid ellipsoid '{given}'. It must be sphere or one of PROJ's, such as GRS80.") from error
 
 
 def _optimum(members: Members, objective: Objective, extent: families.Extent, round_to: float | None) -> Optimum:

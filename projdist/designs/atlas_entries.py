@@ -177,7 +177,7 @@ def atlas(place: str) -> AtlasEntry:
     0.04
     """
     if not isinstance(place, str):
-        raise TypeError(f"Invalid place of type '{type(place).__name__}'. It must be text, as NZ or state:CA.")
+        raise TypeError(f"Invalid place of type '{type(place).__name__}'. It must be text, such as NZ or state:CA.")
     known = _index()
     key = regions.folded(regions.full_name(place) or place)
     if key not in known:

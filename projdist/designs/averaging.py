@@ -253,7 +253,7 @@ def _world_box(region: regions.Place) -> regions.Box | None:
     if not isinstance(region, regions.Box) or max(abs(region.south), abs(region.north)) > _HIGHEST:
         raise ValueError(
             f"Invalid region '{region.name}'. What reaches farther than {WIDEST:.0f} degrees from its middle must be "
-            f"a box within {_HIGHEST:.0f} degrees of latitude, as {_WORLD.name}."
+            f"a box within {_HIGHEST:.0f} degrees of latitude, such as {_WORLD.name}."
         )
     return region
 

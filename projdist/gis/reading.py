@@ -68,12 +68,12 @@ def _read(text: str, thing: str) -> Any:
             layers = [str(row[0]) for row in pyogrio.list_layers(name)]
             if layer not in layers and (layer or len(layers) != 1):
                 shown = ", ".join(layers) or "none"
-                raise ValueError(f"{invalid} It must name a layer, as '{name}#LAYER'; it has {shown}.")
+                raise ValueError(f"{invalid} It must name a layer, such as '{name}#LAYER'; it has {shown}.")
             frame, lost = _read_layer(name, layer or layers[0])
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
         raise ValueError(f"{invalid} It cannot be read: {one_line(error)}.") from error
     for text in list(dict.fromkeys(one_line(warning.message) for warning in caught))[:_NAMED]:
-        tell(f"Of '{name}' GDAL says: {text}.")
+        tell(f"GDAL says of '{name}': {text}.")
     if lost:
         numbers = first_of(lost)
         tell(f"{len(lost)} feature(s) of '{name}' have a geometry that cannot be read and is left out: {numbers}.")
@@ -85,7 +85,7 @@ def _read(text: str, thing: str) -> Any:
     if isinstance(crs, dict):
         projections.crs_of(regions.crs_name(crs, invalid))  # GDAL ignores an invalid one
     elif crs is not None:
-        tell(f"The member crs of '{name}' is no object, as GeoJSON wants it: the data are taken as {frame.crs.name}.")
+        tell(f"The member crs of '{name}' is not an object, as GeoJSON needs: the data are taken as {frame.crs.name}.")
     return frame
 
 

@@ -16,16 +16,16 @@ from .geoaxes import add_heatmap, add_tissot, to_cartopy
 from .graphs import DISTRIBUTIONS, distribution_figure, profile_figure
 from .images import OLD_MAP_MEASURES, OLD_MAP_PANELS, mosaic_figure, old_map_figure
 from .map_drawing import ground_map, local_field
-from .morphs import FILM_SUFFIXES, morph
+from .morphs import ANIMATION_SUFFIXES, morph
 from .shape_space import space_figure
 from .style import Look, Theme
 
 SUFFIXES: tuple[str, ...]
 
 __all__ = [
+    "ANIMATION_SUFFIXES",
     "CONTEXTS",
     "DISTRIBUTIONS",
-    "FILM_SUFFIXES",
     "OLD_MAP_MEASURES",
     "OLD_MAP_PANELS",
     "SUFFIXES",

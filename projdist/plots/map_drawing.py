@@ -450,7 +450,7 @@ class LocalField:
         found = answers.local_corrections(surface.domain.projection, points.lon, points.lat, radius_km)
         known = np.asarray(np.isfinite(found.matrix).all(axis=(1, 2)))
         if not known.any():
-            raise ValueError(f"Invalid radius '{radius_km:g}'. No cap of so many km is, by half, on the map.")
+            raise ValueError(f"Invalid radius '{radius_km:g}'. No cap of this radius is at least half on the map.")
         points, found = points.take(known), found.take(known)
         radius = surfaces.even_radius([points])
         # An equal-area map has one scale everywhere: then the discs' colours are the stretches.

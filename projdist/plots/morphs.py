@@ -1,4 +1,4 @@
-"""Films of one map that turns into another: points of both, cut wherever either map is cut."""
+"""Animations of one map that turns into another: points of both, cut wherever either map is cut."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ def _tracks(
 
 # ---- morphs --------------------------------------------------------------------------------------
 
-FILM_SUFFIXES = (".gif", ".mp4")
+ANIMATION_SUFFIXES = (".gif", ".mp4")
 
 _SIZE, _DPI = (7.0, 4.6), 100.0
 _TOP, _FOOT, _SIDE = 0.42, 0.62, 0.1  # inches
@@ -211,10 +211,10 @@ def morph(
     progress: Progress | None = None,
     look: Look | str | None = None,
 ) -> Path:
-    """Write a film of a map that turns into another and back, in the colours of a measure.
+    """Write an animation of a map that turns into another and back, in the colours of a measure.
 
     A point moves straight from its place on the one map to that on the other, which is turned on the way so that they
-    match best. So the Jacobian, of which the colours are, is (1 - t) J_1 + t J_2. The film is cut where either map is.
+    match best. So the Jacobian, of which the colours are, is (1 - t) J_1 + t J_2. It is cut where either map is.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def morph(
     progress : callable, optional
         Called with how many frames are drawn, and of how many.
     look : Look or str, optional
-        The style, or the name of a theme. Its title is a heading; with "" the maps have no names. Films are opaque.
+        The style, or the name of a theme. Its title is a heading; with "" the maps have no names. Frames are opaque.
 
     Returns
     -------
@@ -262,18 +262,18 @@ def morph(
     >>> import tempfile
     >>> from pathlib import Path
     >>> folder = Path(tempfile.mkdtemp())
-    >>> film = morph("robin", "moll", folder / "a.gif", region="box:0,0,60,60", frames=3, size=(3, 3), dpi=40)
-    >>> film.read_bytes()[:6]
+    >>> path = morph("robin", "moll", folder / "a.gif", region="box:0,0,60,60", frames=3, size=(3, 3), dpi=40)
+    >>> path.read_bytes()[:6]
     b'GIF89a'
     """
-    path, chosen = support.check_path("film", path), matrices.get_measure(measure)
+    path, chosen = support.check_path("animation", path), matrices.get_measure(measure)
     suffix = path.suffix.lower()
-    if suffix not in FILM_SUFFIXES:
-        raise ValueError(f"Invalid film '{path}'. Its suffix must be .gif or .mp4.")
+    if suffix not in ANIMATION_SUFFIXES:
+        raise ValueError(f"Invalid animation '{path}'. Its suffix must be .gif or .mp4.")
     if suffix == ".mp4" and not FFMpegWriter.isAvailable():
-        raise ValueError(f"Invalid film '{path}'. An .mp4 needs ffmpeg, which is not found; a .gif needs nothing.")
+        raise ValueError(f"Invalid animation '{path}'. An .mp4 needs ffmpeg, which is not found; a .gif needs nothing.")
     if chosen.needs_hessian:
-        raise ValueError(f"Invalid measure '{chosen.name}' for a film. It must need no second derivatives.")
+        raise ValueError(f"Invalid measure '{chosen.name}' for an animation. It must need no second derivatives.")
     count = support.check_whole_number("number of frames", frames)
     if not 2 <= count <= _MOST_FRAMES:
         raise ValueError(f"Invalid number of frames '{frames}'. It must be 2 to {_MOST_FRAMES}.")
@@ -282,7 +282,7 @@ def morph(
         raise ValueError(f"Invalid number of seconds '{seconds}'. It must be 0.1 to {_LONGEST:g}.")
     room = layouts.check_size(size) or _SIZE
     if room[0] < 1.0 or room[1] < 1.5:
-        raise ValueError(f"Invalid size {support.quoted(size)}. It has no room for a film.")
+        raise ValueError(f"Invalid size {support.quoted(size)}. It has no room for an animation.")
     maps = Projection.from_user_input(first), Projection.from_user_input(second)
     blend = blend_of(*maps, regions.region_for(region, list(maps)))
     with support.replacing(path, overwrite=overwrite) as new:

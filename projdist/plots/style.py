@@ -183,7 +183,7 @@ class Look:
             except (OSError, ValueError) as error:
                 raise ValueError(f"{text} Matplotlib cannot read it: {' '.join(str(error).split())}.") from error
             if not stated:
-                must = "it must have lines as 'font.size: 9'"
+                must = "it must have lines such as 'font.size: 9'"
                 raise ValueError(f"{text} It states nothing that matplotlib knows: {must}.")
         return {key: value for key, value in stated.items() if key not in _NOT_OF_PICTURES}
 

@@ -277,7 +277,7 @@ def _complete(reading: _Reading, name: str) -> None:
         )
     for wanted in reading.missing:  # only scales are left
         spoken = f"{wanted.name} ({wanted.kind.names[0]})"
-        tell(f"The CRS '{shown(name)}' states no {spoken} for {method.name}: it is taken for 1.")
+        tell(f"The CRS '{shown(name)}' states no {spoken} for {method.name}: it is taken as 1.")
         reading.taken[wanted] = wanted.written(1.0, _UNITS["scale"])
 
 

@@ -66,7 +66,7 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
     # compared with the map, so that nothing a CRS cannot hold is lost silently.
     base = base_crs(projection)
     if base is None:
-        return None, f"{projection.name} is no CRS, but a function or a pipeline."
+        return None, f"{projection.name} is not a CRS, but a function or a pipeline."
     wkt = base.to_wkt("WKT2_2019")
     if not wkt.startswith("PROJCRS["):
         return None, f"{projection.name} is a {base.type_name}, from which no CRS can be derived."
@@ -253,7 +253,7 @@ def crs_wkt(
         raise ValueError(f"Invalid version '{version}'. It must be {' or '.join(_VERSIONS)}.")
     base = base_crs(projection)
     if base is None or not base.is_projected:
-        return None, f"{projection.name} is no CRS, but a function or a pipeline."
+        return None, f"{projection.name} is not a CRS, but a function or a pipeline."
     parts = base.to_json_dict()
     parts["name"] = name
     parts["conversion"]["name"] = name

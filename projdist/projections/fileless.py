@@ -197,7 +197,7 @@ def _in_json(text: str) -> str:
     try:
         value = json.loads(text, object_pairs_hook=_without_repeats)
     except (ValueError, RecursionError) as error:
-        raise ProjectionError(f"Invalid projection '{shown(text)}'. It is no JSON: {error}. {ALLOWED}") from error
+        raise ProjectionError(f"Invalid projection '{shown(text)}'. It is not JSON: {error}. {ALLOWED}") from error
     if "proj" in value:
         return _in_proj_string(proj_strings.string_of_parameters(value))
     if "init" in value:

@@ -62,7 +62,7 @@ _FLAG = re.compile(r"(?:[TtFf]\w*)?")
 def check_values(tokens: Iterable[str], text: str) -> None:
     """Raise ProjectionError for values that do not have the type that PROJ reads."""
     kinds = (
-        (ANGLES, _ANGLE, "an angle in degrees, as 10.5, 10d30' or 10d30'15\"W, or in radians, as 0.18r"),
+        (ANGLES, _ANGLE, "an angle in degrees, such as 10.5, 10d30' or 10d30'15\"W, or in radians, such as 0.18r"),
         (NUMBERS, _NUMBER, "a finite number"),
         (WHOLE_NUMBERS, _WHOLE, "a whole number"),
         (FLAGS, _FLAG, "without a value, or be T or F"),
@@ -244,7 +244,7 @@ def string_of_parameters(parameters: Mapping[str, Any]) -> str:
     """The PROJ string of a dictionary of parameters; raises ProjectionError without an operation."""
     if not isinstance(parameters["proj"], str) or not parameters["proj"]:
         raise ProjectionError(
-            f"Invalid projection '{shown(str(dict(parameters)))}'. Its proj must be the name of an operation, as merc."
+            f"Invalid projection '{shown(str(dict(parameters)))}'. Its proj must be an operation's name, like merc."
         )
     return " ".join(
         f"+{key}" if value in (None, True, "") else f"+{key}={value}"

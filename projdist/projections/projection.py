@@ -150,7 +150,7 @@ def _centre(point: str, text: str) -> tuple[float, float]:
                 found[axis] = sign * float(number)
     if len(found) < 2:
         raise ProjectionError(
-            f"{complaint} It must be a latitude and a longitude in degrees, as @45,-100 or @45N,100W."
+            f"{complaint} It must be a latitude and a longitude in degrees, such as @45,-100 or @45N,100W."
         )
     lat, lon = found["lat"], found["lon"]
     if not (abs(lat) <= 90.0 and abs(lon) <= 360.0):
@@ -409,7 +409,7 @@ def _parse_text(text: str) -> Parts:
         try:
             value = json.loads(text)
         except (ValueError, RecursionError) as error:
-            raise ProjectionError(f"Invalid projection '{shown(text)}'. It is no JSON: {error}. {ALLOWED}") from error
+            raise ProjectionError(f"Invalid projection '{shown(text)}'. It is not JSON: {error}. {ALLOWED}") from error
         return parse(value) if "proj" in value or grid_mapping_in(value) else parse_crs(text)
     if form == "wkt":
         return parse_crs(text)

@@ -170,7 +170,7 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, k
         path.stat()
         likely = [layer] if layer else _likely_layers(pyogrio, path, kinds)
     if len(likely) > 1:
-        raise ValueError(f"{text} It must name a layer, as '{path}#{likely[0]}'; it has {', '.join(likely)}.")
+        raise ValueError(f"{text} It must name a layer, such as '{path}#{likely[0]}'; it has {', '.join(likely)}.")
     with _refusing(text):
         with warnings.catch_warnings():
             # GDAL and pyogrio warn of details of formats; only the geometries matter here.

@@ -256,7 +256,7 @@ class _Parser:
                     f"Invalid distance '{km}' of a main part. It must be a number of kilometres."
                 ) from error
             return parts.main_part(region, distance)
-        raise ValueError(f"Invalid region '{shown(self.text)}'. Polygons may have @main, @main:KM or @all behind them.")
+        raise ValueError(f"Invalid region '{shown(self.text)}'. Polygons may be followed by @main, @main:KM or @all.")
 
 
 def _added(parts: Sequence[Place], name: str) -> Place:
@@ -382,7 +382,7 @@ def layer_path(text: str) -> tuple[Path, str]:
 def _path(text: str, argument: str) -> tuple[Path, str]:
     """Path and layer of a region; raises ValueError without a path."""
     if not argument:
-        raise ValueError(f"Invalid region '{text}'. It must have the path of a file behind the colon.")
+        raise ValueError(f"Invalid region '{text}'. It must have the path of a file after the colon.")
     return layer_path(argument)
 
 

@@ -258,7 +258,7 @@ def _line_of_text(text: Any) -> FloatArray:
         shapes, transform, _ = files.read(path, layer, said, [], ("LineString", "MultiLineString"))
         return _joined(shapes, transform, said)
     if len(words) < 4 or len(words) % 2:
-        raise ValueError(f"{said} It must be LON,LAT,LON,LAT,..., two numbers a point.")
+        raise ValueError(f"{said} It must be LON,LAT,LON,LAT,..., two numbers per point.")
     return _checked(_vertices(np.reshape([float(word) for word in words], (-1, 2)), said), said)
 
 

@@ -70,7 +70,7 @@ def check_degrees(lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArra
         lons, lats = np.broadcast_arrays(*(np.where(np.isfinite(values), values, np.nan) for values in pair))
     except ValueError as error:
         shapes = " and ".join(str(values.shape) for values in pair)
-        raise ValueError(f"Invalid points. Longitudes and latitudes of shapes {shapes} are no pairs.") from error
+        raise ValueError(f"Invalid points. Longitudes and latitudes of shapes {shapes} do not pair.") from error
     return lons, lats
 
 

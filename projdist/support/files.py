@@ -123,7 +123,7 @@ def cells_of(line: str, separator: str | None) -> list[str]:
 def number_of(text: str) -> float:
     """The number in a cell, also infinity and NaN; raises ValueError, also for Python's 1_000."""
     if "_" in text:
-        raise ValueError(f"'{text}' is no number")
+        raise ValueError(f"'{text}' is not a number")
     return float(text)
 
 

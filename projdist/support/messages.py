@@ -28,7 +28,7 @@ def one_line(error: BaseException | str) -> str:
     """A library's message as one shortened sentence without its full stop."""
     text = " ".join(str(error).split())
     if isinstance(error, UnicodeEncodeError):  # from a library that takes file names as text
-        return f"'{error.object.rpartition('/')[2]}' is no text in UTF-8, as the name of such a file must be"
+        return f"'{error.object.rpartition('/')[2]}' is not text in UTF-8, as the name of such a file must be"
     if isinstance(error, BaseException) and _ELSEWHERE in text:
         while error.__cause__ is not None:
             error = error.__cause__

@@ -250,7 +250,7 @@ def test_a_device():
 NO_PARTS = dict.fromkeys([b"region,area_km2\n", b"PNG", b'{"a": 1}\n'], "It is none; take another name.")
 NO_PARTS |= {
     HEAD + b'\n{"task": 1\n{"task": 2}\n': "Its line 2 is damaged.",
-    HEAD + b"\n[1]\n": "Its line 2 is no result.",
+    HEAD + b"\n[1]\n": "Its line 2 is not a result.",
 }
 
 

@@ -218,6 +218,6 @@ def test_ways_of_gpx_without_all_heights_or_a_layer(path: Path) -> None:
     path.write_text(GPX.format(ways("trk", 0)))
     assert profile(UTM, path).height is None
     path.write_text(GPX.format(ways("trk") + ways("rte")))
-    refuses(r"It must name a layer, as '.*way\.gpx#routes'; it has routes, tracks\.$", profile, UTM, path)
+    refuses(r"It must name a layer, such as '.*way\.gpx#routes'; it has routes, tracks\.$", profile, UTM, path)
     path.write_text(GPX.format(WAYPOINT))
     refuses(r"^Invalid line file '.*'\. It must hold lines only; it holds a Point\.$", profile, UTM, path)

@@ -165,5 +165,5 @@ def test_degrees_in_a_file_that_states_a_crs(read):
 @each("crs", ["EPSG:99999", 'LOCAL_CS["x",UNIT["metre",1]]', 'PROJCRS["x"'])
 def test_a_crs_that_is_none(crs, read):
     """It is refused in one line, unless another is given."""
-    refuses(r"^Invalid points file '.*'\. It states a CRS that is no plane of the Earth", read, stating(crs))
+    refuses(r"^Invalid points file '.*'\. It states a CRS that is not a plane of the Earth", read, stating(crs))
     assert read(stating(crs), crs="EPSG:2230").crs is not None

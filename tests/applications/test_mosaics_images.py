@@ -149,7 +149,7 @@ def test_nothing_in_common():
     noise = [rng.integers(0, 255, size=(80, 90), dtype=np.uint8) for _ in range(2)]
     for sources in ([np.zeros((50, 60), np.uint8)] * 2, noise):
         refuses(r"Invalid images. No two of them have anything in common.", match, open_pictures(sources))
-    refuses(r"There must be two or more, not 1.", match, open_pictures(noise[:1]))
+    refuses(r"At least two are needed, not 1.", match, open_pictures(noise[:1]))
 
 
 def test_without_opencv(monkeypatch):

@@ -11,7 +11,7 @@ from projdist.applications.pointclouds import affine_fit, register
 from projdist.applications.pointclouds.affine import consensus
 
 KINDS = r"It must be one of rows, id, icp\.$"
-PER_ROW = "There must be one for each row, or 2 arrays, one a cloud"
+PER_ROW = "There must be one for each row, or 2 arrays, one per cloud"
 
 
 @pytest.mark.slow
@@ -105,7 +105,7 @@ def test_arguments_are_checked():
         r"^Invalid ids\. There must be a list of them for each cloud\.$": {"correspond": "id"},
         r"^Invalid ids of cloud '0'\. They are 1; its points are 6\.$": {"correspond": "id", "ids": ["a", "b"]},
         r"^Invalid cloud '0'\. It has two points with the id 'a'\.$": {"correspond": "id", "ids": ["aabcde"] * 2},
-        r"^Invalid names\. There must be 2, one a cloud; there are 1\.$": {"names": ["a"]},
+        r"^Invalid names\. There must be 2, one per cloud; there are 1\.$": {"names": ["a"]},
     }.items():
         refuses(match, register, **{"clouds": [a, a]} | words)
     refuses(r"^Invalid shapes \(6, 2\) and \(5, 2\) of points\. Both must be \(M, n\)\.$", affine_fit, a, a[1:])

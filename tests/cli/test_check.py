@@ -112,7 +112,7 @@ def test_data_that_go_on_past_a_whole_turn(tmp_path):
     assert "9 of 10 features" in run(*words)[1]
     geopandas.GeoDataFrame(geometry=[box(1000, 40, 1010, 50)], crs="EPSG:4326").to_file(tmp_path / "data.gpkg")
     said = refusal(tmp_path / "data.gpkg", "--crs", "EPSG:3857")
-    assert said.endswith("but coordinates that are no longitudes and latitudes in degrees.")
+    assert said.endswith("but coordinates that are not longitudes and latitudes in degrees.")
 
 
 @pytest.mark.slow
@@ -148,11 +148,11 @@ def feature(kind, coordinates, properties='{"name":"x"}'):
 
 PARCEL = feature("Polygon", "[[[8,48],[9,48],[9,49],[8,48]]]")
 # Before 3.11 GDAL itself says nothing, and the geometry is missing as that of `null` is.
-CIRCLE = "Of 'x.geojson' GDAL says: Unsupported geometry type detected." if GDAL >= (3, 11) else ""
+CIRCLE = "GDAL says of 'x.geojson': Unsupported geometry type detected." if GDAL >= (3, 11) else ""
 
 
 UNREAD = "1 feature(s) of 'x.geojson' have a geometry that cannot be read and is"
-NO_OBJECT = "The member crs of 'x.geojson' is no object, as GeoJSON wants it: the data are"
+NO_OBJECT = "The member crs of 'x.geojson' is not an object, as GeoJSON needs: the data are"
 
 
 @each(

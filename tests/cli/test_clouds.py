@@ -157,7 +157,7 @@ def test_weights(tmp_path: Path) -> None:
     for clouds, word, said in [
         (files, "w", f"'w'. No cloud has such a column; '{files[0]}' has id, x, y, z and quality."),
         (files, "w.csv", "'w.csv'. There is no such file."),
-        (plain, tmp_path / "short.txt", f"of cloud '{plain[0]}'. There must be one a point, 12; "),
+        (plain, tmp_path / "short.txt", f"of cloud '{plain[0]}'. There must be 12, one per point; "),
         (plain, tmp_path / "words.txt", f"'{tmp_path / 'words.txt'}'. Line 3 must end with a num"),
         (plain, tmp_path / "wide.csv", f"'{tmp_path / 'wide.csv'}'. It must have one column, of"),
         (files, tmp_path / "few.csv", f"'{tmp_path / 'few.csv'}'. It has none for the id 'p1' of"),

@@ -51,7 +51,7 @@ def test_proj_and_wkt():
     out = run_ok("moll", "--format", "proj")
     np.testing.assert_allclose(Transformer.from_pipeline(out.strip()).transform(10.0, 50.0), truth, atol=2e-9)
     assert CRS.from_wkt(run_ok("moll", "--format", "wkt")).name == "Mollweide, corrected"
-    message = "Invalid format 'wkt' for Mollweide. Mollweide is no CRS, but a function or a pipeline."
+    message = "Invalid format 'wkt' for Mollweide. Mollweide is not a CRS, but a function or a pipeline."
     assert refusal("+proj=pipeline +step +proj=moll +R=1", "--format", "wkt", code=1) == message
 
 

@@ -232,5 +232,5 @@ def test_a_missing_coordinate_keeps_its_row() -> None:
     found = read_points(["-"], ["48,25 11,5", "10,50 7"])
     assert (found.lon, found.lat, found.text) == ([10], [50], ["7"])
     assert found.problems == [
-        "line 1: Invalid point '48,25 11,5'. A semicolon must stand between numbers with decimal commas."
+        "line 1: Invalid point '48,25 11,5'. Semicolons must separate numbers with decimal commas."
     ]

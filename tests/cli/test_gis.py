@@ -270,8 +270,8 @@ def test_there_and_back(folder: Path) -> None:
 
 def test_refused_conversions(folder: Path) -> None:
     for words, message in {
-        "-o x.gpkg": "Invalid CRS. There must be one, behind the data or behind --to.",
-        "EPSG:3035 --to EPSG:3035 -o x.gpkg": "Invalid CRS. There must be one, behind the data or behind --to.",
+        "-o x.gpkg": "Invalid CRS. It must be given once, after the data or after --to.",
+        "EPSG:3035 --to EPSG:3035 -o x.gpkg": "Invalid CRS. It must be given once, after the data or after --to.",
         "--to EPSG:3035": "Invalid option '--output'. It must name a file.",
         "--to EPSG:3035 -o x.kml": "Its suffix must be",
         "--to EPSG:3035 -o x.tif --resampling lanczo": "Invalid resampling 'lanczo'",

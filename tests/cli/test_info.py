@@ -114,7 +114,7 @@ def test_a_table_of_hits() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["table", "json", "csv"])
 def test_nothing(form: str) -> None:
-    message = "Nothing is found for 'amersfort'. Did you mean 'amersfoort'?"
+    message = "Nothing was found for 'amersfort'. Did you mean 'amersfoort'?"
     assert refusal("find", "amersfort", "-f", form, code=1) == message
 
 

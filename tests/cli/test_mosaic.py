@@ -84,7 +84,7 @@ def test_groups(tmp_path):
     H[:, 0, 2] = [0.0, 150.0, 300.0, 5000.0, 5150.0, 9000.0]
     table, figure = write_csv(tmp_path / "groups.csv", common_points(H)), tmp_path / "frames.png"
     code, out, err = run("--correspondences", table, "-f", "json")
-    left_out = "5; 3 and 4, which hang together"
+    left_out = "5; 3 and 4, which belong together"
     assert (code, err) == (1, f"projdist: Left out: {left_out}. Nothing connects them with the other images.\n")
     assert json.loads(out)["components"] == [["0", "1", "2"], ["3", "4"]]
     report, second = tmp_path / "report.json", tmp_path / "frames-2.png"
@@ -129,7 +129,7 @@ WRONG = {
     "--tolerance 0": "Invalid tolerance '0'. It must be a number of pixels within",
     "--sizes 300": "Invalid sizes '300'. They must be WIDTHxHEIGHT",
     "--sizes 300x200,300x200": "Its images must be numbers from 0 to 1",
-    "--weights 1,2": "Invalid weights '1,2'. There must be 3, one an image.",
+    "--weights 1,2": "Invalid weights '1,2'. There must be 3, one per image.",
     "--weights 1,-2,1": "Invalid weight '-2'",
     "--format xml": "Invalid format 'xml'",
     "--report /nowhere/at/all.json": "There is no directory",
@@ -195,7 +195,7 @@ def test_two_panoramas(tmp_path):
     words = ["--correspondences", table, "--model", "rotation", "--projection", "stereographic", "-f", "json"]
     code, out, err = run(*words)
     assert code == 1
-    assert err.startswith("projdist: Left out: 5; 3 and 4, which hang together. Nothing connects them")
+    assert err.startswith("projdist: Left out: 5; 3 and 4, which belong together. Nothing connects them")
     code, out, err = run(*words, "--all")
     assert (code, err) == (1, "projdist: Left out: 5. Nothing connects them with the other images.\n")
     first, other = json.loads(out)["mosaics"]
@@ -305,7 +305,7 @@ def test_images_refused(tmp_path, points):
     pytest.importorskip("cv2")
     sheets = save(tmp_path, np.random.default_rng(1).integers(0, 255, (2, 200, 200, 3), np.uint8))
     for words, code, message in (
-        ([sheets[0]], 2, "Invalid images. There must be two or more, not 1."),
+        ([sheets[0]], 2, "Invalid images. At least two are needed, not 1."),
         ([*sheets, points], 2, f"Invalid image '{points}'. It cannot be read"),
         ([*sheets, "--sizes", "20x20"], 2, "Invalid sizes '20x20'. The images have their own."),
         ([*sheets, "--frame", "2"], 2, "Invalid frame '2'."),

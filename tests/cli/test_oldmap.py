@@ -194,7 +194,7 @@ def test_several(sheets):
     assert found["mean"]["distortion"] == pytest.approx(square / 2.0, rel=cubic)
     assert found["mean"]["total"] == pytest.approx(sum(row["from_mean"] for row in found["maps"]), rel=1e-9)
     table = run(*sheets, "--model", "polynomial3", "--by", "affine")[1]
-    shown = ("2 old maps, each after its affine", "their mean", "In common is 50")
+    shown = ("2 old maps, each after its affine", "their mean", "They share 50")
     assert [text for text in shown if text not in table] == []
     rows = parse_csv(run(*sheets, "--format", "csv")[1])
     assert [row["map"] for row in rows] == [*map(str, sheets), "their mean"]
@@ -221,5 +221,5 @@ def test_maps_without_distortion(sheets, tmp_path):
     for path, stretch in zip(paths, (1.0, 1.1), strict=True):
         np.savetxt(path, np.hstack([table[:, 2:] * [stretch, 1.0] / 100.0, table[:, 2:]]), delimiter=",")
     out = run_ok(*paths)
-    assert "The maps have no distortion but what is rounding." in out
+    assert "The maps have no distortion beyond rounding." in out
     assert "e-" not in out

@@ -146,7 +146,7 @@ def test_caps_that_are_not_on_the_map():
     def small(lon, lat):
         return np.where(np.hypot(lon - 15, lat - 50) < 5, 1e5 * lon, np.nan), 1e5 * lat
 
-    refuses("No cap of so many km", plots.local_field, Figure().add_subplot(), small, 5000.0, region="box:12,47,18,53")
+    refuses("No cap of this radius", plots.local_field, Figure().add_subplot(), small, 5000.0, region="box:12,47,18,53")
 
 
 def hyperbolic(z, w):

@@ -1,4 +1,4 @@
-"""Films of one map that flows into another."""
+"""Animations of one map that flows into another."""
 
 import functools
 from pathlib import Path
@@ -134,5 +134,5 @@ def test_films_begin_and_end_slowly(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose(steps, steps[::-1])
     monkeypatch.setattr("projdist.plots.morphs.FFMpegWriter.isAvailable", lambda: False)
     refuses(
-        r"^Invalid film 'a\.mp4'\. An \.mp4 needs ffmpeg, which is not found", plots.morph, "robin", "moll", "a.mp4"
+        r"Invalid animation 'a\.mp4'\. An \.mp4 needs ffmpeg, which is not found", plots.morph, "robin", "moll", "a.mp4"
     )

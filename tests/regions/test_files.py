@@ -180,7 +180,7 @@ def test_files_that_cannot_be_read(tmp_path, monkeypatch):
     """One that is not there or not named, and one whose format needs an extra, which is named."""
     path = tmp_path / "none.geojson"
     assert refused(f"file:{path}") == f"Invalid region file '{path}'. It cannot be read: No such file or directory."
-    assert refused("file:") == "Invalid region 'file:'. It must have the path of a file behind the colon."
+    assert refused("file:") == "Invalid region 'file:'. It must have the path of a file after the colon."
     monkeypatch.setitem(sys.modules, "pyogrio", None)
     needed = "Without pyogrio only GeoJSON can be read: pip install 'projdist[gis]' reads other formats."
     assert refused("file:a.gpkg#roads") == f"Invalid region file 'a.gpkg'. {needed}"

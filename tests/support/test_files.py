@@ -177,7 +177,7 @@ def test_pictures_without_memory(capsys):
 @each(
     ("words", "suffix", "message"),
     [
-        ("factors EPSG:25832 --at {}", "gpx", "Invalid file. {} is no text in UTF-8, as the name of such"),
+        ("factors EPSG:25832 --at {}", "gpx", "Invalid file. {} is not text in UTF-8, as the name of such"),
         ("check {}", "geojson", "Invalid file. {} is no text"),
         ("convert {} --to EPSG:3035 -o x.tif", "tif", "Invalid file. {} is no text"),
         ("convert p.geojson --to EPSG:3035 -o {}", "gpkg", "Invalid file. {} is no text"),

@@ -198,7 +198,7 @@ def sphere_canvas(cameras: Sequence[Camera], plane: ProjectedCrs, radius: float,
     u, v = plane.operation.native(*angles_of(rays))
     shown = np.isfinite(u) & np.isfinite(v)
     if not shown.any():
-        raise ValueError("Invalid projection for these images. It shows nothing of what they do.")
+        raise ValueError("Invalid projection for these images. It shows nothing of what they show.")
     low, high = _extent(u[shown], v[shown], cameras, plane, radius)
     # The median scale in the directions of the cameras: the square root of the areal scale.
     h, ratios = 1e-4, []

@@ -55,9 +55,9 @@ class Correspondences:
         if not len(self.i) == len(self.j) == len(self.xi) == len(self.xj):
             raise ValueError("Invalid correspondences. There must be as many i and j as points of either image.")
         if len(reductions) != len(self.i) or not (reductions >= 1).all():
-            raise ValueError("Invalid reductions of correspondences. There must be one a point, 1 or more.")
+            raise ValueError("Invalid reductions of correspondences. There must be one per point, 1 or more.")
         if not count or not ((self.sizes >= 1) & (self.sizes <= _LARGEST)).all():
-            raise ValueError("Invalid sizes of images. There must be some, in pixels, as 800x600.")
+            raise ValueError("Invalid sizes of images. They must be given, in pixels, such as 800x600.")
         if self.names is not None and len(self.names) != count:
             raise ValueError(f"Invalid names of images. There are {len(self.names)}; there must be {count}, as sizes.")
         outside = (np.minimum(self.i, self.j) < 0) | (np.maximum(self.i, self.j) >= count)
@@ -184,7 +184,7 @@ def parse_sizes(text: str) -> list[tuple[float, float]]:
     found = [re.fullmatch(r"\s*(\d+)\s*x\s*(\d+)\s*", word) for word in text.split(",")]
     pairs = [(float(match[1]), float(match[2])) for match in found if match]
     if len(pairs) < len(found):
-        message = f"Invalid sizes '{text}'. They must be WIDTHxHEIGHT in pixels, as 800x600, one or one an image."
+        message = f"Invalid sizes '{text}'. They must be WIDTHxHEIGHT in pixels, such as 800x600, one for all or each."
         raise ValueError(message)
     return pairs
 
@@ -225,7 +225,7 @@ def match(pictures: Sequence[Picture], *, progress: Callable[[int, int], object]
     `progress` is called with the numbers of steps done and of all. Raises ValueError, and ImportError without OpenCV.
     """
     if len(pictures) < 2:
-        raise ValueError(f"Invalid images. There must be two or more, not {len(pictures)}.")
+        raise ValueError(f"Invalid images. At least two are needed, not {len(pictures)}.")
     steps = _Steps(progress)
     features = [_features(picture, _COARSE, _COARSE_FEATURES) for picture in steps.of(pictures)]
     pairs = steps.of(_candidates(features))

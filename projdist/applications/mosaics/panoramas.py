@@ -314,7 +314,7 @@ def _adjusted(
         kept = [link.chosen(some) for link, some in zip(links, chosen, strict=True) if some.sum() > 1]
         # All images must be in one group.
         if [len(group) for group in registration.components_of((link.i, link.j) for link in kept)] != [len(M)]:
-            why = "Rotations do not bring their points together: it also moved, or they are no photographs."
+            why = "Rotations do not bring their points together: the camera also moved, or they are not photographs."
             raise ValueError(f"Invalid images for a camera that only turns. {why}")
         M, rms, normal = adjust(chart, M, kept)
         gaps = _gaps(M, links)

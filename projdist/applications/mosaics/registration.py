@@ -110,7 +110,7 @@ class ImageAnswer(Answer):
         left_out = set(self._found.left_out)
         groups = [group for group in self._found.components if others and set(group) <= left_out]
         parts = [", ".join(self.alone)] if self.alone else []
-        parts += [listed(self.points.names_of(group), "and") + ", which hang together" for group in groups]
+        parts += [listed(self.points.names_of(group), "and") + ", which belong together" for group in groups]
         return f"Left out: {'; '.join(parts)}. Nothing connects them with the other images." if parts else ""
 
     def _of_all(self, values: FloatArray) -> list[Any]:

@@ -183,7 +183,7 @@ def _in_plane(
             plane = projections.Projection.from_user_input(table.crs)
     except ValueError as error:
         if given is None:
-            raise ValueError(f"It states a CRS that is no plane of the Earth; another may be given. {error}") from error
+            raise ValueError(f"It states a CRS that is not a plane of the Earth; name another. {error}") from error
         stated = None
     if stated is not None and not stated.is_geographic:
         if given is None:
@@ -192,7 +192,7 @@ def _in_plane(
         own, other = projections.projected_crs_of(given), projections.projected_crs_of(plane)
         is_same = own is not None and other is not None and np.array_equal(own.to_metres, other.to_metres)
         if not (is_same and other is not None and projections.same_map(given, other.wkt) is not None):
-            tell(f"'{path}' states the CRS {stated.name}; its coordinates are taken for those of {given.label}.")
+            tell(f"'{path}' states the CRS {stated.name}; its coordinates are taken as those of {given.label}.")
     elif stated is not None and given is not None and _are_mostly_degrees(new):
         return np.stack(given(*projections.geographic(given, stated, *new.T)), axis=-1), given, ""
     if given is not None:
@@ -235,10 +235,10 @@ def _table(content: str, text: str) -> _PointTable:
         return _PointTable(columns, str(usual["x_new"]).startswith("lon"), rows[1:], crs)
     allowed = {4: _NUMBERS, 5: ("id", *_NUMBERS), len(_LINK_TABLE): _LINK_TABLE}
     if len(first) not in allowed:
-        must = f"it must have 4 columns, {', '.join(_NUMBERS)}, or 5, an id first, or 8, residuals behind them"
+        must = f"it must have 4 columns, {', '.join(_NUMBERS)}, or 5, an id first, or 8, with residuals last"
         raise ValueError(f"{text} Without a header {must}; it has {len(first)}.")
     if len(first) == len(_LINK_TABLE) and all(cell.strip().lstrip("+-").isdigit() for _, row in rows for cell in row):
-        message = f"{text} It has 8 columns of whole numbers. With decimal commas, semicolons must part columns."
+        message = f"{text} It has 8 columns of whole numbers. With decimal commas, semicolons must separate columns."
         raise ValueError(message)
     return _PointTable([*allowed[len(first)]], False, rows, crs)
 

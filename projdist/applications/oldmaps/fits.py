@@ -189,7 +189,7 @@ def _polynomial(degree: int, model: str, points: ControlPoints, smoothing: None)
     basis = terms.values(plane(points.old))
     count = basis.shape[1]
     if np.linalg.matrix_rank(basis) < count:
-        message = f"Invalid control points for model '{model}'. There must be {count} or more that determine it."
+        message = f"Invalid control points for model '{model}'. At least {count} that determine it are needed."
         raise ValueError(message)
     Q, R = np.linalg.qr(basis)
 

@@ -275,7 +275,7 @@ def common_ground(maps: Sequence[OldMap], *, by: str = "mdt") -> CommonGround:
     for one in maps:
         check_instance("old map", one, OldMap, "an OldMap")
     if len(maps) < 2:
-        raise ValueError(f"Invalid old maps. There must be two or more, not {len(maps)}.")
+        raise ValueError(f"Invalid old maps. At least two are needed, not {len(maps)}.")
     known = [(one.points.new, one.points.crs) for one in maps if one.points.crs is not None]
     for (new, crs), (_, other) in itertools.pairwise(known):
         # The same ground must have the same place in metres in both planes.

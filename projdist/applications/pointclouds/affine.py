@@ -81,7 +81,7 @@ def checked_weights(given: ArrayLike, missing: BoolArray, invalid: str) -> Float
     except (TypeError, ValueError) as error:
         raise ValueError(f"{invalid} They must be numbers.") from error
     if weights.shape != missing.shape:
-        raise ValueError(f"{invalid} There must be one a point, {len(missing)}; their shape is {weights.shape}.")
+        raise ValueError(f"{invalid} There must be {len(missing)}, one per point; their shape is {weights.shape}.")
     weights = np.where(missing, 0.0, weights)
     wrong = ~(np.isfinite(weights) & (weights >= 0.0))
     if wrong.any():

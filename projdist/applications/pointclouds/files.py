@@ -101,7 +101,7 @@ def read_ply(data: bytes) -> Records:
     end = data.find(b"end_header")
     line_end = data.find(b"\n", end)
     if not data.startswith(b"ply") or end < 0 or line_end < 0:
-        raise CloudError("It is no PLY file: its header must begin with ply and end with end_header.")
+        raise CloudError("It is not a PLY file: its header must begin with ply and end with end_header.")
     order, elements = _elements(data[:line_end].decode("ascii", errors="replace").splitlines())
     place = next((k for k, element in enumerate(elements) if element.name == "vertex"), None)
     if order not in _ORDERS or place is None:
@@ -176,7 +176,7 @@ def read_pcd(data: bytes) -> Records:
     if form == "binary_compressed":
         raise CloudError("Its data are binary_compressed; they must be ascii or binary.")
     if form not in ("ascii", "binary"):
-        raise CloudError("It is no PCD file: its header must end with DATA ascii or DATA binary.")
+        raise CloudError("It is not a PCD file: its header must end with DATA ascii or DATA binary.")
     names = words.get("FIELDS", [])
     try:
         counts = [int(count) for count in words.get("COUNT", ["1"] * len(names))]
@@ -204,7 +204,7 @@ def _pcd_header(data: bytes) -> tuple[dict[str, list[str]], int]:
         line = data[start:end].decode("ascii", errors="replace").partition("#")[0].split()
         start = end + 1
         if line and line[0].upper() not in _PCD_HEADER:
-            raise CloudError(f"It is no PCD file: '{' '.join(line)[:_SHOWN]}' is no line of such a header.")
+            raise CloudError(f"It is not a PCD file: '{' '.join(line)[:_SHOWN]}' does not belong in such a header.")
         if line:
             words[line[0].upper()] = line[1:]
     return words, start
@@ -421,7 +421,7 @@ def _read_csv(data: bytes, weights: str | None) -> _CellTable:
     comments, lines = _split_comments(data, "#")
     separator = support.separator_of(lines[-1])
     if separator is None:
-        raise CloudError("Its cells must stand apart by commas, semicolons or tabs.")
+        raise CloudError("Its cells must be separated by commas, semicolons or tabs.")
     rows = [_cells(line, separator, number) for number, line in enumerate(lines, start=1)]
     for number, row in enumerate(rows, start=1):
         if any(cell.strip() for cell in row[len(rows[0]) :]):
@@ -450,7 +450,7 @@ def _read_xyz(data: bytes, weights: str | None) -> _CellTable:
     head, lines = _split_comments(data, ("#", _CLOUDCOMPARE))
     names = _names_of(head[-1].removeprefix(_CLOUDCOMPARE)) if head and head[-1].startswith(_CLOUDCOMPARE) else ()
     if _names_of(lines[0])[0] == "ncols":
-        raise CloudError("It is a grid of Esri's, no cloud.")
+        raise CloudError("It is an Esri grid, not a cloud.")
     if lines[0].strip().isdigit() and int(lines[0]) == len(lines) - 1:  # of points
         head, lines = [*head, lines[0]], lines[1:]
     elif not names and not any(map(_is_decimal, _names_of(lines[0]))):

@@ -306,7 +306,7 @@ def _checked(clouds: Sequence[ArrayLike], names: Sequence[str] | None) -> tuple[
     arrays = [np.asarray(cloud, dtype=float) for cloud in clouds]
     labels = [str(i) for i in range(len(arrays))] if names is None else [str(name) for name in names]
     if len(labels) != len(arrays):
-        raise ValueError(f"Invalid names. There must be {len(arrays)}, one a cloud; there are {len(labels)}.")
+        raise ValueError(f"Invalid names. There must be {len(arrays)}, one per cloud; there are {len(labels)}.")
     if len(arrays) < 2:
         raise ValueError(f"Invalid clouds. There must be at least two; there {'is one' if arrays else 'are none'}.")
     for name, cloud in zip(labels, arrays, strict=True):
@@ -329,7 +329,7 @@ def _weights(
     if all(np.ndim(one) == 0 for one in several):
         several = [several] * len(clouds)
     if len(several) != len(clouds):
-        must = f"There must be one for each row, or {len(clouds)} arrays, one a cloud"
+        must = f"There must be one for each row, or {len(clouds)} arrays, one per cloud"
         raise ValueError(f"Invalid weights. {must}; there are {len(several)} arrays.")
     found = [
         affine.checked_weights(one, np.asarray(np.isnan(cloud).all(axis=1)), f"Invalid weights of cloud '{name}'.")
