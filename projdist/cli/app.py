@@ -207,7 +207,7 @@ COMMANDS = {
     "atlas": ("recommend", "The same for 345 places at once, measured in advance."),
     "optimize": ("optimize", "The best parameters of one of PROJ's projections."),
     "design": ("designs", "A new projection, made for a region, as a CRS."),
-    "ldp": ("optimize", "A low-distortion projection for surveying at height."),
+    "ldp": ("optimize", "A low-distortion projection, for surveying on the ground."),
     "mean-map": ("designs", "The map that is nearest to several maps."),
     "world-map": ("designs", "A new map of the world, for the parts that matter to you."),
     "correct": ("optimize", "The linear map that reduces a map's distortion most."),
@@ -266,7 +266,7 @@ class _Loading(UserDict[str, Any]):
 
 
 _DETAILS = Annotated[bool, typer.Option("--details", help="Print all rows, columns and notes.")]
-_QUIET = Annotated[bool, typer.Option("--quiet", help="Show no progress of long work on standard error.")]
+_QUIET = Annotated[bool, typer.Option("--quiet", help="Show no progress on standard error.")]
 
 
 def _with_groups(function: Any) -> Any:

@@ -69,7 +69,7 @@ class RegionalWork:
                 where: dict[str, Any] = {"executor": workers, "partial": self.partial, "progress": progress}
                 return answers.batch(function, areas, maps, options=options, **where)
         except ConnectionError as error:
-            kept = f" '{self.partial}' has what is done; the same command goes on from it." if self.partial else ""
+            kept = f" '{self.partial}' has what was done; the same command continues from it." if self.partial else ""
             refuse(f"{error}{kept}", error, code=1)
         except OSError as error:
             cannot_write(self.partial, error)

@@ -173,7 +173,7 @@ def least_distorting(found: answers.Comparison, column: str = "") -> Iterator[st
         yield f"By {column} the first is {names[id(first)]}."
     for one in found.results:
         if one.coverage < say.WHOLE:
-            yield f"{names[id(one)]} shows {say.per_cent(one.coverage)} of it only."
+            yield f"{names[id(one)]} shows only {say.per_cent(one.coverage)} of it."
 
 
 def _columns(measures: Sequence[str], indices: Sequence[answers.Index]) -> Iterator[Column]:
@@ -204,7 +204,7 @@ def _notes(found: answers.Comparison, rows: Sequence[Row], measures: Sequence[st
     if indices:
         yield "In brackets: the error, of the last digit; without them it is below 0.00001."
     if any(row[index.name] is None for row in rows for index in indices):
-        yield "-: the index diverges, has no bound, or is none of the region's."
+        yield "-: the index diverges, has no bound, or is not defined for the region."
     symbols: dict[str, list[str]] = {}
     for index in indices:
         if index.published_over:

@@ -195,9 +195,9 @@ def _notes(result: decisions.Check) -> Iterator[str]:
         "features. Bearings: degrees, grid less true; RMS: along the lines; largest: anywhere on them."
     )
     if len(_checks(result)) > 1:
-        yield "The second line: the recommended CRS for the box about the data, with the same data in it."
+        yield "The second line: the recommended CRS for the box around the data, with the same data in it."
     elif result.recommended:
-        yield f"The recommended CRS for the box about the data is this one, {result.projection.label}."
+        yield f"The recommended CRS for the box around the data is this one, {result.projection.label}."
     undrawn = result.rows(result.undrawn())
     for text in (decisions.OUTSIDE, decisions.TORN):
         those = [" ".join(filter(None, (str(row["index"]), row["name"]))) for row in undrawn if text in row["note"]]

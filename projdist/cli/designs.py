@@ -141,7 +141,7 @@ def _design_answer(found: designs.Design) -> Iterator[str]:
         error = f"scales are off by {say.rms_text(found.value)} (RMS)"
     else:
         error = f"{found.criterion} is {say.certain(found.value, found.error)} {found.unit}".rstrip()
-    yield f"On a map made for {place} {error}{', ' if less else ''}{support.listed(less, 'and')}."
+    yield f"On a map made for {place}, {error}{', ' if less else ''}{support.listed(less, 'and')}."
     distances = say.distance_error(worst)
     yield f"Distances are {'' if distances == say.TRUE else 'off by at most '}{distances}."
     if found.proven:
@@ -157,8 +157,8 @@ def _design_lead(found: designs.Design) -> Iterator[str]:
     if found.criterion != "airy_kavrayskiy":
         yield f"airy_kavrayskiy {say.certain(found.airy_kavrayskiy)}"
     if found.limit is not None:
-        maps = "maps" if found.kind == "any" else f"{found.kind} maps"
-        yield f"limit {say.certain(found.limit)}: about what the best of all {maps} has"
+        best = "map" if found.kind == "any" else f"{found.kind} map"
+        yield f"limit {say.certain(found.limit)}: about what the best possible {best} has"
     ends = ((say.rounded(one.value, one.error), one.lon, one.lat) for one in (found.smallest, found.largest))
     yield f"scales {' to '.join(f'{scale} (at {lon:.2f}, {lat:.2f})' for scale, lon, lat in ends)}"
 
@@ -167,7 +167,7 @@ def _design_tables(found: designs.Design) -> list[Table]:
     """The design and its rivals, and the criterion by degree."""
     made = {"kind": "made to measure", "name": "", "value": found.value, "error": found.error}
     value = Column("value", f"{found.criterion} {found.unit}".rstrip(), say.certain, error="error")
-    gain = Column("gain", "the made map has less by", functools.partial(say.per_cent, digits=3))
+    gain = Column("gain", "less on the made map", functools.partial(say.per_cent, digits=3))
     at_nodes = Column("value", f"{found.criterion} at nodes {found.unit}".rstrip(), say.certain)
     share = Column("share", "share of surroundings", "{:g}".format)
     return [
@@ -182,11 +182,11 @@ def _design_notes(found: designs.Design) -> Iterator[str]:
     around = found.surroundings
     if around is not None:
         scales = f"{around.smallest_scale:.3g} to {around.largest_scale:.3g}"
-        yield f"Within {around.within_km:.3g} km of the region scales are {scales}."
+        yield f"Within {around.within_km:.3g} km of the region, scales are {scales}."
     if np.isfinite(found.inverse_error):
-        yield f"There and back, points of the region miss themselves by at most {found.inverse_error:.0e} m."
+        yield f"Transformed there and back, points of the region are off by at most {found.inverse_error:.0e} m."
     else:
-        yield "PROJ does not find the way back from all points of the region: this map has no inverse there."
+        yield "PROJ cannot transform all points of the region back: this map has no inverse there."
     yield from found.notes
     yield _ELSEWHERE
 
@@ -264,7 +264,7 @@ def _mean_answer(found: designs.MeanMap) -> Iterator[str]:
         f"The mean of {maps} over {place} has the sum of squared distances {total} from them; no map has less than "
         f"{bound}, the average of their coordinates has {plain}."
     )
-    yield f"On it scales are off by {say.rms_text(mean.airy_kavrayskiy)} (RMS)."
+    yield f"On it, scales are off by {say.rms_text(mean.airy_kavrayskiy)} (RMS)."
 
 
 # ---- world map -----------------------------------------------------------------------------------
@@ -333,7 +333,7 @@ def world_map_command(
     less = f", {say.less_text(ratio)} than on {name}" if ratio > 1.0 else ""
     report = Report(
         answer=[
-            f"On a map made for {say.region_words(found.region)} scales are off by "
+            f"On a map made for {say.region_words(found.region)}, scales are off by "
             f"{say.rms_text(found.airy_kavrayskiy)} (RMS){less}.",
             *([pipeline] if pipeline else []),
         ],

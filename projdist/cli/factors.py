@@ -136,7 +136,7 @@ def _factors_answer(rows: Sequence[Mapping[str, Any]], label: str) -> Iterator[s
             where = f"At {place_text(lon, lat)}"
         distances = largest(lambda row: max(row["a"] - 1.0, 1.0 - row["b"]))
         errors = errors_text(distances, largest(lambda row: abs(row["s"] - 1.0)), largest(lambda row: row["omega"]))
-        yield f"{where} on {label} {errors}."
+        yield f"{where} on {label}, {errors}."
     if len(rows) < given:
         yield f"The map has no scales at {given - len(rows):,} of {given:,} point{'s' * (given > 1)}."
     if given == len(rows) == 1 and isinstance(rows[0].get("convergence"), float):
@@ -388,10 +388,10 @@ def _profile_answer(found: answers.Profile, label: str) -> Iterator[str]:
     elif error != error:
         longer = "undefined, as the map does not show all of it"
     lengths = f"{_metres(found.map_length_m)} for {_metres(found.length_m)} on the ellipsoid"
-    yield f"Along {found.length_m / 1e3:,.6g} km on {label} distances are {longer}: {lengths}."
+    yield f"Along {found.length_m / 1e3:,.6g} km on {label}, distances are {longer}: {lengths}."
     if found.ground_length_m is not None and found.mean_combined_factor is not None:
         combined = _factor(found.mean_combined_factor)
-        yield f"On the ground it has {_metres(found.ground_length_m)}: combined factor {combined}."
+        yield f"On the ground it is {_metres(found.ground_length_m)} long: combined factor {combined}."
 
 
 def _notes(found: answers.Profile) -> Iterator[str]:

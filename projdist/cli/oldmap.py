@@ -195,7 +195,7 @@ def _report(found: oldmaps.OldMap, given: str, written: object) -> Report:
     way = "clockwise" if mdt["rotation"] > 0.0 else "anticlockwise"
     return Report(
         answer=[
-            f"After its best linear map (MDT) the old map's scales are off by {rms_text(mdt['distortion'] ** 0.5)} "
+            f"After its best linear map (MDT), the old map's scales are off by {rms_text(mdt['distortion'] ** 0.5)} "
             f"(RMS). It has {mdt['scale']:.5g} m per unit, and is turned by {abs(mdt['rotation']):.2f}° {way}.",
             f"Its {len(found.points.old)} control points lie {_short(data['residual'])} m off the fit (RMS).",
         ],
@@ -215,7 +215,7 @@ def _notes(data: dict[str, Any]) -> Iterator[str]:
     smoothed = "" if smoothing is None else f", with the smoothing {smoothing:.4g}"
     without = "" if left_out is None else f", each {_short(left_out)} m off where the others have it"
     yield (
-        f"The fit has {data['freedom']:.4g} parameters a coordinate{smoothed}; the points are "
+        f"The fit has {data['freedom']:.4g} parameters per coordinate{smoothed}; the points are "
         f"{_short(data['residual'])} m off it (RMS){without}."
     )
     spreads = []

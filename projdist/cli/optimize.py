@@ -111,7 +111,7 @@ def _optimum_answer(found: decisions.Optimum) -> Iterator[str]:
     yield found.proj
     yield from (f"{parameter} is at the end of its range." for parameter in found.at_limit)
     if found.coverage < say.WHOLE:
-        yield f"It shows {say.per_cent(found.coverage)} of the region only."
+        yield f"It shows only {say.per_cent(found.coverage)} of the region."
 
 
 def _optimum_lead(found: decisions.Optimum) -> Iterator[str]:
@@ -121,8 +121,8 @@ def _optimum_lead(found: decisions.Optimum) -> Iterator[str]:
     if found.criterion != "airy_kavrayskiy":
         yield f"{found.criterion} {_shown(found.value, found.error_estimate)} {found.unit}".rstrip()
     if found.limit is not None:
-        over = f"{found.value / found.limit:.3g} times"
-        yield f"{over} the limit {_shown(found.limit, _LIMIT_DIGIT * found.limit)}: about what the best of all maps has"
+        far = f"{found.value / found.limit:.3g} times"
+        yield f"{far} the limit {_shown(found.limit, _LIMIT_DIGIT * found.limit)}: about what the best possible map has"
     yield from found.remarks
     yield from (f"{name} is at the end of its range." for name in found.at_limit)
     yield from say.covers(found.coverage)

@@ -315,9 +315,9 @@ class SizeOptions:
 class StyleOptions:
     """The style of a picture."""
 
-    title: str | None = option("TEXT", "The title of the map, or a heading above several maps.")
+    title: str | None = option("TEXT", "The title of the map, or a heading above several.")
     no_title: bool = flag("--no-title", "Nothing above the maps.")
-    font_size: str | None = option("POINTS", "Size of the colour bar's label; others in proportion.")
+    font_size: str | None = option("POINTS", "For the colour bar's label; others in proportion.")
     style: str | None = option("FILE", "A matplotlib style, by file or name: its fonts.")
     theme: str | None = option("light|dark|print", "Colours of the picture; print is grey.")
 

@@ -230,7 +230,7 @@ def _zones_sentence(system: decisions.ZoneSystem, words: str) -> str:
     else:
         those = support.listed([f"{name} in the {one.part}" for name, one in zip(names, zones, strict=True)], "and")
     error = say.distance_error(1e-6 * system.max_scale_error_ppm)
-    return f"{words}, {those}: distances are off by at most {error}, angles are true."
+    return f"{words}, {those}: distances are off by at most {error}; angles are true."
 
 
 def _brief_table(result: decisions.Recommendation) -> Table:
@@ -330,8 +330,8 @@ def _notes(result: decisions.Recommendation) -> Iterator[str]:
     if result.limit is not None:
         kind = f"{result.purpose} " if result.purpose in _KINDS else ""
         yield (
-            f"Over limit: {result.criterion} over {result.limit:.3g}, about what the best of all {kind}maps of the "
-            "region has; 'projdist design' makes such maps."
+            f"Over limit: {result.criterion} over {result.limit:.3g}, about what the best possible {kind}map of "
+            "the region has; 'projdist design' makes such maps."
         )
     if result.area == "preferred":
         yield (
@@ -527,10 +527,10 @@ def _place_notes(entry: designs.AtlasEntry, rows: Sequence[Row]) -> Iterator[str
     yield from (f"No map made to measure: {reason}" for reason in reasons)
     against = "the official CRS" if official else "the best existing CRS"
     yield (
-        f"Saves: the share of the error of {against} that a map saves. Of the purpose least scale "
-        "error it is of the largest scale error."
+        f"Saves: the share of the error of {against} that a map saves. For the purpose least scale "
+        "error, it is a share of the largest scale error."
     )
-    yield "Over limit: the Airy-Kavrayskiy error over about what the best of all maps of the purpose in one piece has."
+    yield "Over limit: the Airy-Kavrayskiy error over about that of the best possible map of the purpose in one piece."
     if any(row["cut_km"] for row in rows):
         yield "Cuts: their length within the place, kilometres; a map that is cut may be below the limit."
     versions = entry.versions

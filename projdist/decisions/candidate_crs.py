@@ -111,7 +111,7 @@ def try_crs(record: projections.CrsRecord, probe: WeightedPoints, ranking: Figur
         return Rejected(record.code, record.name, str(error))
     covered = float(probe.weight[np.isfinite(J).all(axis=(-1, -2))].sum())
     if covered < _LEAST_COVERED:
-        return Rejected(record.code, record.name, f"It can be projected over {100 * covered:.3g} % of the region only.")
+        return Rejected(record.code, record.name, f"It can be projected over only {100 * covered:.3g} % of the region.")
     ellipsoid = crs.projection.ellipsoid
     return Candidate(
         code=record.code,

@@ -111,7 +111,7 @@ def test_a_partial_file_that_is_asked_for_stays(tmp_path):
 def test_a_cluster_that_goes_away(tmp_path, monkeypatch):
     gone = mock.Mock(side_effect=ConnectionError("The executor does not answer any more."))
     monkeypatch.setattr("projdist.answers.batch", gone)
-    part = f"'{tmp_path}/a.csv.partial' has what is done; the same command goes on from it."
+    part = f"'{tmp_path}/a.csv.partial' has what was done; the same command continues from it."
     said = refusal(*COMPARE, "-o", tmp_path / "a.csv", code=1)
     assert said == f"The executor does not answer any more. {part}"
 

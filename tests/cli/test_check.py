@@ -222,7 +222,7 @@ def test_the_recommended_crs_is_checked(frame):
     for form in ("details", "markdown"):
         text = render(itself, form)
         assert text.count("ETRS89 / UTM zone 32N") == 2  # in the answer and in the table
-        assert "The recommended CRS for the box about the data is this one, EPSG:25832." in text
+        assert "The recommended CRS for the box around the data is this one, EPSG:25832." in text
         assert "UTM zone 32N" in render(check_report(other, "data", 1), form).partition("ETRS89 / UTM zone 32N")[2]
     assert json.loads(render(itself, "json"))["recommended"] is not None
 

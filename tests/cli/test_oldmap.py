@@ -44,7 +44,7 @@ def test_table(points):
     out = run_ok(points, *QUICK, "--scan-dpi", "300")
     shown = [
         *("25 control points, polynomial2", "mean Dist_F^2", "MDT", "affine, least squares", "Helmert, least squares"),
-        *("scale 1 :", "The fit has 6 parameters a coordinate; the points are ", "The fit has no folds."),
+        *("scale 1 :", "The fit has 6 parameters per coordinate; the points are ", "The fit has no folds."),
         *(
             "After the MDT, on nine tenths of the area: fisher ",
             "The old map is mirrored as a whole: its y axis points",

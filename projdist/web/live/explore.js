@@ -108,7 +108,7 @@ export class Explorer {
       ]),
       this.grid, this.panel.node,
       element("p", { className: "help", id: "help", textContent:
-        "Drag a map to turn it; with the keys, Alt and the arrows. Point at it, or move with the arrows (faster with " +
+        "Drag a map to turn it, or press Alt and the arrow keys. Point at it, or move with the arrows (faster with " +
         "Shift), for the distortion there: h and k are the scales along meridian and parallel, a and b the largest and " +
         "the smallest. Figures after ~ are those of a preview, good to a few per cent. Boxes and circles are drawn with " +
         "the keys, too: Enter at one end and at the other; Escape puts the tool away." }),
@@ -121,7 +121,7 @@ export class Explorer {
 
   add(definition, beside, words) {
     if (this.cards.length >= MOST) {
-      this.say(`At most ${MOST} maps are on the page. Remove one first.`);
+      this.say(`A page holds at most ${MOST} maps. Remove one first.`);
       return beside;
     }
     const card = new Card(this, definition, words);
@@ -134,7 +134,7 @@ export class Explorer {
   }
 
   remove(card) {
-    if (this.cards.length === 1) return this.say("One map stays on the page.");
+    if (this.cards.length === 1) return this.say("One map must stay on the page.");
     this.cards.splice(this.cards.indexOf(card), 1);
     card.node.remove();
     this.count();
@@ -276,7 +276,7 @@ export class Explorer {
     this.link.forget();
     this.scaling = false;
     this.panel.lost();
-    this.say("The server does not answer. This page goes on when it does.");
+    this.say("The server does not answer. This page continues when it does.");
   }
 
   refused() {

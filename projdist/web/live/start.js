@@ -11,9 +11,9 @@ let explorer = null;
 const socket = new Socket(`ws://${location.host}/socket`, token, (state, welcome) => {
   if (state === "refused" && explorer) explorer.refused();
   if (state === "refused" && !explorer) {
-    root.textContent = "This address has not the right token. Take the one that the command printed.";
+    root.textContent = "This address lacks the right token. Use the one that the command printed.";
   }
-  if (state === "full" && !explorer) root.textContent = "Too many pages are open. This one goes on when another is closed.";
+  if (state === "full" && !explorer) root.textContent = "Too many pages are open. This one continues when another is closed.";
   if (state === "full" || state === "closed") explorer?.lost();
   if (state !== "open") return;
   if (explorer) explorer.found();

@@ -34,7 +34,7 @@ def test_maps_are_added_doubled_and_removed(live: Opener) -> None:
             page.card().get_by_text("Improve").click()
         page.card().get_by_text("Remove").click()
         assert page.page.locator(".card").count() == left
-    assert "One map stays" in page.page.locator("#status").inner_text()
+    assert "One map must stay" in page.page.locator("#status").inner_text()
     page.rest()
 
 
