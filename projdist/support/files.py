@@ -24,7 +24,7 @@ _WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
 _WITH_POINT = re.compile(r"\s*[+-]?(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?\s*")
 _WHOLE = re.compile(r"\s*[+-]?\d+\s*")
 _THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2},\d{3}\s*")
-_HINT = " Decimal commas are read where all numbers have them and cells stand apart by semicolons, tabs or blanks."
+_HINT = " Decimal commas are read where all numbers have them and cells are separated by semicolons, tabs or blanks."
 
 
 def read_text(path: Path, complaint: str) -> str:

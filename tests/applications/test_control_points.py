@@ -83,8 +83,8 @@ def test_names_and_points_that_are_not_enabled(read):
     np.testing.assert_array_equal(np.hstack([points.old, points.new]), ROWS)
 
 
-COLUMNS = "Without a header it must have 4 columns, x_old, y_old, x_new, y_new, or 5, an id first, or 8, residuals "
-COLUMNS += "behind them; it has 3"
+COLUMNS = "Without a header it must have 4 columns, x_old, y_old, x_new, y_new, or 5, an id first, or 8, with "
+COLUMNS += "residuals last; it has 3"
 NO_LINKS = "1,5,2,5,600,5,200,5\n5,5,2,5,604,5,200,5\n2,5,9,5,601,5,207,5\n"
 
 
@@ -107,7 +107,7 @@ NO_LINKS = "1,5,2,5,600,5,200,5\n5,5,2,5,604,5,200,5\n2,5,9,5,601,5,207,5\n"
         ("0,0,0,0\n1,3,1,0\n2,2,3,-1e16\n", "Invalid control point '3'. It must lie within 1e.15 in truth"),
         ("1,1,0,0\n1,1,1,0\n1,1,3,9\n", "Invalid control points. They must not be in one place, as they are on the"),
         ("0,0,0,0\n1,nan,1,0\n2,2,3,0\n", "Invalid control point '2'. Its places must be finite"),
-        (NO_LINKS, "It has 8 columns of whole numbers. With decimal commas, semicolons must part"),
+        (NO_LINKS, "It has 8 columns of whole numbers. With decimal commas, semicolons must separate"),
         ("-gcp 1 2 3\n", r"Line 1 must have -gcp pixel line easting northing \[elevation\]\.$"),
         ("-gcp 1 2 3 4\n-gcp 1,5 2,5 3,5 4,5\n", r"Line 2 must have -gcp pixel line"),
         ('-gcp 1 2 3 4 "in.tif\n', r"Line 1 has a quotation mark that does not end on the line\.$"),

@@ -236,7 +236,7 @@ TWO, ONES = "# sizes h x w: (9, 9), (9, 9)\n", "0,0,1,1,1,1,1\n"
         (TWO + "0,0,-1,1,1,1,1\n", r"correspondence 1\. Its images must be numbers from 0 to 1"),
         (TWO + "0,1,1,1,1,1,1\n", r"correspondence 1\. It pairs an image with itself\.$"),
         (TWO + "0,0,1,1,nan,1,1\n", r"correspondence 1\. Its coordinates must be finite\.$"),
-        (TWO.replace("(9", "(0", 1) + ONES, r"^Invalid sizes of images\. There must be some, in pixels"),
+        (TWO.replace("(9", "(0", 1) + ONES, r"^Invalid sizes of images\. They must be given, in pixels"),
     ],
 )
 def test_the_table_is_checked(tmp_path, text, message):
@@ -274,7 +274,7 @@ def test_arguments_are_checked(tmp_path):
     other = functools.partial(dataclasses.replace, points)
     refuses(r"^Invalid names of images\. There are 1; there must be 6, as sizes\.$", other, names=("a",))
     refuses(r"^Invalid correspondences\. There must be as many i and j as points", other, i=points.i[1:])
-    refuses(r"^Invalid reductions of correspondences\. There must be one a", other, reductions=0.0 * points.i)
+    refuses(r"^Invalid reductions of correspondences\. There must be one per", other, reductions=0.0 * points.i)
     refuses(r"^Invalid tolerance 0\. It must be a number of pixels above 0\.$", register, points, tolerance=0)
     # Random points connect nothing, and the message says how many agree.
     x = np.random.default_rng(6).uniform(size=(2, 60, 2)) * [300.0, 200.0]

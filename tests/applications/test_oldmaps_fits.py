@@ -120,7 +120,7 @@ def test_wrong_fits():
     refuses(r"Invalid model 'spline'. It must be one of helmert, affine, polynomial2", fit, points, "spline")
     refuses(r"Invalid smoothing '1' of model 'affine'. It is for tps", fit, points, "affine", 1.0)
     refuses("Invalid smoothing '-1' of model 'tps'", fit, points, "tps", -1.0)
-    refuses(r"Invalid control points for model 'polynomial2'. There must be 6 or more", fit, points, "polynomial2")
+    refuses(r"Invalid control points for model 'polynomial2'. At least 6 that determine it", fit, points, "polynomial2")
     refuses(r"Invalid control points for model 'tps'. There must be 4 or more", fit, three, "tps")
     old[4] = old[1]
     refuses("Points '2' and '5' are too close on the old map to", fit, ControlPoints(old, new), "tps", 0.0)

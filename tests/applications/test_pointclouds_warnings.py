@@ -118,8 +118,8 @@ def test_arguments_are_checked():
         rf"^{one}\. That of point 1 is inf; ": [np.inf, 1, 1, 1, 1, 1],
         rf"^{one}\. They must not all be 0\.$": np.zeros(6),
         r"^Invalid weights of cloud '1'\. They must not all be 0\.$": [np.ones(6), np.zeros(6)],
-        rf"^{one}\. There must be one a point, 6; their shape is \(5,\)\.$": np.ones(5),
-        rf"^{one}\. There must be one a point, 6; their shape is \(1,\)\.$": 3.0,
+        rf"^{one}\. There must be 6, one per point; their shape is \(5,\)\.$": np.ones(5),
+        rf"^{one}\. There must be 6, one per point; their shape is \(1,\)\.$": 3.0,
         rf"^{one}\. They must be numbers\.$": "abcdef",
         rf"^Invalid weights\. {PER_ROW}; there are 3 arrays\.$": np.ones((3, 6)),
     }.items():

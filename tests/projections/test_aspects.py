@@ -118,7 +118,7 @@ REFUSED = {
     "behrmann+lat_ts=45": r"A behrmann map is cea with lat_ts=30: for others write 'cea\+lat_ts=\.\.\.'",
     "merc+proj=moll": r"Invalid parameter '\+proj=moll'",
     "mollweide@-100,45": r"must be -90 to 90\. Did you mean @45,-100\?",
-    "mollweide@45": r"It must be a latitude and a longitude in degrees, as @45,-100 or @45N,100W",
+    "mollweide@45": r"It must be a latitude and a longitude in degrees, such as @45,-100 or @45N,100W",
     "mollweide@1,2@3,4": r"It must have '@3,4' once",
     "laea+lat_0=5@45,10": r"Its centre is stated by '@45,10': it must have no lat_0",
     "mollweide+ellps=WGS84@45,10": r"Only maps of a sphere can be turned",

@@ -139,7 +139,7 @@ POINTS = [
     (SOME_POINT | {"properties": {"weight": "cow"}}, "Point 1 must have a number for weight."),
     (SOME_POINT | {"properties": {"height": [2]}}, "Point 1 must have a number for height."),
 ]
-COMMAS = " Decimal commas are read where all numbers have them and cells stand apart by semicolons, tabs or blanks."
+COMMAS = " Decimal commas are read where all numbers have them and cells are separated by semicolons, tabs or blanks."
 TABLES = [
     *(("", "It is empty."), ("x,y\n1,2\n", "Its header must have lon and lat; it has x, y.")),
     *(("lon,lat\n", "It has no points."), ("lon,lat\n1,2\n3,north\n", "Line 3 must have numbers for lon, lat.")),

@@ -154,7 +154,7 @@ REFUSED = {
     "country:FR@main@main": f"Invalid suffix '@main'. {ONCE}",
     **{f"country:FR@main:{km}": f"Invalid distance '{km}' {KILOMETRES} a number of kilometres." for km in ("x", "")},
     **{f"country:FR@main:{km}": f"Invalid distance '{km}' {KILOMETRES} 10 to 20015 km." for km in ("0", "nan")},
-    "country:FR@all:5": "Invalid region 'country:FR@all:5'. Polygons may have @main, @main:KM or @all behind",
+    "country:FR@all:5": "Invalid region 'country:FR@all:5'. Polygons may be followed by @main, @main:KM or @all",
     "crs:EPSG:0": "Invalid CRS 'EPSG:0'. It must be a CRS that PROJ knows.",
     **{text: f"Invalid region '{text}'. {SIDES}" for text in ("globe -", "& globe")},
     **{text: f"Invalid region '{text}'. Its brackets must close what they open." for text in ("(globe", "globe)")},

@@ -178,9 +178,9 @@ def test_pictures_without_memory(capsys):
     ("words", "suffix", "message"),
     [
         ("factors EPSG:25832 --at {}", "gpx", "Invalid file. {} is not text in UTF-8, as the name of such"),
-        ("check {}", "geojson", "Invalid file. {} is no text"),
-        ("convert {} --to EPSG:3035 -o x.tif", "tif", "Invalid file. {} is no text"),
-        ("convert p.geojson --to EPSG:3035 -o {}", "gpkg", "Invalid file. {} is no text"),
+        ("check {}", "geojson", "Invalid file. {} is not text"),
+        ("convert {} --to EPSG:3035 -o x.tif", "tif", "Invalid file. {} is not text"),
+        ("convert p.geojson --to EPSG:3035 -o {}", "gpkg", "Invalid file. {} is not text"),
         ("profile EPSG:25832 --line {}", "gpx", "Invalid line file {0}. It cannot be read: {0} is"),
         ("factors EPSG:25832 --at {}", "csv", "Invalid points file {}. Its header must have lon and lat"),
         ("oldmap {}", "points", "Invalid points file {}. Its header must name x_old"),
