@@ -165,15 +165,20 @@ def _shown(value: float, error: float = 0.0) -> str:
 # ---- ldp -----------------------------------------------------------------------------------------
 
 
-_ANGLES = ("lat_0", "lat_1", "lon_0", "lonc", "alpha")
-
-
 def ldp_command(
     region: opt.RegionArgument,
     heights: str | None = opt.option(
         "FILE", "Points (.csv with lon, lat and ellipsoidal h) or a raster (.tif, with rasterio)."
     ),
-    height: str | None = opt.option("METRES", "The ellipsoidal height of the whole region."),
+    height: str | None = opt.option("NUMBER", "The ellipsoidal height of the whole region."),
+    height_units: str = opt.option(projections.LINEAR_UNITS, "The unit of these heights.", "m"),
+    geoid: str | None = opt.option(
+        "NAME|FILE",
+        "Heights are orthometric, above this grid: a file, or one that PROJ has, such as us_nga_egm96_15.tif.",
+    ),
+    geoid_height: str | None = opt.option(
+        "METRES", "Heights are orthometric, above a geoid of this height, such as -17.5."
+    ),
     families: str = opt.option("NAMES", "Families to try, with commas.", ",".join(decisions.LDP_FAMILIES)),
     criterion: str = opt.option(
         "NAME",
@@ -186,9 +191,14 @@ def ldp_command(
     round_axis: str = opt.option("ANGLE", "Round the axis to a multiple of this: 1', 30\", 0.5 (degrees).", "1'"),
     geodetic: str = opt.option("CRS", "Geographic CRS to base it on.", "EPSG:4326"),
     against: list[str] | None = opt.option("PROJECTION", "A map to compare with; may be repeated."),
+    units: str = opt.option(projections.LINEAR_UNITS, "Of the CRS: metres, US survey or international feet.", "m"),
+    false_easting: str | None = opt.option("NUMBER", "x_0 in the unit of the CRS; a round one if not given."),
+    false_northing: str | None = opt.option("NUMBER", "y_0 in the unit of the CRS; a round one if not given."),
     name: str | None = opt.option("TEXT", "The name of the CRS."),
     format: str | None = opt.report_format(_LDP_FORMS),
-    output: str | None = opt.output("A map of the distortion in ppm: .png, .svg or .pdf; or a page: .html."),
+    output: str | None = opt.output(
+        "A map of the distortion in ppm: .png, .svg or .pdf; or a sheet to sign, with test points: .html."
+    ),
     *,
     pictured: opt.PictureOptions,
 ) -> None:
@@ -197,7 +207,9 @@ def ldp_command(
     area = opt.region_of(region)
     own = isinstance(area, regions.PointSet) and area.height is not None
     if (heights is not None) + (height is not None) > 1 or not (own or heights or height):
-        refuse("Invalid heights. Either --heights FILE or --height METRES must be given.")
+        refuse("Invalid heights. Either --heights FILE or --height NUMBER must be given.")
+    if own and not height and height_units != "m":
+        refuse(f"Invalid units of heights '{height_units}'. The points of a region have theirs in metres.")
     picture = opt.picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
     options: dict[str, Any] = {
         "families": [word.strip() for word in families.split(",") if word.strip()],
@@ -208,33 +220,42 @@ def ldp_command(
         "geodetic": geodetic,
         "against": against or [],
         "name": name,
+        "units": opt.choice("units", units, projections.LINEAR_UNITS),
+        "geoid": _geoid(geoid, geoid_height),
     }
+    unit = projections.LINEAR_UNITS[units]
+    of_heights = projections.LINEAR_UNITS[opt.choice("units of heights", height_units, projections.LINEAR_UNITS)]
+    for key, text in (("easting", false_easting), ("northing", false_northing)):
+        options[f"false_{key}"] = opt.number(f"false {key}", text, -1e8, 1e8, f" of {unit.plural}")
     with refusing(), working("Designing"):
         if height is not None:
-            options["height"] = opt.number("height", height, -500.0, 9000.0, " of metres")
+            low, high = -500.0 / of_heights.metres, 9000.0 / of_heights.metres
+            options["height"] = of_heights.metres * opt.number("height", height, low, high, f" of {of_heights.plural}")
         elif heights is not None:
-            options["heights"] = decisions.read_heights(heights)
+            options["heights"] = decisions.read_heights(heights) * [1.0, 1.0, of_heights.metres]
         found = decisions.ldp(area, **options)
     if picture is not None:
         picture.save(plots.ldp_figure, found)
     # A page shows the design and its baselines, with scales on the ground at the mean height.
     mean = float(np.average(found.height, weights=found.weight))
-    at = f"at {mean:,.0f} m" if np.ptp(found.height) < 0.5 else f"at the mean height, {mean:,.0f} m"
+    height_text = f"{mean / unit.metres:,.0f} {unit.name}"
+    at = f"at {height_text}" if np.ptp(found.height) < 0.5 else f"at the mean height, {height_text}"
     maps: list[projections.ProjectionLike] = [found.projection, *(against or [])]
     labels = [found.family, *(label for label, _ in found.baselines)]
     titles = [f"{label}, on the ground {at}" for label, _ in zip(labels, maps, strict=False)]
     place = regions.Box.between(found.region.bounds) if isinstance(found.region, regions.PointSet) else found.region
+    statistics = _ldp_table(found)
     copies = {"proj": found.proj, "wkt": found.wkt, "esri": found.esri}
     points = {"lon": found.lon, "lat": found.lat, "height": found.height, "ppm": found.ppm}
     report = Report(
         answer=[*_ldp_answer(found)],
-        next={} if picture else {"-o map.png": "To draw it, the same command with"},
+        brief=[statistics],
+        next={}
+        if picture
+        else {"-o map.png": "To draw it, the same command with", "-o sheet.html": "For a sheet to sign"},
+        heading=name or "",
         title=f"{found.projection.name} for {found.region.name} ({say.size_text(found.region)}), by {found.criterion}",
-        lead=[
-            f"{key:6} {_degrees(value) if key in _ANGLES else projections.number_text(value)}"
-            for key, value in found.parameters.items()
-        ],
-        tables=[_ldp_table(found)],
+        tables=[Table([*_ldp_parameters(found)], ["parameter", "value", "PROJ"]), statistics, *_ldp_tests(found)],
         notes=[*_ldp_notes(found)],
         data=found.to_dict,
         rows=lambda: [
@@ -244,8 +265,16 @@ def ldp_command(
         about=found.projection.name,
         written=[picture],
         maps=Mapped(maps, titles, place, "scale_error_ppm", mean),
+        signed=("Name", "Licence number", "Signature", "Date"),
     )
     present(report, *target)
+
+
+def _geoid(grid: str | None, height: str | None) -> str | float | None:
+    """A grid of geoid heights, or one geoid height in metres; None without any."""
+    if grid is not None and height is not None:
+        refuse("Invalid option '--geoid-height'. It cannot be used with --geoid.")
+    return grid if height is None else opt.number("height of the geoid", height, -120.0, 120.0, " of metres")
 
 
 def _ldp_answer(found: decisions.LDP) -> Iterator[str]:
@@ -257,6 +286,9 @@ def _ldp_answer(found: decisions.LDP) -> Iterator[str]:
     place = say.region_words(found.region)
     yield f"In {place} grid distances differ from those on the ground by at most {say.up(worst)} ppm{ratio}{within}."
     yield found.proj
+    if found.unit.name != "m":
+        east, north = (f"{value:,.10g}" for value in found.false_origin)
+        yield f"False easting {east}, false northing {north} {found.unit.plural}; PROJ's x_0 and y_0 are in metres."
 
 
 def _angle(text: str) -> float:
@@ -269,13 +301,72 @@ def _angle(text: str) -> float:
     return degrees
 
 
-def _degrees(value: float) -> str:
-    """Angle in degrees, minutes and seconds, and in decimal degrees."""
-    seconds: Any = round(abs(value) * 3600.0, 5)
-    minutes, seconds = divmod(seconds, 60.0)
-    degrees, minutes = divmod(int(minutes), 60)
-    sign, shown = "-" if value < 0 else "", projections.number_text(round(seconds, 5)).zfill(2)
-    return f"{sign}{degrees}°{minutes:02d}'{shown}\"  ({projections.number_text(round(value, 9))})"
+def _degrees(value: float, decimals: int = 5, letters: str = "") -> str:
+    """Angle in degrees, minutes and seconds; with the letters of positive and negative ones, as EW, without a sign."""
+    scale = 10**decimals
+    minutes, seconds = divmod(round(abs(value) * 3600 * scale), 60 * scale)
+    shown = projections.number_text(seconds / scale) if decimals > _SHORT else f"{seconds / scale:.{decimals}f}"
+    whole, _, rest = shown.partition(".")
+    sign = "-" if value < 0 and not letters and minutes + seconds else ""
+    text = f"{sign}{minutes // 60}°{minutes % 60:02d}'{whole.zfill(2)}{rest and '.'}{rest}\""
+    return f"{text} {letters[value < 0]}" if letters else text
+
+
+_SHORT = 2  # decimals of seconds that are always shown
+_PARAMETERS = {
+    **{"lon_0": "Central meridian", "lonc": "Longitude of the centre", "lat_1": "Standard parallel"},
+    **{"lat_0": "Latitude of origin", "alpha": "Azimuth of the axis", "k_0": "Scale factor on the axis"},
+    **{"x_0": "False easting", "y_0": "False northing"},
+}
+_LETTERS = {"lon_0": "EW", "lonc": "EW", "lat_0": "NS", "lat_1": "NS"}
+
+
+def _ldp_parameters(found: decisions.LDP) -> Iterator[dict[str, str]]:
+    """All that defines the map, as surveyors write it, and as PROJ does."""
+    words = {word.partition("=")[0]: word for word in found.proj.split()}
+    crs, ellipsoid, unit = projections.crs_of(found.geodetic), found.projection.ellipsoid, found.unit
+    datum, figure = (getattr(one, "name", "") for one in (crs.datum, crs.ellipsoid))
+    shape = f"a = {ellipsoid.a:.10g} m, 1/f = {1.0 / ellipsoid.f:.12g}" if ellipsoid.f else f"R = {ellipsoid.a:.10g} m"
+    rows = {
+        "Projection": (found.projection.name, words["+proj"]),
+        "Geographic CRS": (say.named(found.geodetic, crs.name), ""),
+        "Datum": (datum, ""),
+        "Ellipsoid": (f"{figure}: {shape}", words.get("+ellps", "")),
+        "Unit": (f"{unit.title}, {unit.metres:.12g} m (EPSG:{unit.code})", words.get("+units", "")),
+    }
+    false_origin = dict(zip(("x_0", "y_0"), found.false_origin, strict=True))
+    for key, value in found.parameters.items():
+        if key in false_origin:
+            shown = f"{projections.number_text(false_origin[key])} {unit.plural}"
+        else:
+            shown = projections.number_text(value) if key == "k_0" else _degrees(value, letters=_LETTERS.get(key, ""))
+        label = "Latitude of the centre" if key == "lat_0" and "+lonc" in words else _PARAMETERS[key]
+        rows[label] = shown, words[f"+{key}"] + " (metres)" * (key in false_origin and unit.name != "m")
+    yield from ({"parameter": key, "value": value, "PROJ": word} for key, (value, word) in rows.items())
+
+
+def _ldp_tests(found: decisions.LDP) -> Iterator[Table]:
+    """Points and lines to check a program with, in the unit of the map."""
+    unit = found.unit
+
+    def of_heights(value: float) -> str:
+        return f"{value / unit.metres:.3f}"
+
+    columns: list[Column | str] = [
+        *("point", Column("lon", "longitude", lambda value: _degrees(value, 0, "EW"), left=False)),
+        Column("lat", "latitude", lambda value: _degrees(value, 0, "NS"), left=False),
+        Column("geoid_height", f"geoid {unit.name}", of_heights, only=lambda value: value is not None),
+        Column("height", f"h {unit.name}", of_heights),
+        *(Column(key, f"{key[0].upper()} {unit.name}", "{:.4f}".format) for key in ("easting", "northing")),
+        *(Column(f"{key}_factor", key.replace("_", " "), "{:.9f}".format) for key in ("grid_scale", "elevation")),
+        Column("combined_factor", "combined", "{:.9f}".format),
+        Column("convergence", show=lambda value: _degrees(value, 2), left=False),
+    ]
+    yield Table(found.test_points, columns, "Test points, h above the ellipsoid")
+    if not found.test_lines:  # of one point
+        return
+    kinds = [Column(f"{kind}_distance", f"{kind} {unit.name}", "{:.4f}".format) for kind in ("grid", "ground")]
+    yield Table(found.test_lines, ["line", *kinds, Column("ppm", "difference ppm", "{:.3f}".format)], "Test lines")
 
 
 def _ldp_table(found: decisions.LDP) -> Table:
@@ -291,9 +382,23 @@ def _ldp_table(found: decisions.LDP) -> Table:
 
 
 def _ldp_notes(found: decisions.LDP) -> Iterator[str]:
-    low, high = found.height.min(), found.height.max()
-    yield f"Heights are ellipsoidal, not orthometric: {low:,.1f} to {high:,.1f} m at {found.lon.size:,} points."
+    def span(metres: Any) -> str:
+        low, high = (f"{value / found.unit.metres:,.1f}" for value in (metres.min(), metres.max()))
+        return f"{low}{'' if low == high else f' to {high}'} {found.unit.name}"
+
+    if found.geoid_height is None:
+        yield f"Heights are ellipsoidal, not orthometric: {span(found.height)} at {found.lon.size:,} points."
+    else:
+        yield (
+            f"Ellipsoidal heights, {span(found.height)} at {found.lon.size:,} points, are the orthometric ones with "
+            f"the geoid's added, {span(found.geoid_height)}{f' ({found.geoid})' if found.geoid else ''}."
+        )
     yield from found.notes
+    yield (
+        "The combined factor is the grid scale factor times the elevation factor R / (R + h), R = sqrt(MN) (J. E. "
+        "Stem 1989, NOAA Manual NOS NGS 5). Ground distances are those of geodesics, raised to heights that are "
+        "linear between both ends."
+    )
     yield f"PROJ: {found.proj}"
     if found.simpler:
         yield f"PROJ, {found.simpler.family}: {found.simpler.proj}"

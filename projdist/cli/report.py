@@ -151,7 +151,8 @@ class Report:
     those of an ASCII map below them, for plain text only.
     `data` gives what JSON has, `rows` what CSV has, if not the rows of the first table; `header` names its columns
     where there are none. `copies` are the forms of the answer that are formats of their own; `about` is what they are
-    of. `written` are the files that the command has left, by their paths. `maps` are what a page shows.
+    of. `written` are the files that the command has left, by their paths. `maps` are what a page shows, `signed` what
+    is filled in on it by hand.
     """
 
     answer: Sequence[str] = ()
@@ -170,6 +171,7 @@ class Report:
     about: str = ""
     written: Sequence[object] = ()
     maps: Mapped | None = None
+    signed: Sequence[str] = ()
 
 
 def listing(rows: Sequence[Row]) -> Report:
@@ -214,7 +216,8 @@ def _brief_text(report: Report) -> str:
     text = notes_text(report.answer) + "".join(table_text(table, brief=True) for table in tables if table.rows)
     text += notes_text(f"{words}: {command}" for command, words in report.next.items())
     shown = max((len(one.rows[: one.most]) for one in tables), default=0)
-    left = max((len(one.rows) for one in report.tables[:1]), default=0) - shown
+    same = [one for one in report.tables if tables and one.rows is tables[0].rows]
+    left = max((len(one.rows) for one in (same or report.tables)[:1]), default=0) - shown
     if report.tables or report.notes:
         more = f"{left} more row{'s' * (left > 1)}, all" if left > 0 else "All"
         text += notes_text([f"{more} columns and notes: --details"])
@@ -401,6 +404,7 @@ def _as_page(report: Report) -> str:
             notes=[*([report.title] if report.heading else []), *report.notes, *_method()],
             copies={name: text for name, text in _copies(report) if text},
             maps=maps,
+            signed=report.signed,
         )
     )
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +16,7 @@ from projdist import answers, earth, matrices, projections, regions, support
 from projdist._typing import AnyPath, FloatArray
 from projdist.field import Nodes, nodes_at, nodes_of
 
+_GEOID = 120.0  # metres: the Earth's geoid lies -107 to 86 m above the ellipsoid
 _NODES, _SEARCHED = 4000, 400  # points of a region of one height, and points in a search, about
 
 
@@ -70,15 +72,30 @@ def distortion_ppm(
 
 
 class Ground(NamedTuple):
-    """Points with weights that sum to 1, and their ellipsoidal heights; `is_level` if they are all the same."""
+    """Points with weights that sum to 1, and their ellipsoidal heights; `is_level` if they are all the same.
+
+    `geoid_height` is what was added to orthometric heights.
+    """
 
     nodes: Nodes
     height: FloatArray
     is_level: bool
+    geoid_height: FloatArray | None = None
 
     def ppm(self, projection: projections.ProjectionLike) -> FloatArray:
         """The distortion at the points."""
         return distortion_ppm(projection, self.nodes.lon, self.nodes.lat, self.height)
+
+    def raised(self, geoid: AnyPath | float) -> Ground:
+        """The ground of orthometric heights, above a geoid: a grid, or one height of the geoid in metres."""
+        lon, lat = self.nodes.lon, self.nodes.lat
+        if isinstance(geoid, str | os.PathLike):
+            added, is_level = projections.geoid_heights(geoid, lon, lat), False
+        else:
+            added, is_level = np.full(lon.size, support.check_number("height of the geoid", geoid)), self.is_level
+        if not np.abs(added).max() <= _GEOID:
+            raise ValueError(f"Invalid geoid '{geoid}'. Its heights must lie within -{_GEOID:g} and {_GEOID:g} m.")
+        return Ground(self.nodes, self.height + added, is_level, added)
 
     def fewer(self, region: regions.Place) -> Ground:
         """About 400 of the points, or all if there are few."""
@@ -142,6 +159,93 @@ def statistics_of(ppm: FloatArray, weight: FloatArray, limits: Iterable[float]) 
     rms = float(np.sqrt(np.sum(weight * ppm * ppm)))
     within = {float(limit): float(np.sum(weight[np.abs(ppm) <= limit])) for limit in sorted(set(limits))}
     return HeightStatistics(min=float(ppm.min()), max=float(ppm.max()), mean=mean, std=std, rms=rms, within=within)
+
+
+# ---- false origins --------------------------------------------------------------------------
+
+
+def span_of(values: FloatArray) -> FloatArray:
+    """The least and the largest value (2,), without NaN."""
+    return np.array([np.nanmin(values), np.nanmax(values)])
+
+
+def overlap(one: FloatArray, other: FloatArray) -> bool:
+    """True if two spans (2,) have numbers in common."""
+    return bool(max(one[0], other[0]) <= min(one[1], other[1]))
+
+
+def false_origin_for(x: FloatArray, y: FloatArray, step: float, stated: Mapping[str, float]) -> dict[str, float]:
+    """The stated x_0 and y_0, and else multiples of `step`, for spans (2,) of coordinates without them, in metres.
+
+    All coordinates are positive, and no easting is a possible northing, as surveyors want it: eastings are larger.
+    """
+
+    def above(least: float, span: FloatArray) -> float:
+        return float(np.ceil((least - span[0]) / step) * step)
+
+    def beyond(other: FloatArray, span: FloatArray) -> float:
+        return float((np.floor((other[1] - span[0]) / step) + 1.0) * step)
+
+    east, north = stated.get("x_0"), stated.get("y_0")
+    if north is None:
+        north = max(0.0, above(0.0, y))
+        if east is not None and overlap(x + east, y + north):
+            north = beyond(x + east, y)
+    if east is None:
+        east = above(step, x)
+        if overlap(x + east, y + north):
+            east = beyond(y + north, x)
+    return {"x_0": east, "y_0": north}
+
+
+# ---- test points ----------------------------------------------------------------------------
+
+_CORNERS = ((-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))  # of which points are farthest, in x and y
+_LINES = ((0, 1), (0, 2), (0, 3), (0, 4), (1, 2), (2, 3), (3, 4), (4, 1))
+
+
+def points_to_test(
+    projection: projections.Projection, unit: float, points: Mapping[str, FloatArray]
+) -> list[dict[str, Any]]:
+    """The middle of points, their corners, and those of least and most ppm, in whole seconds, on a map.
+
+    Eastings and northings are in a unit of so many metres, heights in metres.
+    """
+    lon, lat, height, ppm = (points[name] for name in ("lon", "lat", "height", "ppm"))
+    x, y = projection(lon, lat)
+    x, y = x - x.mean(), y - y.mean()
+    chosen = [np.argmin(np.hypot(x, y)), *(np.argmax(u * x + v * y) for u, v in _CORNERS), ppm.argmin(), ppm.argmax()]
+    seconds = np.rint(3600.0 * np.column_stack([earth.wrapped(lon), lat])[chosen])
+    _, first = np.unique(seconds, axis=0, return_index=True)
+    (east, north), at = seconds[np.sort(first)].T / 3600.0, np.array(chosen)[np.sort(first)]
+    found = answers.factors(projection, east, north)
+    h = height[at].round(3)
+    elevation = answers.elevation_factor(north, h, projection.ellipsoid)
+    columns = {
+        **{"lon": east, "lat": north, "height": h, "easting": found.x / unit, "northing": found.y / unit},
+        **{"grid_scale_factor": found.k, "elevation_factor": elevation, "combined_factor": found.k * elevation},
+        "convergence": found.convergence,
+    }
+    if "geoid_height" in points:
+        columns["geoid_height"] = points["geoid_height"][at].round(3)
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    return [{"point": k} | dict(zip(columns, row, strict=True)) for k, row in enumerate(rows, 1)]
+
+
+def lines_to_test(
+    projection: projections.Projection, unit: float, points: list[dict[str, Any]]
+) -> list[dict[str, Any]]:
+    """Lines between test points: straight on the map, and geodesics raised to heights that are linear between both."""
+    rows = []
+    for i, j in _LINES:
+        if max(i, j) < len(points):
+            ends = [[points[k][name] for name in ("lon", "lat", "height")] for k in (i, j)]
+            line = answers.profile(projection, ends, measures=())
+            grid, ground = line.grid_distance_m, line.ground_length_m
+            assert ground is not None  # as both ends have heights
+            distances = {"grid_distance": grid / unit, "ground_distance": ground / unit}
+            rows.append({"line": f"{i + 1} to {j + 1}"} | distances | {"ppm": 1e6 * (grid / ground - 1.0)})
+    return rows
 
 
 # ---- heights -------------------------------------------------------------------------------------

@@ -6,7 +6,8 @@ Only the axis needs a search: for the three usual criteria the best scale factor
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Sequence
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist import answers, earth, numerics, projections, regions, support
-from projdist._typing import FloatArray
+from projdist._typing import AnyPath, FloatArray
+from projdist.decisions import ground as on_ground
 from projdist.decisions.families import Extent, ellipsoid_text, extent_of, get_family, usual_crs
 from projdist.decisions.family_search import Objective
 from projdist.decisions.ground import Ground, HeightStatistics, ground_of, statistics_of
@@ -263,8 +265,11 @@ _SAME = 0.02  # ppm: maps that differ by less are equally good; rounding k_0 cos
 _NEARLY_SHARE, _NEARLY = 0.05, 1.05  # a simpler map may have 5 % fewer points within the target, or a 5 % larger figure
 _SIMPLE = ("tmerc", "lcc")  # families that every program has
 _WIDEST = 60.0  # degrees from the middle: wider regions have no low distortion
-_EAST, _NORTH = 10_000.0, 10_000.0  # metres of which false eastings and northings are multiples
-_ORIGIN = 1 / 6  # degrees of which the latitude of origin is a multiple
+_METRES, _FEET = 10_000.0, 50_000.0  # of which false eastings and northings are multiples
+_WHOLE = 1e-6  # of a number that is whole but for rounding
+_MILLIMETRE = 1e-3  # metres
+_LARGEST = 1e8  # metres of false eastings and northings
+_ORIGINS = (1 / 6, 0.2, 0.25, 0.5, 1.0)  # degrees: the latitude of origin is a multiple of one, and of the rounding
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -276,6 +281,8 @@ class LDP(support.Answer):
     goal: LdpGoal
     parameters: dict[str, float]
     projection: projections.Projection
+    unit: projections.LinearUnit  #: of the CRS
+    geodetic: str = "EPSG:4326"  #: the geographic CRS that it is based on
     wkt: str | None = None  #: WKT2, None if there is none
     esri: str | None = None  #: Esri's WKT, likewise
     statistics: HeightStatistics
@@ -286,6 +293,8 @@ class LDP(support.Answer):
     height: FloatArray
     weight: FloatArray
     ppm: FloatArray  #: their distortion
+    geoid: str | None = None  #: the grid of the geoid that orthometric heights were above
+    geoid_height: FloatArray | None = None  #: the geoid's heights at the points, which were added
 
     @property
     def criterion(self) -> str:
@@ -303,6 +312,22 @@ class LDP(support.Answer):
         return self.projection.definition
 
     @property
+    def false_origin(self) -> tuple[float, float]:
+        """False easting and northing in the unit of the CRS; PROJ's x_0 and y_0 are in metres."""
+        x_0, y_0 = (round(self.parameters[key] / self.unit.metres, 6) for key in ("x_0", "y_0"))
+        return x_0, y_0
+
+    @functools.cached_property
+    def test_points(self) -> list[dict[str, Any]]:
+        """Points in whole seconds, their coordinates in the unit of the CRS, and their factors."""
+        return on_ground.points_to_test(self.projection, self.unit.metres, self._table())
+
+    @functools.cached_property
+    def test_lines(self) -> list[dict[str, Any]]:
+        """Lines between test points, and their distances on the map and on the ground in the unit of the CRS."""
+        return on_ground.lines_to_test(self.projection, self.unit.metres, self.test_points)
+
+    @property
     def simpler(self) -> LDP | None:
         """The best of tmerc and lcc, if this map is oblique and better by at most 5 % of the points or the figure."""
         simple = [one for one in self.others if one.family in _SIMPLE]
@@ -315,38 +340,54 @@ class LDP(support.Answer):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Remarks, a sentence each: a simpler map that is nearly as good."""
+        """Remarks, a sentence each: coordinates that may be confused, and a simpler map that is nearly as good."""
+        return (*self._confusion(), *self._simpler_map())
+
+    def _confusion(self) -> Iterator[str]:
+        x, y = (on_ground.span_of(values) / self.unit.metres for values in self.projection(self.lon, self.lat))
+        if (negative := min(x[0], y[0]) < -_MILLIMETRE) or on_ground.overlap(x, y):
+            spans = [f"{low:,.0f} to {high:,.0f}" for low, high in (x, y)]
+            why = "some are negative" if negative else "one may be taken for the other"
+            yield f"Eastings are {spans[0]} and northings {spans[1]} {self.unit.plural}: {why}."
+
+    def _simpler_map(self) -> Iterator[str]:
         simple = self.simpler
         if simple is None:
-            return ()
+            return
         figures = (
             f"{100 * one.statistics.within[self.target_ppm]:.1f} % within {self.target_ppm:g} ppm, RMS "
             f"{one.statistics.rms:.2f} ppm"
             for one in (simple, self)
         )
-        return (f"A simpler map is nearly as good: {simple.family} has {next(figures)}; this has {next(figures)}.",)
+        yield f"A simpler map is nearly as good: {simple.family} has {next(figures)}; this has {next(figures)}."
 
     def _line(self) -> str:
         return f"{self.proj} over {self.region.name}"
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
+        N = self.geoid_height
         others = [{"family": o.family, "proj": o.proj, "statistics": o.statistics.to_dict()} for o in self.others]
         return {
             "region": {"name": self.region.name, "area_km2": self.region.area_km2},
             **{name: getattr(self, name) for name in ("family", "criterion", "target_ppm", "parameters")},
+            **{"units": self.unit.name, "false_easting": self.false_origin[0], "false_northing": self.false_origin[1]},
             "points": self.lon.size,
             "height": {"min": float(self.height.min()), "max": float(self.height.max()), "kind": "ellipsoidal"},
+            "geoid": None if N is None else {"grid": self.geoid, "min": float(N.min()), "max": float(N.max())},
             "statistics": self.statistics.to_dict(),
             "baselines": [{"name": name} | statistics.to_dict() for name, statistics in self.baselines],
             "others": others,
             "simpler": self.simpler.family if self.simpler else None,
             **{"notes": list(self.notes), "proj": self.proj, "wkt": self.wkt, "esri_wkt": self.esri},
+            **{"test_points": self.test_points, "test_lines": self.test_lines},
         }
 
     def _table(self) -> dict[str, FloatArray]:
         """A row a point."""
-        return {"lon": self.lon, "lat": self.lat, "height": self.height, "ppm": self.ppm, "weight": self.weight}
+        geoid = {} if self.geoid_height is None else {"geoid_height": self.geoid_height}
+        of_points = {"lon": self.lon, "lat": self.lat, "height": self.height, "ppm": self.ppm, "weight": self.weight}
+        return of_points | geoid
 
 
 def ldp(
@@ -362,6 +403,10 @@ def ldp(
     geodetic: str = "EPSG:4326",
     against: projections.ProjectionLike | Iterable[projections.ProjectionLike] = (),
     name: str | None = None,
+    units: str = "m",
+    false_easting: float | None = None,
+    false_northing: float | None = None,
+    geoid: AnyPath | float | None = None,
 ) -> LDP:
     """The conformal map on which distances differ least from those measured on the ground.
 
@@ -392,23 +437,33 @@ def ldp(
         Projections to compare with, by default the UTM zone.
     name : str, optional
         Of the CRS in WKT.
+    units : str
+        The unit of the CRS: m, us-ft (US survey feet) or ft (international feet). Heights are always in metres.
+    false_easting, false_northing : float, optional
+        PROJ's x_0 and y_0, but in the unit of the CRS; at most 1e8 m. By default multiples of 10,000 m or 50,000 feet
+        that make all coordinates positive, and all eastings larger than the northings.
+    geoid : str, path or float, optional
+        For orthometric heights H: a grid of geoid heights N, which PROJ finds by its name or path, or one N in metres.
+        The ellipsoidal height is H + N.
 
     Returns
     -------
     LDP
-        The best map, its WKT, and its distortion at each point in ppm.
+        The best map, its WKT, its distortion at each point in ppm, and points and lines to test programs with.
 
     Raises
     ------
     ValueError
-        For an unknown region, family, criterion or CRS, a number out of its range, and heights that are missing, given
-        twice, or not in the region.
+        For an unknown region, family, criterion, unit or CRS, a number out of its range, heights that are missing,
+        given twice, or not in the region, and a geoid that PROJ does not find.
     ProjectionError
         Where no family maps the region.
 
     References
     ----------
-    J. E. Stem 1989, State Plane Coordinate System of 1983, NOAA Manual NOS NGS 5: grid and elevation factors.
+    - J. E. Stem 1989, State Plane Coordinate System of 1983, NOAA Manual NOS NGS 5: grid and elevation factors.
+    - M. L. Dennis 2015, Ground Truth: Design and Documentation of Low Distortion Projections for Surveying and GIS:
+      round parameters, and false origins that make coordinates positive and distinct.
 
     Examples
     --------
@@ -434,12 +489,20 @@ def ldp(
         raise ValueError(f"Invalid rounding of k_0 '{round_k}'. It must lie within 1e-10 and 1e-3.")
     if not 1e-7 <= round_axis <= 1.0:
         raise ValueError(f"Invalid rounding of the axis '{round_axis}'. It must lie within 1e-7 and 1 degree.")
+    unit = projections.LINEAR_UNITS[support.check_choice("units", units, projections.LINEAR_UNITS)]
+    origin = {"x_0": ("false easting", false_easting), "y_0": ("false northing", false_northing)}
+    stated = {key: unit.metres * support.check_number(*one) for key, one in origin.items() if one[1] is not None}
+    for key, metres in stated.items():
+        if not abs(metres) <= _LARGEST:
+            raise ValueError(f"Invalid {origin[key][0]} '{origin[key][1]}'. It must be at most {_LARGEST:g} m.")
     goal = goal_of(criterion, target_ppm, round_k)
     ground = ground_of(area, surface, heights, height)
+    if geoid is not None:
+        ground = ground.raised(geoid)
     extent = extent_of(area)
     if extent.radius > _WIDEST:
         raise ValueError(f"Invalid region '{area.name}'. It must reach no farther than {_WIDEST:g} degrees.")
-    design = _Design(area, extent, ground, ground.fewer(area), goal, round_axis)
+    design = _Design(area, extent, ground, ground.fewer(area), goal, round_axis, unit, stated)
     found = sorted((design.best(family) for family in families), key=design.order)
     best = min((one for one in found if design.is_as_good(one, found[0])), key=lambda one: families.index(one.family))
     title = name or f"{best.projection.name} for {area.name}, low distortion"
@@ -448,6 +511,8 @@ def ldp(
     to_wkt = functools.partial(projections.crs_wkt, best.projection, title, geodetic=geodetic)
     return replace(
         best,
+        geodetic=geodetic,
+        geoid=str(geoid) if isinstance(geoid, str | os.PathLike) else None,
         wkt=to_wkt(version="WKT2_2019")[0],
         esri=to_wkt(version="WKT1_ESRI")[0],
         baselines=tuple((one.label, design.statistics(ground.ppm(one))) for one in baselines),
@@ -457,7 +522,7 @@ def ldp(
 
 @dataclass(frozen=True)
 class _Design:
-    """What is to be designed; `few` is the ground with fewer points, for the search."""
+    """What is to be designed; `few` is the ground with fewer points, for the search, `stated` x_0 and y_0 in metres."""
 
     region: regions.Place
     extent: Extent
@@ -465,6 +530,8 @@ class _Design:
     few: Ground
     goal: LdpGoal
     round_axis: float
+    unit: projections.LinearUnit
+    stated: Mapping[str, float]
 
     def order(self, found: LDP) -> tuple[float, float]:
         """The order of a map by the goal."""
@@ -488,7 +555,9 @@ class _Design:
         values = axis.parameters(place)
         values["k_0"] = self.goal.rounded_scale(axis.factors(place, ground), nodes.weight)[0]
         values |= self.origin(axis.base, values)
-        projection = projections.Projection.from_user_input(projections.with_parameters(axis.base, values).definition)
+        text = projections.with_parameters(axis.base, values).definition
+        units = "" if self.unit.name == "m" else f" +units={self.unit.name}"
+        projection = projections.Projection.from_user_input(text + units)
         ppm = ground.ppm(projection)
         return LDP(
             region=self.region,
@@ -496,6 +565,8 @@ class _Design:
             goal=self.goal,
             parameters={key: float(projections.number_text(value)) for key, value in values.items()},
             projection=projection,
+            unit=self.unit,
+            geoid_height=ground.geoid_height,
             statistics=self.statistics(ppm),
             lon=nodes.lon,
             lat=nodes.lat,
@@ -505,11 +576,13 @@ class _Design:
         )
 
     def origin(self, base: projections.Projection, values: dict[str, float]) -> dict[str, float]:
-        """A latitude of origin south of the region, and false origins that make all its coordinates positive."""
+        """A latitude of origin south of the region, and the false origin."""
         result: dict[str, float] = {}
         if base.definition.startswith("+proj=tmerc"):
-            result["lat_0"] = float(np.floor(self.extent.south / _ORIGIN) * _ORIGIN)
+            multiples = {angle: angle / self.round_axis for angle in _ORIGINS}
+            usual = (angle for angle, count in multiples.items() if abs(count - round(count)) < _WHOLE)
+            angle = next(usual, np.ceil(_ORIGINS[0] / self.round_axis) * self.round_axis)
+            result["lat_0"] = float(np.floor(self.extent.south / angle) * angle)
         x, y = projections.with_parameters(base, values | result)(self.ground.nodes.lon, self.ground.nodes.lat)
-        result["x_0"] = float(np.ceil((_EAST - np.nanmin(x)) / _EAST) * _EAST)
-        result["y_0"] = max(0.0, float(np.ceil(-np.nanmin(y) / _NORTH) * _NORTH))
-        return result
+        step = (_METRES if self.unit.name == "m" else _FEET) * self.unit.metres
+        return result | on_ground.false_origin_for(on_ground.span_of(x), on_ground.span_of(y), step, self.stated)

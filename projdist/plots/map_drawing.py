@@ -317,6 +317,7 @@ _LARGEST, _SMALLEST = 60.0, 2.0  # points squared
 _RASTER = 200  # points; of fewer each is shown
 _EVEN = 1.8  # between the spacings of even points: cells of a raster are not square on the ground
 _MOST_TRIANGULATED = 200_000
+_LEVEL = 1e-6  # metres: less is rounding of one height above a geoid
 
 
 @dataclass(frozen=True)
@@ -403,7 +404,8 @@ def _heights(surface: Surface, found: decisions.LDP) -> FloatArray | None:
     points = np.column_stack([turned(found.lon - origin) * across, found.lat])
     tree = cKDTree(points)
     spacing = np.asarray(tree.query(points, 2)[0])[:, 1]
-    if np.quantile(spacing, 0.9) > _EVEN * np.quantile(spacing, 0.1):
+    above_geoid = found.height - (0.0 if found.geoid_height is None else found.geoid_height)
+    if np.ptp(above_geoid) > _LEVEL and np.quantile(spacing, 0.9) > _EVEN * np.quantile(spacing, 0.1):
         return None
     nodes = np.column_stack([turned(lon - origin) * across, lat])
     nearest = found.height[tree.query(nodes)[1]]

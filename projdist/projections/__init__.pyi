@@ -20,6 +20,7 @@ from .coordinates import (
     geodesic_inverse,
     geodesics,
     geographic,
+    geoid_heights,
     graticule_of,
     ground_of,
     is_geographic,
@@ -68,8 +69,10 @@ from .database import (
 )
 from .errors import GridError, ProjectionError
 from .exports import (
+    LINEAR_UNITS,
     AreaOfUse,
     DerivedCrs,
+    LinearUnit,
     compose,
     crs_wkt,
     derived_crs,
@@ -98,6 +101,7 @@ from .worldmaps import WORLD_MAPS, distance_around_edge
 __all__ = [
     "AUTHORITIES",
     "CRS",
+    "LINEAR_UNITS",
     "NAMES",
     "OF_A_SPHERE",
     "TEXT_SUFFIXES",
@@ -121,6 +125,7 @@ __all__ = [
     "FrameLike",
     "Graticule",
     "GridError",
+    "LinearUnit",
     "NativePole",
     "ParameterRange",
     "PointTable",
@@ -160,6 +165,7 @@ __all__ = [
     "geodetic_ellipsoid",
     "geodetic_of",
     "geographic",
+    "geoid_heights",
     "graticule_of",
     "ground_of",
     "is_geographic",

@@ -7,18 +7,21 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import os
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
+import pyproj.datadir
 import pyproj.exceptions
 from numpy.typing import ArrayLike
 from pyproj import CRS, Geod, Transformer
 from pyproj.enums import TransformDirection
 
-from projdist._typing import AnyArray, BoolArray, FloatArray
+from projdist._typing import AnyArray, AnyPath, BoolArray, FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS, WGS84, Ellipsoid
 from projdist.projections import catalogue, operations
 from projdist.projections.crs import bounds_of, read_crs
@@ -26,7 +29,7 @@ from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import base_crs, same_coordinates, unprojected
 from projdist.projections.operations import CrsOperation, GeographicAxes
 from projdist.projections.projection import Projection
-from projdist.support import MISSING, did_you_mean, has_decimal_comma, number_of, numbered_rows, shown, tell
+from projdist.support import MISSING, did_you_mean, has_decimal_comma, listed, number_of, numbered_rows, shown, tell
 
 _SAME_ELLIPSOID = 1e-6  # relative: GRS 80 and WGS 84 are equal, WGS 72 is not
 _BACK = 1e-6  # of the Earth's radius: inverses are accurate to centimetres or better
@@ -262,6 +265,38 @@ def geodesic_direct(
     ends = Geod(a=ellipsoid.a, f=ellipsoid.f).fwd(lon, lat, azimuth, length)
     to_lon, to_lat, back = (np.asarray(values) for values in ends)
     return to_lon, to_lat, np.where(back > 0.0, back - 180.0, back + 180.0)
+
+
+# ---- geoid heights -------------------------------------------------------------------------------
+
+_GRID = re.compile(r"[\w.-]+\.\w+")  # a name in PROJ's folders: none of its marks for lists and optional grids
+
+
+def geoid_heights(grid: AnyPath, lon: FloatArray, lat: FloatArray) -> FloatArray:
+    """Geoid heights N in metres at points in degrees, so that h = H + N; of a file, or of a grid in PROJ's folders."""
+    given, is_file = str(grid), os.path.isfile(grid)
+    text = str(Path(grid).resolve()) if is_file else given
+    complaint = f"Invalid geoid '{shown(given)}'."
+    if is_file and set(text) & set(',"'):
+        raise ValueError(f"{complaint} PROJ takes no path with a comma or a quotation mark.")
+    if not is_file and not _GRID.fullmatch(given):
+        raise ValueError(f"{complaint} There is no such file; it must be a grid, or the name of one of PROJ's.")
+    try:
+        transformer = Transformer.from_pipeline(f'+proj=vgridshift +grids="{text}" +multiplier=1')
+    except pyproj.exceptions.ProjError as error:
+        if is_file:
+            raise ValueError(f"{complaint} PROJ reads no geoid heights in it; it must be a .gtx or .tif.") from error
+        folders = listed([pyproj.datadir.get_user_data_dir(), pyproj.datadir.get_data_dir()], "and")  # type: ignore[attr-defined]
+        help = f"Fetch it with 'projsync --file {given}', or give the path of a file."
+        raise ValueError(f"{complaint} PROJ finds no such grid in {folders}. {help}") from error
+    found = np.asarray(transformer.transform(lon, lat, np.zeros(lon.size))[2])
+    outside = np.flatnonzero(~np.isfinite(found))
+    if outside.size:
+        place = f"{lon[outside[0]]:.4f},{lat[outside[0]]:.4f}"
+        raise ValueError(
+            f"{complaint} It has no height at {place}, nor at {outside.size - 1:,} other points of the region."
+        )
+    return found
 
 
 # ---- datum transformations -----------------------------------------------------------------------

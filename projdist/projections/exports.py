@@ -225,6 +225,27 @@ def _changed_parameters(tokens: dict[str, str], x: float, y: float) -> Iterator[
 _VERSIONS = ("WKT2_2019", "WKT1_ESRI")
 
 
+class LinearUnit(NamedTuple):
+    """A unit of lengths: PROJ's name, EPSG's name and code, the plural, and how many metres it has."""
+
+    name: str
+    title: str
+    code: int
+    plural: str
+    metres: float
+
+
+LINEAR_UNITS = {
+    one.name: one
+    for one in (
+        LinearUnit("m", "metre", 9001, "metres", 1.0),
+        LinearUnit("us-ft", "US survey foot", 9003, "US survey feet", 1200.0 / 3937.0),
+        LinearUnit("ft", "foot", 9002, "international feet", 0.3048),
+    )
+}
+"""The units of surveyors' CRSs, by PROJ's names."""
+
+
 def geodetic_ellipsoid(geodetic: str) -> Ellipsoid:
     """The ellipsoid of a geographic CRS, as EPSG:6318; raises ProjectionError."""
     ellipsoid = operations.ellipsoid_of_crs(_geodetic(geodetic))
@@ -257,12 +278,17 @@ def crs_wkt(
     parts = base.to_json_dict()
     parts["name"] = name
     parts["conversion"]["name"] = name
+    for axis in parts["coordinate_system"]["axis"]:
+        if isinstance(axis["unit"], dict):  # feet: PROJ writes their code in `id`, and reads it here
+            axis["unit"] |= axis["unit"].get("id", {})
     geodetic = geodetic or ("EPSG:4326" if projection.ellipsoid.is_close(WGS84) else None)
     if geodetic:
         stated = _geodetic(geodetic).to_json_dict()
         parts["base_crs"] = {key: value for key, value in stated.items() if key != "$schema"}
     try:
         text = str(CRS.from_json_dict(parts).to_wkt(version, pretty=True))
+        if version == "WKT1_ESRI":
+            text = text.replace('UNIT["US survey foot",', 'UNIT["Foot_US",').replace('UNIT["foot",', 'UNIT["Foot",')
         found = Projection.from_user_input(text)
     except (pyproj.exceptions.CRSError, ProjectionError):
         return None, f"{version} has no such map."

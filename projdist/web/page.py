@@ -192,7 +192,7 @@ class PageTable:
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """Content of a page; `copies` are texts to copy, by title."""
+    """Content of a page; `copies` are texts to copy, by title, `signed` what is filled in by hand."""
 
     title: str
     lead: Sequence[str] = ()
@@ -200,6 +200,7 @@ class Page:
     notes: Sequence[str] = ()
     copies: Mapping[str, str] = field(default_factory=dict)
     maps: Maps | None = None
+    signed: Sequence[str] = ()
 
 
 def page_html(page: Page) -> str:
@@ -254,6 +255,9 @@ def _body(page: Page) -> Iterator[str]:
     items = "\n".join(f"<li>{html.escape(line)}</li>" for line in notes if line)
     if items:
         yield f'<section class="notes">\n<h2>Notes</h2>\n<ul>\n{items}\n</ul>\n</section>'
+    if page.signed:
+        blanks = "".join(f"<div><dt>{html.escape(text)}</dt><dd></dd></div>" for text in page.signed)
+        yield f'<section class="signed">\n<h2>Checked by</h2>\n<dl>{blanks}</dl>\n</section>'
     yield from (_copy(name, text) for name, text in page.copies.items())
 
 

@@ -1,12 +1,14 @@
 """Reports as web pages: `-o FILE.html` and `--format html`."""
 
 import base64
+import re
 import zlib
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 from commands import QUICK, parse_html, parse_markdown, refusal, run_ok
+from pyproj import CRS, Geod, Transformer
 from tables import each
 
 pytestmark = pytest.mark.slow
@@ -106,6 +108,43 @@ def test_a_low_distortion_projection_has_scales_on_the_ground(tmp_path: Path) ->
     titles = [title.strip() for title in found["figcaption"]]
     assert titles == ["lcc, on the ground at 1,610 m", "EPSG:32613, on the ground at 1,610 m"]
     assert '"measure": "scale_error_ppm"' in (tmp_path / "x.html").read_text(encoding="utf-8")
+
+
+SHEET = "ldp box:-40,30,-39.5,30.4 --families tmerc --height 5900 --height-units ft --geoid-height -17.5 --name Sea"
+
+
+@pytest.mark.usefixtures("few_cells")
+def test_a_sheet_to_sign(tmp_path: Path) -> None:
+    """PROJ gets the printed coordinates of its WKT, and the printed lengths, at orthometric heights and the geoid's."""
+    words = [*SHEET.split(), "--units", "us-ft", "--false-northing", "500000"]
+    found = page(tmp_path / "x.html", *words)
+    assert (found["h1"][0].strip(), found["dt"]) == ("Sea", ["Name", "Licence number", "Signature", "Date"])
+    text = (tmp_path / "x.html").read_text(encoding="utf-8")
+    parameters, _, points, lines = (parse_html(table) for table in re.findall("(?s)<table>.*?</table>", text))
+    stated = {row["parameter"]: row["value"] for row in parameters}
+    assert stated["False northing"] == "500000 US survey feet"
+    assert re.fullmatch("39°[0-5][0-9]'00\" W", stated["Central meridian"])
+    assert stated["Ellipsoid"] == "WGS 84: a = 6378137 m, 1/f = 298.257223563"
+    crs = CRS(next(pre for pre in found["pre"] if pre.startswith('PROJCRS["Sea"')))
+    to_map = Transformer.from_crs(crs.geodetic_crs, crs, always_xy=True)
+    places = [[degrees(row["longitude"]), degrees(row["latitude"])] for row in points]
+    for row, (lon, lat) in zip(points, places, strict=True):
+        assert [row["E us-ft"], row["N us-ft"]] == [f"{value:.4f}" for value in to_map.transform(lon, lat)]
+        assert float(row["h us-ft"]) == pytest.approx((5900 * 0.3048 - 17.5) * 3937 / 1200, abs=2e-3)
+    assert (len(points) >= 5, len(lines)) == (True, 8)
+    for row in lines:
+        one, other = (places[int(word) - 1] for word in row["line"].split(" to "))
+        on_ground = Geod(ellps="WGS84").inv(*one, *other)[2] * (1 + (5900 * 0.3048 - 17.5) / 6_366_000)
+        assert float(row["ground us-ft"]) == pytest.approx(on_ground * 3937 / 1200, rel=1e-6)  # R is good to 2e-3
+        assert 1e6 * (float(row["grid us-ft"]) / float(row["ground us-ft"]) - 1) == pytest.approx(
+            float(row["difference ppm"]), abs=0.01
+        )
+
+
+def degrees(text: str) -> float:
+    """An angle of degrees, minutes and seconds, with its letter."""
+    whole, minutes, seconds, letter = re.fullmatch("(\\d+)°(\\d\\d)'(\\d\\d)\" ([NSEW])", text).groups()
+    return (int(whole) + int(minutes) / 60 + int(seconds) / 3600) * (1 if letter in "NE" else -1)
 
 
 def test_published_tables_have_the_maps_of_their_rows() -> None:

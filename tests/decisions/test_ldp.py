@@ -2,6 +2,7 @@
 
 import json
 import math
+import struct
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -9,18 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pyproj import CRS, Proj
-from pyproj.database import query_crs_info
+from pyproj import CRS, Geod, Proj
+from pyproj.database import get_units_map, query_crs_info
 from refusals import refuses
 from tables import each, some
 
 from projdist import PointSet, Projection, distortion_ppm, elevation_factor, factors, ldp, read_heights
 from projdist.decisions import LDP, LDP_FAMILIES
 from projdist.decisions.families import extent_of
-from projdist.decisions.ground import ground_of, statistics_of
+from projdist.decisions.ground import false_origin_for, ground_of, lines_to_test, points_to_test, statistics_of
 from projdist.decisions.low_distortion import LdpAxis, _Design, _scanned, goal_of
 from projdist.earth.ellipsoid import WGS84, Ellipsoid
 from projdist.field import AnyFigure
+from projdist.projections import LINEAR_UNITS, crs_wkt, number_text
 from projdist.regions import get_region
 
 GRS80 = Ellipsoid(6378137.0, 1 / 298.257222101)
@@ -119,19 +121,129 @@ def test_an_axis_is_sought_as_far_to_the_east_as_to_the_north(lat: float, wide: 
     assert (east.high - east.low) / (north.high - north.low) == pytest.approx(wide, rel=1e-3)
 
 
-@each("region", ["box:9.4,47.3,9.8,47.7", "box:-71,-33.3,-70.6,-33.1"])
-def test_origins(region: str) -> None:
-    """The latitude of origin lies south of the region, by less than a step; all coordinates are positive."""
-    area = get_region(region)
+@each(("region", "units", "rounding", "angle"), [
+    ("box:9.4,47.3,9.8,47.7", "m", 1 / 60, 1 / 6), ("box:-71,-33.3,-70.6,-33.1", "us-ft", 0.01, 0.2),
+    ("box:-71,-33.3,-70.6,-33.1", "ft", 0.25, 0.25), ("box:9.4,47.3,9.8,47.7", "m", 7 / 60, 14 / 60),
+])  # fmt: skip
+def test_origins(region: str, units: str, rounding: float, angle: float) -> None:
+    """Round, less than a step south of the region; coordinates are positive, eastings above all northings."""
+    area, unit = get_region(region), LINEAR_UNITS[units]
     ground, goal = ground_of(area, WGS84, None, 300.0), goal_of("share", 20.0, 1e-6)
-    found = _Design(region=area, extent=extent_of(area), ground=ground, few=ground, goal=goal, round_axis=1 / 60)
+    found = _Design(area, extent_of(area), ground, ground, goal, rounding, unit, {})
     text = f"+proj=tmerc +lon_0={area.bounds[0] + 0.1:g} +ellps=WGS84"
     values = found.origin(Projection.from_user_input(f"{text} +lat_0=0 +k_0=1"), {})
-    assert area.bounds[1] - 1 / 6 < values["lat_0"] <= area.bounds[1]
+    assert area.bounds[1] - angle < values["lat_0"] <= area.bounds[1]
+    assert values["lat_0"] / angle == pytest.approx(round(values["lat_0"] / angle), abs=1e-9)
     words = " ".join(f"+{name}={value!r}" for name, value in values.items())
-    x, y = Proj(f"{text} {words}")(ground.nodes.lon, ground.nodes.lat)
-    assert 10_000.0 <= x.min() < 20_000.0
+    x, y = np.array(Proj(f"{text} {words} +units={units}")(ground.nodes.lon, ground.nodes.lat))
+    step = 10_000.0 if units == "m" else 50_000.0
+    steps = values["x_0"] / unit.metres / step
+    assert (steps, values["y_0"]) == (pytest.approx(round(steps)), 0)
     assert y.min() >= -1e-6
+    assert x.min() - step < max(y.max(), step) <= x.min()
+
+
+@each(("stated", "east", "north"), [
+    ({}, 40.0, 0.0), ({"x_0": 9e3}, 9.0, 20.0), ({"y_0": 5e5}, 20.0, 500.0), ({"y_0": -2e4}, 20.0, -20.0),
+    ({"x_0": 0.0, "y_0": 0.0}, 0.0, 0.0),
+])  # fmt: skip
+def test_false_origins_beside_stated_ones(stated: dict[str, float], east: float, north: float) -> None:
+    """Of 16 by 20 km, in km: multiples of ten, so that no easting is a northing; stated ones stay as they are."""
+    found = false_origin_for(np.array([-8e3, 8e3]), np.array([7e3, 27e3]), 1e4, stated)
+    assert found == {"x_0": 1e3 * east, "y_0": 1e3 * north}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("units", "name"), [("m", "Meter"), ("us-ft", "Foot_US"), ("ft", "Foot")])
+def test_units_are_those_of_the_registry(units: str, name: str) -> None:
+    """EPSG's name, code and size, of the axes and of the false easting; Esri's WKT has Esri's names."""
+    unit = LINEAR_UNITS[units]
+    known = next(one for one in get_units_map("EPSG", "linear").values() if one.proj_short_name == units)
+    assert (unit.title, str(unit.code)) == (known.name, known.code)
+    assert unit.metres == pytest.approx(known.conv_factor, rel=1e-15)
+    x_0 = number_text(150_000 * unit.metres)
+    projection = Projection.from_user_input(f"+proj=tmerc +ellps=GRS80 +lon_0=-105 +x_0={x_0} +units={units}")
+    crs = CRS(crs_wkt(projection, "x", geodetic="EPSG:6318")[0])
+    assert [(axis.unit_name, axis.unit_code) for axis in crs.axis_info] == 2 * [(known.name, known.code)]
+    east = next(one for one in crs.coordinate_operation.params if one.name == "False easting")
+    assert (east.value, east.unit_name) == (150_000.0, known.name)
+    esri = crs_wkt(projection, "x", geodetic="EPSG:6318", version="WKT1_ESRI")[0]
+    assert f'UNIT["{name}",' in esri
+
+
+def geoid_of(lon: np.ndarray, lat: np.ndarray) -> np.ndarray:
+    return np.asarray(-20.0 + 0.5 * (lat - 43) + 2.0 * (lon + 123) - 0.25 * (lat - 43) * (lon + 123))
+
+
+@pytest.fixture
+def grid(tmp_path: Path) -> Path:
+    """A grid of geoid heights, linear either way: NOAA's .gtx, with its south-west corner, steps, rows and columns."""
+    lon, lat = np.meshgrid(-123.0 + 0.5 * np.arange(5), 43.0 + 0.5 * np.arange(4))
+    path = tmp_path / "a geoid.gtx"
+    path.write_bytes(struct.pack(">4d2i", 43.0, -123.0, 0.5, 0.5, 4, 5) + geoid_of(lon, lat).astype(">f4").tobytes())
+    return path
+
+
+def test_orthometric_heights_are_raised_by_the_geoid(grid: Path) -> None:
+    """h = H + N: of a grid, at any point, as it is linear there; and of one height of the geoid."""
+    area, H = get_region(AREA), SLOPE[:, 2]
+    ground = ground_of(area, GRS80, SLOPE, None)
+    raised = ground.raised(grid)
+    assert_allclose(raised.height - H, geoid_of(*SLOPE.T[:2]), atol=1e-5)  # of float32
+    assert_allclose(raised.geoid_height, raised.height - H, atol=1e-9)
+    level = ground_of(area, GRS80, None, 100.0)
+    assert level.raised(-17.5).is_level > level.raised(str(grid)).is_level
+    assert set(level.raised(-17.5).height) == {82.5}
+
+
+@each(("geoid", "message"), [
+    ("us_nga_none.tif", "Invalid geoid 'us_nga_none.tif'. PROJ finds no such grid in"),
+    ("none/a.tif", "There is no such file; it must be a grid"), ("@null", "There is no such file"),
+    ("x" * 400, "There is no such file"),
+    (__file__, "PROJ reads no geoid heights in it"), (-500.0, "Its heights must lie within -120 and 120 m"),
+    ("far", "It has no height at"),
+])  # fmt: skip
+def test_geoids_refused(geoid: str | float, message: str, grid: Path) -> None:
+    """One line: where PROJ looks, what to fetch; nothing is taken for 0."""
+    place = get_region("box:-123.1,43.8,-121.4,44.4" if geoid == "far" else AREA)
+    refuses(message, ground_of(place, GRS80, None, 10.0).raised, grid if geoid == "far" else geoid)
+
+
+OBLIQUE = "+proj=omerc +ellps=GRS80 +lat_0=44.1 +lonc=-122.3 +alpha=18 +k_0=1.000135 +x_0=60960 +y_0=45720"
+
+
+@each(("proj", "unit"), [
+    (f"{OBLIQUE} +units=us-ft", 1200 / 3937), ("+proj=lcc +lat_0=44 +lat_1=44 +lon_0=-122 +ellps=GRS80", 1.0),
+])  # fmt: skip
+def test_points_and_lines_to_test(proj: str, unit: float) -> None:
+    """Coordinates, scale and convergence are pyproj's at the printed seconds, lengths those of Geod at mean heights."""
+    projection = Projection.from_user_input(proj)
+    columns = dict(zip(("lon", "lat", "height"), SLOPE.T, strict=True))
+    ppm = distortion_ppm(projection, *SLOPE.T)
+    points = points_to_test(projection, unit, columns | {"ppm": ppm})
+    assert len(points) >= 5
+    found = {name: np.array([row[name] for row in points]) for name in points[0]}
+    lon, lat, h = (found[name] for name in ("lon", "lat", "height"))
+    assert_allclose(np.array([lon, lat]) * 3600, np.rint(np.array([lon, lat]) * 3600), atol=1e-6)
+    map_ = Proj(proj)
+    assert_allclose([found["easting"], found["northing"]], map_(lon, lat), rtol=0, atol=1e-6)
+    factors_ = map_.get_factors(lon, lat)
+    assert_allclose(found["grid_scale_factor"], factors_.meridional_scale, atol=1e-9)
+    assert_allclose(found["convergence"], factors_.meridian_convergence, atol=1e-6)
+    e2 = GRS80.eccentricity_squared
+    radius = GRS80.a * math.sqrt(1 - e2) / (1 - e2 * np.sin(np.radians(lat)) ** 2)  # sqrt(M N)
+    assert_allclose(found["elevation_factor"], radius / (radius + h), atol=1e-12)
+    assert_allclose(found["combined_factor"], factors_.meridional_scale * radius / (radius + h), atol=1e-9)
+    lines = lines_to_test(projection, unit, points)
+    assert len(lines) == 8
+    for line in lines:
+        i, j = (int(word) - 1 for word in line["line"].split(" to "))
+        geodesic = Geod(ellps="GRS80").inv(lon[i], lat[i], lon[j], lat[j])[2]
+        ground = geodesic * (1 + 0.5 * (h[i] + h[j]) / (0.5 * (radius[i] + radius[j])))
+        assert line["ground_distance"] == pytest.approx(ground / unit, rel=2e-8)  # R changes by 1e-4 along a line
+        grid = math.hypot(found["easting"][i] - found["easting"][j], found["northing"][i] - found["northing"][j])
+        assert line["grid_distance"] == pytest.approx(grid, rel=1e-9)
+        assert line["ppm"] == pytest.approx(1e6 * (grid / (ground / unit) - 1), abs=0.02)
 
 
 def test_fewer_points() -> None:
@@ -306,6 +418,8 @@ def test_published_systems(code: int, criterion: str, rise: float) -> None:
     ({"height": 1.0, "target_ppm": 0.0}, "Invalid target '0.0'"),
     ({"height": 1.0, "round_k": 1.0}, "Invalid rounding of k_0 '1.0'"),
     ({"height": 1.0, "round_axis": 10.0}, "Invalid rounding of the axis '10.0'"),
+    ({"height": 1.0, "units": "feet"}, "Invalid units 'feet'"),
+    ({"height": 1.0, "units": "ft", "false_easting": 1e9}, "Invalid false easting '1000000000.0'. It must be at most"),
     ({"height": 1.0, "geodetic": "EPSG:32633"}, "Invalid geographic CRS 'EPSG:32633'"),
     ({"height": 1.0, "geodetic": "EPSG:1"}, "Invalid geographic CRS 'EPSG:1'"),
     ({"height": 1.0, "geodetic": "ESPG:6318"}, r"Invalid geographic CRS 'ESPG:6318'. Did you mean EPSG:6318\?"),

@@ -196,6 +196,29 @@ def test_a_report_is_printed_on_two_pages(open_page: Any, tmp_path: Path) -> Non
     assert f"with {proj_version()} on " in opened.locator(".notes").inner_text()
 
 
+def test_a_sheet_to_sign_is_two_pages(open_page: Any, axe: Callable[[Any], list[str]], tmp_path: Path) -> None:
+    """On A4 and on letter, beside another map; what is signed stands together, and readers find nothing in the way."""
+    words = ["ldp", "box:-104.2,38.9,-103.9,39.1", "--height", "5282", "--height-units", "us-ft", "--units", "us-ft"]
+    run_ok(
+        *words,
+        "--geoid-height",
+        "-17.5",
+        "--families",
+        "tmerc",
+        "--against",
+        "EPSG:32613",
+        "-o",
+        str(tmp_path / "x.html"),
+    )
+    opened = open_page((tmp_path / "x.html").as_uri())
+    opened.wait_for_selector("html[data-ready]")
+    for paper in ("A4", "Letter"):
+        assert len(re.findall(rb"/Type\s*/Page\b", opened.pdf(format=paper))) == 2
+    assert axe(opened) == []
+    opened.emulate_media(media="print")
+    assert opened.evaluate("getComputedStyle(document.querySelector('.signed')).breakInside") == "avoid"
+
+
 def test_nothing_hinders_readers(page: Any, axe: Callable[[Any], list[str]]) -> None:
     """axe-core finds nothing serious: names, contrasts, roles, order; nor with indicatrices and a place told."""
     assert axe(page) == []
