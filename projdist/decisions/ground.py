@@ -219,7 +219,7 @@ def points_to_test(
     _, first = np.unique(seconds, axis=0, return_index=True)
     (east, north), at = seconds[np.sort(first)].T / 3600.0, np.array(chosen)[np.sort(first)]
     found = answers.factors(projection, east, north)
-    h = height[at].round(3)
+    h = height[at].round(4)
     elevation = answers.elevation_factor(north, h, projection.ellipsoid)
     columns = {
         **{"lon": east, "lat": north, "height": h, "easting": found.x / unit, "northing": found.y / unit},
@@ -227,7 +227,7 @@ def points_to_test(
         "convergence": found.convergence,
     }
     if "geoid_height" in points:
-        columns["geoid_height"] = points["geoid_height"][at].round(3)
+        columns["geoid_height"] = points["geoid_height"][at].round(4)
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     return [{"point": k} | dict(zip(columns, row, strict=True)) for k, row in enumerate(rows, 1)]
 
