@@ -158,7 +158,7 @@ def least_distorting(found: answers.Comparison, column: str = "") -> Iterator[st
     names = {id(one): say.spoken(one.given, one.projection.name) for one in found.results}
     error = f"scales are off by {say.rms_text(best.airy_kavrayskiy)} (RMS)"
     if not others:
-        yield f"On {names[id(best)]} {error} over {place}."
+        yield f"On {names[id(best)]}, {error} over {place}."
     else:
         far = max(others, key=lambda one: one.airy_kavrayskiy)
         told = [min(others, key=lambda one: one.airy_kavrayskiy), *([far] if len(others) > 1 else [])]

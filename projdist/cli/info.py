@@ -122,9 +122,9 @@ def _answer(found: decisions.MapInfo, name: str) -> Iterator[str]:
         at = f" The worst place is {say.place_text(scale.maximum.lon, scale.maximum.lat)}."
     else:
         rms = say.rms_text(found.airy_kavrayskiy.raw)
-        errors = f"scales are off by {rms} (RMS), and by any amount near the worst places"
+        errors = f"scales are off by {rms} (RMS), without bound near the worst places"
         at = ""
-    yield f"Over {place} {errors}.{at}"
+    yield f"Over {place}, {errors}.{at}"
     if found.coverage < say.WHOLE:
         yield f"It shows {say.per_cent(found.coverage)} of that."
     if found.crs_metadata.deprecated:

@@ -185,20 +185,20 @@ def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
     zones = _own_zones(result)
     name, errors = say.named(first.code, first.name), say.distortion_text(first.distortion)
     if use.reason:
-        yield f"Use {name}, {use.reason}. For {place} {errors}."
+        yield f"Use {name}, {use.reason}. For {place}, {errors}."
         return
     part = f", which is made for {say.per_cent(first.share, 2)} of it" if first.share < _HOLDS else ""
     alone = first.wide and not result.region.name.startswith("continent:")
-    wide = " Nobody has made one for it alone; this is one of the world or a continent." if alone else ""
+    wide = " None is made for it alone; this one is for the world or a continent." if alone else ""
     if zones is not None and official is None:
-        whole = "Use" if place == country else f"For {place} use"
+        whole = "Use" if place == country else f"For {place}, use"
         yield _zones_sentence(zones, f"{whole} the zones made for {country}")
         yield f"For all of it, {name}{part}: {errors}.{wide}"
     else:
         own = f" It is made for {country}." if first.national and not part else ""
         yield f"Use {name} for {place}{part}: {errors}.{own}{wide}"
     if zones is not None and official is not None:
-        yield _zones_sentence(zones, "More exact are the zones")
+        yield _zones_sentence(zones, "For more accuracy, use the zones")
     if not first.national and (national := next((one for one in others if one.national), None)):
         name = say.named(national.code, national.name)
         yield f"The best made for {country} is {name}: {say.distortion_text(national.distortion)}."
@@ -207,7 +207,7 @@ def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
     for better in [one for one in others if known and one.share >= _HOLDS and one.value * _BETTER < first.value][:1]:
         older = ", on an older datum" if better.since < first.since else ""
         less = say.less_text(first.value / better.value)
-        yield f"On average {say.named(better.code, better.name)} has {less} distortion{older}."
+        yield f"On average, {say.named(better.code, better.name)} has {less} distortion{older}."
     for one in result.custom[:1]:
         yield f"The best custom map is {one.proj}: {say.distortion_text(one.distortion)}."
 
@@ -340,13 +340,13 @@ def _notes(result: decisions.Recommendation) -> Iterator[str]:
         )
     if result.area != "intersects":
         yield (
-            f"Maps within {100 * decisions.CLOSE:g} % of the best of them are as good: of these national ones come "
-            "first, then those of a datum that is in force."
+            f"Maps within {100 * decisions.CLOSE:g} % of the best count as equally good: of these, national ones come "
+            "first, then those on a datum in force."
         )
     if result.zones:
         yield (
-            f"Zones: no conformal map serves all of the region to {decisions.ENGINEERING_PPM:g} ppm; these do better, "
-            "each in its part."
+            f"Zones: no conformal map keeps all of the region within {decisions.ENGINEERING_PPM:g} ppm; these do "
+            "better, each in its part."
         )
     for one in result.results:
         if one.same:

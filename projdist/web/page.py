@@ -284,7 +284,7 @@ def _maps(maps: Maps) -> Iterator[str]:
         "distortion there; h and k are the scales along meridian and parallel, a and b the largest and the smallest. "
         "Figures have the digits that are certain, a span or ? where none is; ~: beside a cut, an edge or a pole.</p>"
     )
-    yield "<noscript><p>The maps need a script, which this browser does not run. All the rest is here.</p></noscript>"
+    yield "<noscript><p>The maps need a script, but this browser runs none. Everything else is here.</p></noscript>"
     yield "</section>"
     scales = {"measure": maps.measure, "scales": maps.scales}
     yield f'<script type="application/json" id="scales">{_json(scales)}</script>'

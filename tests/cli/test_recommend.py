@@ -139,7 +139,7 @@ def rich(found, monkeypatch):
 SHOWN = [
     *("+100.00 %", "cuts km", "1,235", "custom laea", "+proj=laea +lat_0=62", "EPSG:1", "25 %"),
     "No custom tmerc: It is not equal-area.",
-    "Zones: no conformal map serves all of the region to 100 ppm",
+    "Zones: no conformal map keeps all of the region within 100 ppm",
     "2 whose area of use holds too little of the region; 1 that project too little of it; 1 that are interrupted; 1 "
     "that PROJ cannot compute.",
 ]

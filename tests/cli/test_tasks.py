@@ -53,10 +53,10 @@ TASKS = {
     "How much better is a plate carree that is squeezed?": ("correct plate-carree", "19 % less"),
     "May I see Tissot's ellipses?": (
         "tissot robinson --dpi 30 -o t.png",
-        "On Robinson scales are off by 35 %",
+        "On Robinson, scales are off by 35 %",
         slow,
     ),
-    "And the angles in colour?": ("heatmap robinson -m omega --dpi 30 -o h.png", "On Robinson scales are off by", slow),
+    "And the angles in colour?": ("heatmap robinson -m omega --dpi 30 -o h.png", "On Robinson, scales are off", slow),
     # Surveyors
     "A ground projection for a town?": ("ldp box:-105.3,39.9,-105.1,40.1 --height 1610", "by at most 0.58 ppm"),
     "Which way is grid north?": ("factors 32610 -- -120 34", "Grid north lies 1.67865° east of true north."),

@@ -385,7 +385,7 @@ DEGREE, METRES = frame(box(0, 0, 1, 1), a=[1]), frame(box(5e5, 5e6, 6e5, 5.1e6))
     (DEGREE, {"crs": "moll", "purpose": "best"}, r"^Invalid purpose 'best'"),
     ([box(0, 0, 1, 1)], {"crs": "moll"}, r"^Invalid data of type 'list'"),
     (DEGREE, {"crs": "IAU_2015:30120"}, r"^Invalid CRS 'WGS 84' of the data. PROJ has no way"),
-    (METRES, {"crs": "EPSG:25832"}, r"^Invalid data\. .* but coordinates that are no longitudes and lat"),
+    (METRES, {"crs": "EPSG:25832"}, r"^Invalid data\. .* but coordinates that are not longitudes and lat"),
     (frame(box(0, 0, 1, 1), crs="EPSG:4978"), {}, r"^Invalid projection 'WGS 84'. It is a Geocentric CRS"),
 ])  # fmt: skip
 def test_refused(data, options, message):

@@ -405,9 +405,9 @@ def test_published_systems(code: int, criterion: str, rise: float) -> None:
 
 
 @each(("options", "message"), [
-    ({}, "Invalid heights. There must be either"),
-    ({"height": 100.0, "heights": SLOPE}, "Invalid heights. There must be either"),
-    ({"region": PointSet(*SLOPE.T[:2], np.ones(150))}, "There must be either points with heights, or one height"),
+    ({}, "Invalid heights. Either points with heights or"),
+    ({"height": 100.0, "heights": SLOPE}, "Invalid heights. Either points with heights or"),
+    ({"region": PointSet(*SLOPE.T[:2], np.ones(150))}, "Either points with heights or one height"),
     ({"height": 9999.0}, "Invalid height '9999.0'"),
     ({"heights": SLOPE[:, :2]}, "They must be rows of longitude, latitude and height"),
     ({"heights": SLOPE + np.array([30.0, 0.0, 0.0])}, "No point lies in the region"),
