@@ -82,7 +82,7 @@ WRONG = {
     "heatmap moll -o x.png --resolution 9": "Invalid option '--resolution' for 'x.png'. It is for rasters",
     "heatmap moll -o x.png -m h,k": "Invalid measures 'h,k' for 'x.png'. A picture shows one;",
     "heatmap moll -o x.tif --grid foo": "Invalid grid 'foo'. It must be map or lonlat.",
-    "heatmap moll -o x.tif --size 5.5": "Invalid size '5.5'. It must be pixels of the longer side, or WIDTH,",
+    "heatmap moll -o x.tif --size 5.5": "Invalid size '5.5'. It must be in pixels: the longer side",
     "heatmap moll -o x.tif --size 0": "Invalid size '0'. It must be a number of pixels within 1 and",
     "heatmap moll -o x.tif --resolution -1": "Invalid resolution '-1'. It must be a number within",
     "heatmap moll -r box:0,0,9,9 -o x.tif --resolution 1": "Invalid resolution '1'. It makes",
