@@ -189,9 +189,9 @@ def ldp_command(
     target_ppm: str = opt.option("PPM", "The target for share.", "20"),
     round_k: str = opt.option("NUMBER", "Round the scale factor to a multiple of this.", "1e-6"),
     round_axis: str = opt.option("ANGLE", "Round the axis to a multiple of this: 1', 30\", 0.5 (degrees).", "1'"),
-    geodetic: str = opt.option("CRS", "Geographic CRS to base it on.", "EPSG:4326"),
+    geodetic: str = opt.option("CRS", "The geographic CRS to base it on.", "EPSG:4326"),
     against: list[str] | None = opt.option("PROJECTION", "A map to compare with; may be repeated."),
-    units: str = opt.option(projections.LINEAR_UNITS, "Of the CRS: metres, US survey or international feet.", "m"),
+    units: str = opt.option(projections.LINEAR_UNITS, "Unit of the CRS: metres, US survey or international feet.", "m"),
     false_easting: str | None = opt.option("NUMBER", "x_0 in the unit of the CRS; a round one if not given."),
     false_northing: str | None = opt.option("NUMBER", "y_0 in the unit of the CRS; a round one if not given."),
     name: str | None = opt.option("TEXT", "The name of the CRS."),
@@ -284,7 +284,7 @@ def _ldp_answer(found: decisions.LDP) -> Iterator[str]:
     ratio = "" if worst < 1.0 else f" ({say.distance_error(1e-6 * worst)})"
     within = "" if share is None else f"; {say.per_cent(share, 3)} of it is within {target:g} ppm"
     place = say.region_words(found.region)
-    yield f"In {place} grid distances differ from those on the ground by at most {say.up(worst)} ppm{ratio}{within}."
+    yield f"In {place}, grid distances differ from those on the ground by at most {say.up(worst)} ppm{ratio}{within}."
     yield found.proj
     if found.unit.name != "m":
         east, north = (f"{value:,.10g}" for value in found.false_origin)
