@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
@@ -14,7 +13,7 @@ from projdist.decisions.candidate_crs import LEVEL, Candidate, CandidatePool, Ke
 from projdist.decisions.map_info import PROPERTIES, WeightedPoints
 from projdist.decisions.measurement import FullMeasurement, Rejected, evaluate, measure
 from projdist.field import Figure
-from projdist.projections import AUTHORITIES, CrsRecord
+from projdist.projections import AUTHORITIES, VARIANT, CrsRecord, datum_root
 from projdist.support import Registry, listed, run_all
 
 PURPOSES = ("any", *PROPERTIES, "compromise")
@@ -32,12 +31,6 @@ def suits(kept: tuple[str, ...], purpose: str) -> bool:
 
 
 # ---- CRSs of the same map ------------------------------------------------------------------------
-
-_VARIANT = re.compile(r"\((?:z?E[-,]z?N|z?N[-,]z?E)\)$")
-"""The end of EPSG's names of CRSs that differ from others only by their axes, or by a zone number in the easting."""
-
-_REALISATION = re.compile(r"\s*[(/\[]|\s+v\d")
-"""The beginning of a realisation's name after that of its datum."""
 
 _CLOSE = 0.01  # of the trials' figures: a sphere and an ellipsoid differ by half of that on a map of the world
 _ALIKE = 1e-7  # of J: the same map by another method or with other parameters
@@ -75,7 +68,7 @@ def by_usage(group: Sequence[Candidate], records: Mapping[str, CrsRecord]) -> li
             -since[datum_root(one.datum)],
             AUTHORITIES.index(authority),
             not one.trial.upright,
-            bool(_VARIANT.search(records[one.code].name)),
+            bool(VARIANT.search(records[one.code].name)),
             any(_realises(one.datum, other) for other in datums),
             not one.trial.positive,
             round(records[one.code].extent_km2),
@@ -84,11 +77,6 @@ def by_usage(group: Sequence[Candidate], records: Mapping[str, CrsRecord]) -> li
         )
 
     return sorted(group, key=rank)
-
-
-def datum_root(datum: str) -> str:
-    """The name of a datum without its realisation: NAD83 of NAD83(2011), RGF93 of RGF93 v2b."""
-    return _REALISATION.split(datum, maxsplit=1)[0]
 
 
 def _realises(datum: str, other: str) -> bool:

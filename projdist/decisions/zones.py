@@ -17,9 +17,9 @@ from projdist._typing import BoolArray
 from projdist.decisions.candidate_crs import HOLDS_NEARLY, Candidate, try_crs
 from projdist.decisions.map_info import WeightedPoints
 from projdist.decisions.measurement import Area, FullMeasurement, Lattice, Rejected, evaluate, probe_of
-from projdist.decisions.ranking import Shortlist, datum_root, in_force, suits
+from projdist.decisions.ranking import Shortlist, in_force, suits
 from projdist.field import FIGURES, Figure
-from projdist.projections import CrsRecord, Facts
+from projdist.projections import CrsRecord, Facts, datum_root
 from projdist.support import Record, run_all, schema
 
 ENGINEERING_PPM = 100.0

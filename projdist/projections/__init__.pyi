@@ -1,5 +1,15 @@
 from . import worldmaps
-from .catalogue import NAMES, WINKEL_PARALLEL
+from .catalogue import (
+    AUTHORITIES,
+    NAMES,
+    VARIANT,
+    WINKEL_PARALLEL,
+    CrsHit,
+    CrsSearch,
+    check_authorities,
+    datum_root,
+    find_crs,
+)
 from .coordinates import (
     TEXT_SUFFIXES,
     DataCrs,
@@ -48,21 +58,16 @@ from .crs_metadata import (
     native_pole_of,
 )
 from .database import (
-    AUTHORITIES,
     CRS,
     OF_A_SPHERE,
     UNKNOWN,
     Conversion,
-    CrsHit,
     CrsRecord,
-    CrsSearch,
     DatabaseCrs,
     Facts,
-    check_authorities,
     codes_of_same_map,
     crs_records,
     facts_of,
-    find_crs,
     load_crs,
     proj_version,
     reasons_against,
@@ -106,6 +111,7 @@ __all__ = [
     "OF_A_SPHERE",
     "TEXT_SUFFIXES",
     "UNKNOWN",
+    "VARIANT",
     "WINKEL_PARALLEL",
     "WORLD_MAPS",
     "AreaOfUse",
@@ -149,6 +155,7 @@ __all__ = [
     "crs_records",
     "crs_wkt",
     "data_crs_of",
+    "datum_root",
     "datum_transformation",
     "declared_property_of",
     "defined_by",

@@ -1,4 +1,4 @@
-"""Projected CRSs of PROJ's database: index, registry facts, CRSs that draw the same map, and search by words."""
+"""Projected CRSs of PROJ's database: index, registry facts, and CRSs that draw the same map."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ import functools
 import json
 import math
 import re
-import sqlite3
-import unicodedata
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import pyproj.list
+import pyproj.exceptions
 from pyproj import CRS as CRS  # for other rooms
 from pyproj.database import get_database_metadata, query_crs_info
 from pyproj.enums import PJType
@@ -43,24 +41,11 @@ class Facts:
 
 UNKNOWN = Facts("", 0, None, (), True)
 
-# The registry's tables around a projected CRS p, and the year of its datum, of an ensemble that of the first member.
-_TABLES = """projected_crs p
-LEFT JOIN geodetic_crs g ON g.auth_name = p.geodetic_crs_auth_name AND g.code = p.geodetic_crs_code
-LEFT JOIN geodetic_datum d ON d.auth_name = g.datum_auth_name AND d.code = g.datum_code
-LEFT JOIN conversion_table c ON c.auth_name = p.conversion_auth_name AND c.code = p.conversion_code
-LEFT JOIN conversion_method m ON m.auth_name = c.method_auth_name AND m.code = c.method_code
-LEFT JOIN usage u ON u.object_table_name = 'projected_crs' AND u.object_auth_name = p.auth_name
-    AND u.object_code = p.code
-LEFT JOIN scope s ON s.auth_name = u.scope_auth_name AND s.code = u.scope_code
-LEFT JOIN extent e ON e.auth_name = u.extent_auth_name AND e.code = u.extent_code"""
-_DATE = """COALESCE(d.publication_date, (SELECT MIN(f.publication_date) FROM geodetic_datum_ensemble_member n
-    JOIN geodetic_datum f ON f.auth_name = n.member_auth_name AND f.code = n.member_code
-    WHERE n.ensemble_auth_name = d.auth_name AND n.ensemble_code = d.code))"""
 _COLUMNS = ", ".join(f"c.param{n}_code, c.param{n}_value, c.param{n}_uom_code" for n in range(1, 8))
 _FACTS = f"""
-SELECT p.auth_name || ':' || p.code, g.auth_name || ':' || g.code, {_DATE},
+SELECT p.auth_name || ':' || p.code, g.auth_name || ':' || g.code, {catalogue.DATE},
        s.scope, e.name, e.description, c.method_code, d.prime_meridian_code, {_COLUMNS}
-FROM {_TABLES}
+FROM {catalogue.TABLES}
 WHERE p.auth_name || ':' || p.code IN (SELECT value FROM json_each(?))
 """
 
@@ -80,7 +65,7 @@ def facts_of(codes: Collection[str]) -> dict[str, Facts]:
         frame, date, _, _, _, method, meridian, *parameters = rows[0]
         facts[code] = Facts(
             frame=frame or "",
-            since=year_of(date),
+            since=catalogue.year_of(date),
             draws=(method, meridian, frozenset(_drawing(parameters))) if method is not None else None,
             extents=tuple(text for row in rows for text in row[3:5] if text),
             special=all(row[2] is None or _SPECIAL.search(row[2]) is not None for row in rows),
@@ -94,16 +79,7 @@ def _drawing(columns: Sequence[Any]) -> list[tuple[int, float, int]]:
     return [(key, value, unit) for key, value, unit in parameters if key and key not in FALSE_ORIGINS]
 
 
-def year_of(date: str | None) -> int:
-    """Year of a registry date (1995-03-07, once March 2011); 0 if there is none."""
-    year = re.search(r"\d{4}", date or "")
-    return int(year[0]) if year else 0
-
-
 # ---- the index of CRSs ---------------------------------------------------------------------------
-
-AUTHORITIES = ("EPSG", "ESRI", "IGNF")
-"""Authorities with projected CRSs of the Earth; IAU_2015's are of other planets."""
 
 OF_A_SPHERE = "It uses a sphere"
 _SPHEROID = re.compile(r'SPHEROID\["[^"]*",([^,\]]+),([^,\]]+)')
@@ -144,22 +120,9 @@ class DatabaseCrs:
     is_upright: bool
 
 
-def check_authorities(authorities: Iterable[str] | str, known: Sequence[str] = AUTHORITIES) -> tuple[str, ...]:
-    """Names of authorities in capitals, each once; raises ValueError for unknown ones, and for none."""
-    given = (support.check_text("authority", name) for name in support.listed_values(authorities))
-    names = tuple(dict.fromkeys(name.strip().upper() for name in given))
-    for name in names or ("",):
-        if name not in known:
-            hint = support.did_you_mean(support.close_words(name, known))
-            raise ValueError(
-                f"Invalid authority '{support.shown(name)}'. {hint}It must be {support.listed(known, 'or')}."
-            )
-    return names
-
-
 def crs_records(authorities: Sequence[str], *, deprecated: bool = False) -> list[CrsRecord]:
     """The projected CRSs of some authorities, in their order."""
-    return [record for name in check_authorities(authorities) for record in _records_of(name, deprecated)]
+    return [record for name in catalogue.check_authorities(authorities) for record in _records_of(name, deprecated)]
 
 
 @functools.cache
@@ -310,291 +273,3 @@ def _value(value: float, unit: int, factors: Mapping[int, float | None]) -> floa
         size = int(whole) + int(digits[:2]) / 60.0 + float(f"{digits[2:4]}.{digits[4:]}") / 3600.0
         value, unit = size if value >= 0.0 else -size, _DEGREE
     return round(value * (factors.get(unit) or 1.0), _DIGITS)
-
-
-# ---- search by words --------------------------------------------------------------------------
-
-_AUTHORITIES = ("", "EPSG", "ESRI", "IGNF")  # order of equally good hits; "" is for bare names
-_MODERN = 1984  # year of the first satellite datum still in use
-_BEGINNING = 3  # letters that suffice to find a word
-# Score of a word of the query, by where it is found.
-_IN_NAME, _BEGINS, _ELSEWHERE, _BEGINS_ELSEWHERE = 6, 4, 2, 1
-_LAST = 4  # tier of hits by a word's beginning in a list of countries or a method, which others make needless
-_NO_NEWS = "zone"  # people say utm 33 for UTM zone 33
-_VARIANT = re.compile(r"\((?:z?E[-,]z?N|z?N[-,]z?E)\)$")  # of EPSG's names, by their axes or a zone in the easting
-_WORD = re.compile(r"[^\W\d_]+|\d+(?:\.\d+)?")
-
-_SEARCHED = f"""
-SELECT p.auth_name, CAST(p.code AS TEXT), p.name, p.deprecated, e.name, e.description,
-       m.name, e.west_lon, e.south_lat, e.east_lon, e.north_lat, {_DATE},
-       (SELECT group_concat(a.alt_name, ' | ') FROM alias_name a
-        WHERE a.table_name = 'projected_crs' AND a.auth_name = p.auth_name AND a.code = p.code)
-FROM {_TABLES}
-GROUP BY p.auth_name, p.code
-"""
-_OTHER_KINDS = "SELECT auth_name || ':' || code, name, type FROM crs_view WHERE type != 'projected'"
-
-
-@dataclass(frozen=True, kw_only=True)
-class CrsHit:
-    """A projected CRS or named map found by a search: its name and area of use."""
-
-    code: str  # AUTHORITY:CODE or the name, as any command takes it
-    name: str
-    area_name: str = ""
-    area_of_use: tuple[float, float, float, float] | None = None  # west, south, east, north in degrees
-    deprecated: bool = False
-
-
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class CrsSearch(support.Answer):
-    """Result of a search: the best `results` first, their number in `total`, and `advice` if there is none."""
-
-    text: str
-    total: int
-    results: tuple[CrsHit, ...]
-    advice: str = ""
-
-    def _line(self) -> str:
-        first = f", first {self.results[0].code}" if self.results else ""
-        return f"{len(self.results)} of {self.total} for '{support.shown(self.text)}'{first}"
-
-    def rows(self) -> list[dict[str, Any]]:
-        """One flat row per result."""
-        ends = ("west", "south", "east", "north")
-        rows = (asdict(hit) | dict(zip(ends, hit.area_of_use or (None,) * 4, strict=True)) for hit in self.results)
-        return [{key: value for key, value in row.items() if key != "area_of_use"} for row in rows]
-
-    def _table(self) -> list[dict[str, Any]]:
-        return self.rows()
-
-
-def find_crs(
-    text: str, *, authorities: Iterable[str] | str = (), deprecated: bool = False, limit: int = 10
-) -> CrsSearch:
-    """Projected CRSs and named maps by words of their names, areas of use and methods, or codes; the likeliest first.
-
-    Every word must be found; a word of three letters or more may be the beginning of one. Capitals, accents and
-    punctuation do not count, and digits are words of their own: utm33n is utm 33 n. A country or its people alone, as
-    "switzerland" or "swiss", mean the CRSs of its areas of use, those for it alone first.
-
-    Parameters
-    ----------
-    text : str
-        The words, in any order, as "utm 33", "lambert 93", "new zealand transverse", "3035" or "EPSG:3035".
-    authorities : iterable of str, or one of them, optional
-        Only of these, as EPSG, ESRI, IGNF or IAU_2015.
-    deprecated : bool, default False
-        Deprecated ones, too. One whose code was given is found in any case.
-    limit : int, default 10
-        Largest number of results.
-
-    Returns
-    -------
-    CrsSearch
-        The `results`, a `CrsHit` each, their number in `total`, and if it is 0 `advice` on what may have been meant.
-
-    Raises
-    ------
-    ValueError
-        For a text without a word or a number, an unknown authority, and a limit that is no whole number.
-
-    References
-    ----------
-    EPSG Geodetic Parameter Dataset, https://epsg.org, and the other registries in PROJ's database.
-
-    Examples
-    --------
-    >>> [hit.code for hit in find_crs("lambert 93", limit=3).results]
-    ['EPSG:2154', 'EPSG:9793', 'EPSG:9794']
-    """
-    most = support.check_whole_number("limit", limit)
-    words = _WORD.findall(_folded(support.check_text("search", text)))
-    if not words:
-        raise ValueError(f"Invalid search '{support.shown(text)}'. It must have a word or a number.")
-    entries, given = _entries(), support.listed_values(authorities)
-    wanted = check_authorities(given, sorted({one.authority for one in entries} - {""})) if given else ()
-    among = [one for one in entries if not wanted or one.authority in wanted]
-    match = re.fullmatch(r"\s*(?:([A-Za-z][A-Za-z_0-9]*)\s*[:\s]\s*)?(\w+)\s*", text)  # as EPSG:3035 or 3035
-    code = ((match[1] or "").upper(), match[2].upper()) if match else ("", "")
-    country = _countries().get(_phrase(words), frozenset())
-    able = ((k, one) for k, one in enumerate(among) if deprecated or not one.hit.deprecated or one.has_code(code))
-    ranked = sorted((rank, k) for k, one in able if (rank := _rank(one, words, code, country)) is not None)
-    ranked = [one for one in ranked if one[0][0] < _LAST] or ranked
-    hits = tuple(among[k].hit for _, k in ranked[:most])
-    advice = "" if ranked else _advice(text, words, among, deprecated)
-    return CrsSearch(text=text, total=len(ranked), results=hits, advice=advice)
-
-
-# ---- entries --------------------------------------------------------------------------------
-
-
-class _Entry(NamedTuple):
-    """A CRS or named map and its searchable words: names, area of use, and `others` (method, countries of the area)."""
-
-    authority: str
-    number: str
-    hit: CrsHit
-    names: str
-    since: int = _MODERN
-    area: str = ""
-    others: str = ""
-
-    def has_code(self, code: tuple[str, str]) -> bool:
-        """True if it is the CRS of an authority ("" for any) and a code."""
-        return bool(self.authority) and self.number == code[1] and code[0] in ("", self.authority)
-
-
-@functools.cache
-def _entries() -> tuple[_Entry, ...]:
-    """All entries, the maps with bare names first; reading takes 0.2 s."""
-    try:
-        rows = catalogue.database_rows(_SEARCHED)
-    except sqlite3.Error as error:
-        raise ProjectionError(f"Invalid database of PROJ. It cannot be read: {error}.") from error
-    left_out = {*catalogue.NOT_MAPS, *catalogue.NOT_IN_METRES, *catalogue.ID_TITLES}
-    titles = {text: key for key, text in pyproj.list.get_proj_operations_map().items() if key not in left_out}
-    titles |= {title: name for name, title in reversed(catalogue.TITLES.items())}  # the first name of a map
-    ids = {name: operation.split()[0] for name, operation in catalogue.NAMES.items()}
-    found = [
-        _Entry("", name, CrsHit(code=name, name=title), _folded(f"{name} {ids.get(name, '')} | {title}"))
-        for title, name in titles.items()
-    ]
-    for authority, number, name, deprecated, area, countries, method, *bounds, date, aliases in rows:
-        known = None not in bounds and bounds[1] >= -90.0  # PROJ has -1000 for what is unknown
-        code, use, old = f"{authority}:{number}", tuple(bounds) if known else None, bool(deprecated)
-        hit = CrsHit(code=code, name=name, area_name=area or "", area_of_use=use, deprecated=old)
-        others = _folded(f"{countries or ''} {method or ''}")
-        names = _folded(f"{name} | {aliases or ''}")
-        found.append(_Entry(authority, number, hit, names, year_of(date), _folded(area or ""), others))
-    return tuple(found)
-
-
-def _folded(text: str) -> str:
-    """Text in lower case, without accents."""
-    if not text.isascii():
-        text = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
-    return text.lower()
-
-
-# ---- ranking --------------------------------------------------------------------------------
-
-
-@functools.cache
-def _countries() -> dict[str, frozenset[str]]:
-    """All names of a country, by each of them and by that of its people; not by those that a state has, too."""
-    found: dict[str, frozenset[str]] = {}
-    for row in earth.data_rows("countries.csv"):
-        names = frozenset(map(_phrase_of, filter(None, [row["name"], *row["other_names"].split("|")])))
-        found |= dict.fromkeys(names, names)
-    found |= {_phrase_of(row["demonym"]): found[_phrase_of(row["country"])] for row in earth.data_rows("demonyms.csv")}
-    states = {_phrase_of(row["name"]) for row in earth.data_rows("states.csv")}
-    return {name: names for name, names in found.items() if name not in states}
-
-
-def _score_in_country(one: _Entry, names: frozenset[str]) -> int:
-    """Score of an entry by where its area of use has a country; 0 if it has none of it, or is within another one."""
-    head = _phrase_of(one.area.split(" - ")[0])
-    if head not in names and head in _countries():
-        return 0
-    for text, score in ((one.area, _IN_NAME), (one.others, _ELSEWHERE)):
-        phrase = _phrase_of(text)
-        if any(name in phrase for name in names):
-            return score
-    return 0
-
-
-def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str], country: frozenset[str]) -> tuple[Any, ...] | None:
-    """Sort key of an entry; None if it lacks a word and does not lie in the country that the words name."""
-    is_code, text = one.has_code(code), f"{one.names} {one.area} {one.others}"
-    national = _score_in_country(one, country) if country and one.area else 0
-    if not is_code and not national and not all(word in text for word in words):  # ten times faster than what follows
-        return None
-    # By authority, then by larger area, then by lower (older) code.
-    authority = _AUTHORITIES.index(one.authority) if one.authority in _AUTHORITIES else len(_AUTHORITIES)
-    west, south, east, north = one.hit.area_of_use or (0.0, 0.0, 0.0, 0.0)
-    size = -round(((east - west) % 360.0 or 360.0) * (north - south)) if one.hit.area_of_use else 0
-    number = len(one.number), one.number
-    if is_code:
-        return (0, authority, size, *number)
-    names, area, others = (_WORD.findall(words) for words in (one.names, one.area, one.others))
-    worth = [_worth(word, (*names, *area), others) for word in words]
-    if not all(worth) and not national:
-        return None
-    spelt = _WORD.findall(_folded(one.hit.name))
-    whole = [spelt, area if one.authority else _WORD.findall(_folded(one.number))]
-    named = _phrase(words) in _phrase(names)
-    if list(words) in whole:
-        tier = 1
-    elif national or (named and not country):
-        tier = 2
-    else:
-        tier = _LAST if _BEGINS_ELSEWHERE in worth else 3
-    score = national + _IN_NAME * (_phrase(words) in _phrase(spelt)) if national else sum(worth)
-    at_sea = "offshore" in area and "onshore" not in area
-    variant = _VARIANT.search(one.hit.name) is not None
-    old = one.since < _MODERN
-    return (tier, -score, one.hit.deprecated, old, not named, authority, variant, at_sea, size, len(spelt), *number)
-
-
-def _phrase(words: Iterable[str]) -> str:
-    """Words joined in order, with a space around each."""
-    return f" {' '.join(word for word in words if word != _NO_NEWS)} "
-
-
-def _phrase_of(text: str) -> str:
-    """The phrase of a text's words."""
-    return _phrase(_WORD.findall(_folded(text)))
-
-
-def _worth(word: str, names: Sequence[str], others: Sequence[str]) -> int:
-    """Score of a word in an entry; 0 if it is not found."""
-    begins = len(word) >= _BEGINNING and not word[0].isdigit()
-    for known, whole, beginning in ((names, _IN_NAME, _BEGINS), (others, _ELSEWHERE, _BEGINS_ELSEWHERE)):
-        if word in known:
-            return whole
-        if begins and any(one.startswith(word) for one in known):
-            return beginning
-    return 0
-
-
-# ---- advice ---------------------------------------------------------------------------------
-
-
-def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated: bool) -> str:
-    """Advice if nothing is found: another kind of CRS, close spellings, or fewer words."""
-    wanted = _folded(" ".join(text.split()))
-    for code, name, kind in catalogue.database_rows(_OTHER_KINDS):
-        if wanted in (code.lower(), code.lower().partition(":")[2], _folded(name)):
-            return f"{code} is {_A[kind]} ({name}), and no map."
-    known = {word for one in among for word in _WORD.findall(f"{one.names} {one.area} {one.others}")}
-    spelt = [_nearest(word, known) for word in words]
-    if list(words) != spelt and all(spelt):
-        return support.did_you_mean([f"'{' '.join(spelt)}'"]).strip()
-    missing = [f"'{support.shown(word)}'" for word, near in zip(words, spelt, strict=True) if not near]
-    if missing:
-        return f"No name and no area of use has {support.listed(missing, 'or')}."
-    old = (one for one in among if one.hit.deprecated and not deprecated)
-    if any(_rank(one, words, ("", ""), frozenset()) is not None for one in old):
-        return "Deprecated ones have these words: ask for them, too."
-    return "No one has all of these words: take fewer of them."
-
-
-def _nearest(word: str, known: set[str]) -> str:
-    """The word itself if it finds anything, else a close spelling, else ""."""
-    if word in known or word[0].isdigit():
-        return word if word in known else ""
-    if len(word) >= _BEGINNING and any(one.startswith(word) for one in known):
-        return word
-    letters = sorted(one for one in known if not one[0].isdigit() and len(one) >= _BEGINNING)
-    return next(iter(support.close_words(word, letters)), "")
-
-
-_A = {
-    "geographic 2D": "a geographic CRS",
-    "geographic 3D": "a geographic CRS with heights",
-    "geocentric": "a geocentric CRS",
-    "vertical": "a vertical CRS",
-    "compound": "a compound CRS",
-    "other": "a CRS of longitudes and latitudes",
-}

@@ -19,7 +19,7 @@ from projdist.decisions import candidate_crs, ranking
 from projdist.decisions.candidate_crs import Candidate, is_own, is_wide, named, try_crs
 from projdist.decisions.measurement import lattice_of, probe_of
 from projdist.decisions.zones import _measured, _serves, _System, _systems
-from projdist.projections.database import AUTHORITIES, CrsRecord, crs_records, facts_of
+from projdist.projections import AUTHORITIES, CrsRecord, crs_records, datum_root, facts_of
 from projdist.regions import get_region
 
 # Figures are made up: of its country alone, on a new datum.
@@ -180,7 +180,7 @@ def test_national_crss_and_those_for_the_whole_region_come_first():
 ])  # fmt: skip
 def test_realisations(datum, root):
     """What follows the name of a datum tells its realisations; a year in the name tells another datum."""
-    assert ranking.datum_root(datum) == root
+    assert datum_root(datum) == root
 
 
 def test_figures_that_agree():

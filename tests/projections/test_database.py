@@ -10,7 +10,8 @@ from tables import each
 
 from projdist.earth import data_rows
 from projdist.projections import Projection, ProjectionError, catalogue, codes_of_same_map, database, find_crs
-from projdist.projections.database import facts_of, year_of
+from projdist.projections.catalogue import year_of
+from projdist.projections.database import facts_of
 
 
 def rows(text: str) -> list[list[str]]:
