@@ -19,6 +19,7 @@ from pyproj.datadir import get_data_dir
 from pyproj.enums import PJType
 
 from projdist import earth, support
+from projdist._typing import FloatArray, IntArray
 from projdist.projections.errors import ProjectionError
 from projdist.projections.worldmaps import WORLD_MAPS
 
@@ -193,6 +194,11 @@ def datum_root(datum: str) -> str:
     return _REALISATION.split(datum, maxsplit=1)[0]
 
 
+def _datum_of(name: str) -> str:
+    """The root of the datum in the name of a CRS: ETRS89 of ETRS89/DREF91/2016 / UTM zone 32N."""
+    return datum_root(name.partition(" / ")[0])
+
+
 def year_of(date: str | None) -> int:
     """Year of a registry date (1995-03-07, once March 2011); 0 if there is none."""
     year = re.search(r"\d{4}", date or "")
@@ -222,12 +228,30 @@ _IN_NAME, _BEGINS, _ELSEWHERE, _BEGINS_ELSEWHERE = 6, 4, 2, 1
 _LAST = 4  # tier of hits by a word's beginning in a list of countries or a method, which others make needless
 _NO_NEWS = "zone"  # people say utm 33 for UTM zone 33
 _WORD = re.compile(r"[^\W\d_]+|\d+(?:\.\d+)?")
+_YEAR = re.compile(r"\b(?:19|20)\d\d\b")
+_OLD = re.compile(r"\b(?:old|former|obsolete|superseded|reconstruction)\b", re.IGNORECASE)
+_WHOLE, _MINOR = 0.9, 0.1  # of the people of a country
+# Scopes of special users, and ones that state nothing; uses that come first: maps of most scales, surveys, other maps;
+# statistics and the like come last.
+SPECIAL = re.compile(
+    r"oil|gas |railway|highway|tunnel|project|military|navigation|user-defined|not known|no official", re.IGNORECASE
+)
+_USES = [
+    re.compile(pattern, re.IGNORECASE)
+    for pattern in (
+        r"topographic mapping(?! \((?:large|small|medium and small) scale)",
+        r"survey|cadastr|large scale",
+        r"mapping|presentation|management|GIS|legal",
+    )
+]
+_SURVEYS = 1  # index of the last use that several countries agree on
 
 _SEARCHED = f"""
 SELECT p.auth_name, CAST(p.code AS TEXT), p.name, p.deprecated, e.name, e.description,
        m.name, e.west_lon, e.south_lat, e.east_lon, e.north_lat, {DATE},
        (SELECT group_concat(a.alt_name, ' | ') FROM alias_name a
-        WHERE a.table_name = 'projected_crs' AND a.auth_name = p.auth_name AND a.code = p.code)
+        WHERE a.table_name = 'projected_crs' AND a.auth_name = p.auth_name AND a.code = p.code),
+       group_concat(s.scope, '|')
 FROM {TABLES}
 GROUP BY p.auth_name, p.code
 """
@@ -316,7 +340,7 @@ def find_crs(
     among = [one for one in entries if not wanted or one.authority in wanted]
     match = re.fullmatch(r"\s*(?:([A-Za-z][A-Za-z_0-9]*)\s*[:\s]\s*)?(\w+)\s*", text)  # as EPSG:3035 or 3035
     code = ((match[1] or "").upper(), match[2].upper()) if match else ("", "")
-    country = _countries().get(_phrase(words), frozenset())
+    country = _countries().get(_phrase(words))
     able = ((k, one) for k, one in enumerate(among) if deprecated or not one.hit.deprecated or one.has_code(code))
     ranked = sorted((rank, k) for k, one in able if (rank := _rank(one, words, code, country)) is not None)
     ranked = [one for one in ranked if one[0][0] < _LAST] or ranked
@@ -335,9 +359,20 @@ class _Entry(NamedTuple):
     number: str
     hit: CrsHit
     names: str
-    since: int = _MODERN
+    years: tuple[int, int] = (_MODERN, _MODERN)  # of its datum and of the latest realisation of that; 0 if unknown
     area: str = ""
     others: str = ""
+    scopes: str = ""
+
+    @property
+    def is_old(self) -> bool:
+        """True if it is on a datum from before satellites, or called so."""
+        return self.years[0] < _MODERN or _OLD.search(self.hit.name) is not None
+
+    @property
+    def is_variant(self) -> bool:
+        """True if another one differs only by its axes or the zone in its easting."""
+        return VARIANT.search(self.hit.name) is not None
 
     def has_code(self, code: tuple[str, str]) -> bool:
         """True if it is the CRS of an authority ("" for any) and a code."""
@@ -359,13 +394,16 @@ def _entries() -> tuple[_Entry, ...]:
         _Entry("", name, CrsHit(code=name, name=title), _folded(f"{name} {ids.get(name, '')} | {title}"))
         for title, name in titles.items()
     ]
-    for authority, number, name, deprecated, area, countries, method, *bounds, date, aliases in rows:
+    latest: dict[str, int] = {}  # year of a datum, whose realisations count as one
+    for row in rows:
+        latest[_datum_of(row[2])] = max(latest.get(_datum_of(row[2]), 0), year_of(row[-3]))
+    for authority, number, name, deprecated, area, countries, method, *bounds, date, aliases, scopes in rows:
         known = None not in bounds and bounds[1] >= -90.0  # PROJ has -1000 for what is unknown
         code, use, old = f"{authority}:{number}", tuple(bounds) if known else None, bool(deprecated)
         hit = CrsHit(code=code, name=name, area_name=area or "", area_of_use=use, deprecated=old)
         others = _folded(f"{countries or ''} {method or ''}")
-        names = _folded(f"{name} | {aliases or ''}")
-        found.append(_Entry(authority, number, hit, names, year_of(date), _folded(area or ""), others))
+        names, years = _folded(f"{name} | {aliases or ''}"), (year_of(date), latest[_datum_of(name)])
+        found.append(_Entry(authority, number, hit, names, years, _folded(area or ""), others, scopes or ""))
     return tuple(found)
 
 
@@ -379,61 +417,108 @@ def _folded(text: str) -> str:
 # ---- ranking --------------------------------------------------------------------------------
 
 
+class _Country(NamedTuple):
+    """A country: the phrases of all its names, and its ISO code of two letters, "" if it has none."""
+
+    names: frozenset[str]
+    iso: str
+
+    def score(self, one: _Entry) -> int:
+        """Score of an entry by where its area of use has the country; 0 if it has none of it, or is within another."""
+        head, *rest = map(_phrase_of, one.area.split(" - "))
+        if self.names.isdisjoint([head, *rest[:1]]) and head in _countries():
+            return 0
+        for text, score in ((one.area, _IN_NAME), (one.others, _ELSEWHERE)):
+            phrase = _phrase_of(text)
+            if any(name in phrase for name in self.names):
+                return score
+        return 0
+
+    def fit(self, one: _Entry, score: int) -> tuple[Any, ...]:
+        """Sort key of an entry of a score, so that what the country's surveyors and mapmakers use comes first."""
+        share, is_own = self._share(one), score == _IN_NAME
+        general = [scope for scope in one.scopes.split("|") if scope and not SPECIAL.search(scope)]
+        use = next((k for k, pattern in enumerate(_USES) if any(map(pattern.search, general))), len(_USES))
+        return (
+            one.hit.deprecated,
+            0 if (general if is_own else use <= _SURVEYS) else 1 if is_own else 2,  # 1 for its special, 2 for wide ones
+            share < _MINOR,
+            one.is_old,
+            use == len(_USES),  # statistics
+            one.is_variant,
+            -min(round(share, 1), _WHOLE),
+            not (is_own and share >= _WHOLE),
+            use,
+            not is_own,
+            -one.years[1],
+            -round(share, 2),
+        )
+
+    def _share(self, one: _Entry) -> float:
+        """Share of the people of its towns who live in the box of an area of use."""
+        lon, lat, people = _towns(self.iso)
+        if one.hit.area_of_use is None or not people.size:
+            return 0.0
+        west, south, east, north = one.hit.area_of_use
+        inside = ((lon - west) % 360.0 <= (east - west) % 360.0) & (south <= lat) & (lat <= north)
+        return float(people[inside].sum() / people.sum())
+
+
 @functools.cache
-def _countries() -> dict[str, frozenset[str]]:
-    """All names of a country, by each of them and by that of its people; not by those that a state has, too."""
-    found: dict[str, frozenset[str]] = {}
+def _towns(iso: str) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Longitudes, latitudes and people of the towns of a country."""
+    cities = earth.cities()
+    here = cities.country == iso
+    return cities.lon[here], cities.lat[here], cities.population[here]
+
+
+@functools.cache
+def _countries() -> dict[str, _Country]:
+    """Countries by each of their names and by that of their people; not by names that a state has, too."""
+    found: dict[str, _Country] = {}
     for row in earth.data_rows("countries.csv"):
         names = frozenset(map(_phrase_of, filter(None, [row["name"], *row["other_names"].split("|")])))
-        found |= dict.fromkeys(names, names)
+        found |= dict.fromkeys(names, _Country(names, row["iso_a2"]))
     found |= {_phrase_of(row["demonym"]): found[_phrase_of(row["country"])] for row in earth.data_rows("demonyms.csv")}
     states = {_phrase_of(row["name"]) for row in earth.data_rows("states.csv")}
-    return {name: names for name, names in found.items() if name not in states}
+    return {name: country for name, country in found.items() if name not in states}
 
 
-def _score_in_country(one: _Entry, names: frozenset[str]) -> int:
-    """Score of an entry by where its area of use has a country; 0 if it has none of it, or is within another one."""
-    head = _phrase_of(one.area.split(" - ")[0])
-    if head not in names and head in _countries():
-        return 0
-    for text, score in ((one.area, _IN_NAME), (one.others, _ELSEWHERE)):
-        phrase = _phrase_of(text)
-        if any(name in phrase for name in names):
-            return score
-    return 0
-
-
-def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str], country: frozenset[str]) -> tuple[Any, ...] | None:
+def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str], country: _Country | None) -> tuple[Any, ...] | None:
     """Sort key of an entry; None if it lacks a word and does not lie in the country that the words name."""
-    is_code, text = one.has_code(code), f"{one.names} {one.area} {one.others}"
-    national = _score_in_country(one, country) if country and one.area else 0
+    hit, text = one.hit, f"{one.names} {one.area} {one.others}"
+    is_code, national = one.has_code(code), country.score(one) if country and one.area else 0
     if not is_code and not national and not all(word in text for word in words):  # ten times faster than what follows
         return None
-    # By authority, then by larger area, then by lower (older) code.
     authority = _AUTHORITIES.index(one.authority) if one.authority in _AUTHORITIES else len(_AUTHORITIES)
-    west, south, east, north = one.hit.area_of_use or (0.0, 0.0, 0.0, 0.0)
-    size = -round(((east - west) % 360.0 or 360.0) * (north - south)) if one.hit.area_of_use else 0
-    number = len(one.number), one.number
+    west, south, east, north = hit.area_of_use or (0.0, 0.0, 0.0, 0.0)
+    size = -round(((east - west) % 360.0 or 360.0) * (north - south)) if hit.area_of_use else 0
+    number = len(one.number), one.number  # the lower is the older one
     if is_code:
         return (0, authority, size, *number)
     names, area, others = (_WORD.findall(words) for words in (one.names, one.area, one.others))
     worth = [_worth(word, (*names, *area), others) for word in words]
     if not all(worth) and not national:
         return None
-    spelt = _WORD.findall(_folded(one.hit.name))
-    whole = [spelt, area if one.authority else _WORD.findall(_folded(one.number))]
-    named = _phrase(words) in _phrase(names)
-    if list(words) in whole:
+    spelt = _WORD.findall(_folded(hit.name))
+    named, itself = (_phrase(words) in _phrase(known) for known in (names, spelt))  # perhaps by an alias only
+    fit: tuple[Any, ...] = (-sum(worth), hit.deprecated, one.is_old)
+    if country and national:
+        tier, fit = 2, country.fit(one, national)
+    elif list(words) in [spelt, area if one.authority else _WORD.findall(_folded(one.number))]:
         tier = 1
-    elif national or (named and not country):
+    elif named and not country:
         tier = 2
     else:
         tier = _LAST if _BEGINS_ELSEWHERE in worth else 3
-    score = national + _IN_NAME * (_phrase(words) in _phrase(spelt)) if national else sum(worth)
-    at_sea = "offshore" in area and "onshore" not in area
-    variant = VARIANT.search(one.hit.name) is not None
-    old = one.since < _MODERN
-    return (tier, -score, one.hit.deprecated, old, not named, authority, variant, at_sea, size, len(spelt), *number)
+    at_sea, edition = "offshore" in area and "onshore" not in area, _edition(hit.name)
+    behind = (not named, authority, one.is_variant, not itself, at_sea)
+    return (tier, *fit, *behind, size, -edition, len(spelt), *number)
+
+
+def _edition(name: str) -> int:
+    """The latest year in the name of a map (2008 of Belgian Lambert 2008), 0 without one, -1 for what is called old."""
+    return -1 if _OLD.search(name) else max(map(int, _YEAR.findall(name.rpartition(" / ")[2])), default=0)
 
 
 def _phrase(words: Iterable[str]) -> str:
@@ -474,7 +559,7 @@ def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated
     if missing:
         return f"No name and no area of use has {support.listed(missing, 'or')}."
     old = (one for one in among if one.hit.deprecated and not deprecated)
-    if any(_rank(one, words, ("", ""), frozenset()) is not None for one in old):
+    if any(_rank(one, words, ("", ""), None) is not None for one in old):
         return "Deprecated ones have these words: ask for them, too."
     return "No one has all of these words: take fewer of them."
 

@@ -24,9 +24,6 @@ from projdist.projections.projection import Projection
 FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
 """EPSG's codes of false eastings and northings, which only translate a map."""
 
-# Scopes of special users, and scopes that state nothing.
-_SPECIAL = re.compile(r"oil|gas |railway|tunnel|military|navigation|user-defined|not known|no official", re.IGNORECASE)
-
 
 @dataclass(frozen=True)
 class Facts:
@@ -68,7 +65,7 @@ def facts_of(codes: Collection[str]) -> dict[str, Facts]:
             since=catalogue.year_of(date),
             draws=(method, meridian, frozenset(_drawing(parameters))) if method is not None else None,
             extents=tuple(text for row in rows for text in row[3:5] if text),
-            special=all(row[2] is None or _SPECIAL.search(row[2]) is not None for row in rows),
+            special=all(row[2] is None or catalogue.SPECIAL.search(row[2]) is not None for row in rows),
         )
     return facts
 

@@ -1,12 +1,14 @@
 """The database of CRSs: search by words, facts of the registry, and CRSs that draw the same map."""
 
+import csv
 import re
+from pathlib import Path
 
 import numpy as np
 import pyproj
 import pytest
 from refusals import refuses
-from tables import each
+from tables import each, some
 
 from projdist.earth import data_rows
 from projdist.projections import Projection, ProjectionError, catalogue, codes_of_same_map, database, find_crs
@@ -22,16 +24,41 @@ def rows(text: str) -> list[list[str]]:
 MEANT = """EPSG:3035=3035; EPSG:3035=EPSG:3035; EPSG:3035=epsg 3035; IGNF:LAMB93=ignf:lamb93; ESRI:54030=54030;
 ESRI:54030=world_robinson; IAU_2015:49910=IAU_2015:49910; EPSG:32633=utm 33; EPSG:32633=utm33n; EPSG:32733=UTM zone 33S;
 EPSG:25832=etrs89 utm 32; EPSG:25833=33n utm etrs89; EPSG:2154=lambert 93; EPSG:2154=Lambert-93; EPSG:2154=france;
-EPSG:27700=british national grid; EPSG:2056=lv95; EPSG:28992=amersfoort rd new; EPSG:2193=new zealand transverse;
+EPSG:27700=british national grid; EPSG:2056=lv95; EPSG:28992=amersfoort rd new; EPSG:28992=RD;
+EPSG:2193=new zealand transverse;
 EPSG:32139=NAD83 / Texas Central; EPSG:2229=california zone 5 ftus; EPSG:3857=pseudo-mercator wgs;
 EPSG:3995=arctic polar stereographic; EPSG:2975=reunion utm 40; EPSG:2975=réunion UTM 40; robinson=robinson;
 winkel-tripel=winkel tripel; winkel-tripel=wintri; EPSG:3416=austrian"""
-PEOPLE = "EPSG:27700=british; EPSG:28992=dutch; EPSG:2193=new zealand; EPSG:3416=austria"
+PEOPLE = "EPSG:27700=british; EPSG:27700=uk; EPSG:25832=danish; EPSG:28992=dutch; EPSG:2326=hong kong"
 
 
 @each("code, text", [*rows(MEANT), *(pytest.param(*row, marks=pytest.mark.slow) for row in rows(PEOPLE))])
 def test_what_is_meant_comes_first(code: str, text: str) -> None:
     assert find_crs(text, limit=1).results[0].code == code
+
+
+OFFICIAL: dict[str, set[str]] = {}  # codes by country, whose agency the table names
+for system in csv.DictReader((Path(__file__).parents[1] / "data/national_systems.csv").read_text("utf-8").splitlines()):
+    OFFICIAL.setdefault(system["iso"], set()).update(system["codes"].split())
+LATER = {  # how many come before, where the agency's is not first
+    "AU": 2,  # Geoscience Australia's Lambert, of the whole country
+    "NO": 1,  # EPSG v12's ETRS89-NOR, which is the same
+    "BR": 2,  # IBGE's polyconic, of the whole country
+    "CZ": 4,  # on S-JTSK/05, the newer datum, which is not yet in force
+    "HR": 1,  # Lambert's map of the same scope, which has the sea, too
+    "IL": 2,  # Israeli Grid 05 and 05/12, on newer datums
+    "IT": 2,  # the same zones on ETRS89
+    "TR": 2,  # a conic of the whole country, and the Gauss-Kruger zone of the same meridian
+}
+
+
+@pytest.mark.slow
+@each("iso", some(OFFICIAL, 2))
+def test_the_first_of_a_country_is_its_agencys(iso: str) -> None:
+    (name,) = (row["name"] for row in data_rows("countries.csv") if row["iso_a2"] == iso)
+    places = [k for k, hit in enumerate(find_crs(name, limit=10).results) if hit.code in OFFICIAL[iso]]
+    assert places
+    assert places[0] <= LATER.get(iso, 0)
 
 
 def test_other_words_of_a_crs() -> None:
@@ -176,7 +203,7 @@ def test_a_country_and_its_people_are_searched_by_areas_of_use() -> None:
     assert "EPSG:3035" in swiss
     assert named.index("EPSG:3035") < named.index("EPSG:7285")  # of Switzerland County in Indiana
     assert find_crs("nor").total > find_crs("norway").total  # a beginning of words, and no code of a country
-    assert all("UK" in hit.area_name for hit in find_crs("british", limit=20).results)
+    assert not any("Canada" in hit.area_name for hit in find_crs("british", limit=20).results)  # British Columbia
 
 
 def test_whole_words_make_beginnings_in_lists_needless() -> None:
