@@ -296,6 +296,14 @@ def _with_blanks(text: str) -> str:
     return " ".join(pieces) if 2 * len(places) == len(pieces) + 1 > 2 and _with_kind(text) == text else text
 
 
+def _unknown_in(text: str) -> str:
+    """`XX` of `DE+XX`, the first that is no place; the text itself if no other is one, or that may be of a path."""
+    pieces = [piece.strip() for piece in re.split("[&+-]", text)]
+    unknown = [piece for piece in pieces if not _PLACE.match(_with_kind(piece))]
+    is_path = not all(pieces) or any(re.search(r"[./\\]", piece) for piece in unknown)
+    return unknown[0] if 0 < len(unknown) < len(pieces) and not is_path else text
+
+
 def _with_kind(text: str) -> str:
     """`country:Germany` for `Germany`, if only one place has the name; other texts, as of paths, are unchanged."""
     name, at, resolution = text.partition("@")
@@ -315,8 +323,10 @@ def _region_of(text: str, kind: str, argument: str, ellipsoid: Ellipsoid | None)
     if word in ("land", "ocean"):
         return _named(text, f"@{resolution}" if at else "", ellipsoid)
     if kind not in _KINDS:
-        hint = did_you_mean(regions.countries.close_regions(text.partition(":")[2] or text)) if text else ""
-        raise ValueError(f"Invalid region '{text}'. {hint}It must be {FORMS}.")
+        unknown = _unknown_in(text)
+        hint = did_you_mean(regions.countries.close_regions(unknown.partition(":")[2] or unknown)) if text else ""
+        place = f" in '{text}'" if unknown != text else ""
+        raise ValueError(f"Invalid region '{unknown}'{place}. {hint}It must be {FORMS}.")
     return _KINDS[kind](text, argument, ellipsoid)
 
 

@@ -108,6 +108,11 @@ def test_operators_between_names_need_no_blanks(close, full):
     assert (one.name, one.area_km2, is_region_text(close)) == (other.name, other.area_km2, True)
 
 
+@each("text, unknown", [("DE+XX", "XX"), ("Germny+FR-CH", "Germny"), ("land & DE-XX", "XX")])
+def test_the_unknown_part_is_named(text: str, unknown: str) -> None:
+    assert f"Invalid region '{unknown}' in '" in refused(text)
+
+
 @each("text", ["DE+", "-FR", "a+b.gpkg", "parcels.gpkg", "texas/roads.shp", "./chad", "056", "Georgia", "ahead"])
 def test_other_texts_are_no_places(text):
     """Paths, numbers and names of two places begin no region."""
