@@ -191,14 +191,17 @@ def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
     alone = first.wide and not result.region.name.startswith("continent:")
     wide = " None is made for it alone; this one is for the world or a continent." if alone else ""
     if zones is not None and official is None:
-        whole = "Use" if place == country else f"For {place}, use"
-        yield _zones_sentence(zones, f"{whole} the zones made for {country}")
+        made_for = place if place in zones.name else country
+        whole = "Use" if place == made_for else f"For {place}, use"
+        yield _zones_sentence(zones, f"{whole} the zones made for {made_for}")
         yield f"For all of it, {name}{part}: {errors}.{wide}"
     else:
-        own = f" It is made for {country}." if first.national and not part else ""
+        made_for = place if place in first.area_name else country
+        own = f" It is made for {made_for}." if first.national and not part else ""
         yield f"Use {name} for {place}{part}: {errors}.{own}{wide}"
     if zones is not None and official is not None:
-        yield _zones_sentence(zones, "For more accuracy, use the zones")
+        most = "" if zones.max_scale_error_ppm < first.distortion.max_scale_error_ppm else " in most of it"
+        yield _zones_sentence(zones, f"For more accuracy{most}, use the zones")
     if not first.national and (national := next((one for one in others if one.national), None)):
         name = say.named(national.code, national.name)
         yield f"The best made for {country} is {name}: {say.distortion_text(national.distortion)}."

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from projdist import regions
-from projdist._typing import BoolArray
+from projdist._typing import BoolArray, FloatArray
 from projdist.decisions.candidate_crs import HOLDS_NEARLY, Candidate, try_crs
 from projdist.decisions.map_info import WeightedPoints
 from projdist.decisions.measurement import Area, FullMeasurement, Lattice, Rejected, evaluate, probe_of
@@ -82,12 +82,12 @@ class _System:
 def find_zones(
     shortlist: Shortlist, records: Sequence[CrsRecord], above_ppm: float, *, national: bool
 ) -> tuple[ZoneSystem, ...]:
-    """Systems of conformal zones that cover the region with scale errors below `above_ppm`."""
+    """Systems of conformal zones that cover the region with scale errors below `above_ppm`, in a state on average."""
     # Systems on an older datum than others are left out; so are those on a datum from before satellites, unless there
     # are no others; in a state of the USA even then. Those for general use come first, then those of the fewest zones.
     pool, executor = shortlist.pool, shortlist.executor
     lattice, in_state = pool.lattice, bool(pool.part.state)
-    systems = _systems(records, pool.facts, lattice, in_state)
+    systems = _systems(records, pool.facts, lattice, pool.part.state)
     trials = {
         record.code: functools.partial(try_crs, record, _probe(lattice, held), _PPM)
         for system in systems
@@ -95,16 +95,17 @@ def find_zones(
         if held.any()
     }
     found = dict(zip(trials, run_all(executor, operator.call, list(trials.values())), strict=True))
-    kept = _in_force([system for system in systems if _serves(system, found, above_ppm)], found, in_state)
+    serving = [system for system in systems if _serves(system, found, above_ppm, lattice.weight if in_state else None)]
+    kept = _in_force(serving, found, in_state)
     made = (_measured(lattice, system, shortlist.ranking, executor, national) for system in kept[:_SHOWN])
-    return tuple(system for system in made if system is not None and system.max_scale_error_ppm < above_ppm)
+    return tuple(
+        system for system in made if system is not None and (in_state or system.max_scale_error_ppm < above_ppm)
+    )
 
 
-def _systems(
-    records: Sequence[CrsRecord], facts: Mapping[str, Facts], lattice: Lattice, in_state: bool
-) -> list[_System]:
+def _systems(records: Sequence[CrsRecord], facts: Mapping[str, Facts], lattice: Lattice, state: str) -> list[_System]:
     """Systems that cover a region, each map once: on the latest datum, with the plainest names."""
-    families = [sorted(family, key=_number) for family in _families(records, facts, in_state)]
+    families = [sorted(family, key=_number) for family in _families(records, facts, state)]
     latest: dict[str, int] = {}
     for family in families:
         root = datum_root(_datum(family[0]))
@@ -127,16 +128,17 @@ def _systems(
     return list(found.values())
 
 
-def _families(records: Sequence[CrsRecord], facts: Mapping[str, Facts], in_state: bool) -> list[list[CrsRecord]]:
+def _families(records: Sequence[CrsRecord], facts: Mapping[str, Facts], state: str) -> list[list[CrsRecord]]:
     """Groups of CRSs whose names differ by numbers, in a state by directions, and groups of those that are left."""
     # CRSs of a group have frame, method and prime meridian in common, cylinders also their scale factor.
     by_name: dict[Any, list[CrsRecord]] = {}
     for record in records:
         if facts[record.code].draws is not None:
-            system, directions = _DIRECTION.subn("", record.name) if in_state else (record.name, 0)
+            system = _DIRECTION.sub("", record.name) if state else record.name
             kind = _kind(record, facts[record.code])
             # Zones of a state may have methods and scales of their own.
-            key = (kind[:2] if directions else kind), _NUMBER.sub("", system).strip()
+            is_of_state = bool(state) and (system != record.name or state in record.name)
+            key = (kind[:2] if is_of_state else kind), _NUMBER.sub("", system).strip()
             by_name.setdefault(key, []).append(record)
     families = []
     by_kind: dict[Any, list[CrsRecord]] = {}
@@ -181,12 +183,20 @@ def _probe(lattice: Lattice, held: BoolArray) -> WeightedPoints:
     return WeightedPoints(lattice.lon[held], lattice.lat[held], weight / weight.sum())
 
 
-def _serves(system: _System, found: Mapping[str, Candidate | Rejected], above_ppm: float) -> bool:
-    """True if by their trials all zones are conformal, with scale errors below `above_ppm`."""
-    trials = [found[record.code] for record in system.records if record.code in found]
-    return all(
-        isinstance(one, Candidate) and "conformal" in one.keeps and one.trial.value < above_ppm for one in trials
-    )
+def _serves(
+    system: _System, found: Mapping[str, Candidate | Rejected], above_ppm: float, weight: FloatArray | None = None
+) -> bool:
+    """True if by their trials all zones are conformal, with errors below `above_ppm`, or with weights on average."""
+    # A state's zones are its law, also where one far island has more: Isle Royale in Michigan.
+    trials = [
+        (found[record.code], held) for record, held in zip(system.records, system.held, strict=True) if held.any()
+    ]
+    if not all(isinstance(one, Candidate) and "conformal" in one.keeps for one, _ in trials):
+        return False
+    errors = np.array([one.trial.value for one, _ in trials if isinstance(one, Candidate)])
+    if weight is None:
+        return bool((errors < above_ppm).all())
+    return bool(np.average(errors, weights=[weight[held].sum() for _, held in trials]) < above_ppm)
 
 
 def _in_force(systems: list[_System], found: Mapping[str, Candidate | Rejected], only_modern: bool) -> list[_System]:

@@ -341,8 +341,26 @@ def test_zones_over_their_parts():
 @each(("region", "count"), [("box:7,50,11,51", 0), (BOX, 1), ("box:8,50,20,51", 0)])
 def test_what_is_a_system_of_zones(region, count):
     """Zones that hold a region together, where none of them holds it alone."""
-    found = _systems([RECORDS[code] for code in CODES], facts_of(CODES), lattice_of(get_region(region)), False)
+    found = _systems([RECORDS[code] for code in CODES], facts_of(CODES), lattice_of(get_region(region)), "")
     assert [tuple(record.code for record in one.records) for one in found] == [CODES] * count
+
+
+# Zones of 1983 by state, of states with several: J. E. Stem 1989, State Plane Coordinate System of 1983, NOAA Manual
+# NOS NGS 5, appendix A. Left out are offshore zones, New York's Long Island, and Massachusetts, whose mainland is one.
+STATE_PLANE = """Michigan 3;Alabama 2;Alaska 10;Arizona 3;Arkansas 2;California 6;Colorado 3;Florida 3;Georgia 2;
+Idaho 3;Illinois 2;Indiana 2;Iowa 2;Kansas 2;Kentucky 2;Louisiana 2;Maine 2;Minnesota 3;Hawaii 5;Mississippi 2;
+Missouri 3;Nevada 3;New Mexico 3;New York 3;North Dakota 2;Ohio 2;Oklahoma 2;Oregon 2;Pennsylvania 2;South Dakota 2;Texas 5;
+Utah 3;Virginia 2;Washington 2;West Virginia 2;Wisconsin 3;Wyoming 4"""
+
+
+@pytest.mark.slow
+@each("text", some(STATE_PLANE.replace("\n", "").split(";"), 18))
+def test_state_plane_zones_are_named(text):
+    """Also where zones have methods of their own (Alaska), or one far island more than one map of all (Michigan)."""
+    state, _, count = text.rpartition(" ")
+    zones = next(one for one in recommend(f"state:{state}", limit=1).zones if one.national).zones
+    assert len(zones) == int(count)
+    assert all(zone.name.startswith(f"NAD83 / {state}") for zone in zones)
 
 
 @each(("codes", "above", "serves"), [
