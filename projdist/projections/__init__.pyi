@@ -1,12 +1,10 @@
 from . import worldmaps
 from .catalogue import (
-    AUTHORITIES,
     NAMES,
     VARIANT,
     WINKEL_PARALLEL,
     CrsHit,
     CrsSearch,
-    check_authorities,
     datum_root,
     find_crs,
 )
@@ -72,7 +70,7 @@ from .database import (
     proj_version,
     reasons_against,
 )
-from .errors import GridError, ProjectionError
+from .errors import AUTHORITIES, GridError, ProjectionError, check_authorities
 from .exports import (
     LINEAR_UNITS,
     AreaOfUse,

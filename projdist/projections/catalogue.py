@@ -20,7 +20,7 @@ from pyproj.enums import PJType
 
 from projdist import earth, support
 from projdist._typing import FloatArray, IntArray
-from projdist.projections.errors import ProjectionError
+from projdist.projections.errors import AUTHORITIES, ProjectionError, check_authorities
 from projdist.projections.worldmaps import WORLD_MAPS
 
 WINKEL_PARALLEL = 50.4597762521898
@@ -60,8 +60,6 @@ NOT_IN_METRES = {
 
 # ---- hints ---------------------------------------------------------------------------------------
 
-AUTHORITIES = ("EPSG", "ESRI", "IGNF")
-"""Authorities with projected CRSs of the Earth; IAU_2015's are of other planets."""
 MOST_HINTS = 6  # hints: Eckert and Wagner each made that many maps
 
 
@@ -203,19 +201,6 @@ def year_of(date: str | None) -> int:
     """Year of a registry date (1995-03-07, once March 2011); 0 if there is none."""
     year = re.search(r"\d{4}", date or "")
     return int(year[0]) if year else 0
-
-
-def check_authorities(authorities: Iterable[str] | str, known: Sequence[str] = AUTHORITIES) -> tuple[str, ...]:
-    """Names of authorities in capitals, each once; raises ValueError for unknown ones, and for none."""
-    given = (support.check_text("authority", name) for name in support.listed_values(authorities))
-    names = tuple(dict.fromkeys(name.strip().upper() for name in given))
-    for name in names or ("",):
-        if name not in known:
-            hint = support.did_you_mean(support.close_words(name, known))
-            raise ValueError(
-                f"Invalid authority '{support.shown(name)}'. {hint}It must be {support.listed(known, 'or')}."
-            )
-    return names
 
 
 # ---- search by words --------------------------------------------------------------------------
@@ -540,6 +525,34 @@ def _worth(word: str, names: Sequence[str], others: Sequence[str]) -> int:
         if begins and any(one.startswith(word) for one in known):
             return beginning
     return 0
+
+
+_LONGEST_NAME = 100  # letters
+_IN_BRACKETS = re.compile(r"\([^)]*\)")
+
+
+def meanings(text: str) -> tuple[list[CrsHit], bool]:
+    """CRSs in force whose names have all words of a text, the likeliest first, and whether that is the name of one."""
+    words = _WORD.findall(_folded(text))
+    if not words or len(text) > _LONGEST_NAME or _phrase(words) in _countries():
+        return [], False
+    having: dict[str, _Entry] = {}
+    with contextlib.suppress(ProjectionError):  # of a database that cannot be read
+        able = (one for one in _entries() if one.authority in AUTHORITIES and all(word in one.names for word in words))
+        having = {one.hit.code: one for one in able if set(words) <= {*_WORD.findall(one.names)}}
+    # Words side by side mean these; then come datums in force, and EPSG's before copies.
+    named = {code: one for code, one in having.items() if _phrase(words) in _phrase_of(one.names)}
+    having = named or having
+    having = {code: one for code, one in having.items() if not one.is_old} or having
+    having = {code: one for code, one in having.items() if one.authority == AUTHORITIES[0]} or having
+    found: dict[str, CrsHit] = {}
+    for hit in find_crs(text, limit=len(_entries())).results if having else ():
+        if hit.code in having:
+            datum, slash, name = hit.name.rpartition(" / ")
+            found.setdefault(
+                folded(datum_root(datum) + slash + _IN_BRACKETS.sub("", name)), hit
+            )  # realisations are one
+    return list(found.values()), bool(named) and len(found) == 1 < len(words)
 
 
 # ---- advice ---------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from pyproj.enums import PJType
 
 from projdist import earth, support
 from projdist.projections import catalogue
-from projdist.projections.errors import ProjectionError
+from projdist.projections.errors import ProjectionError, check_authorities
 from projdist.projections.operations import GeographicAxes, Pipeline, ellipsoid_of_crs
 from projdist.projections.projection import Projection
 
@@ -119,7 +119,7 @@ class DatabaseCrs:
 
 def crs_records(authorities: Sequence[str], *, deprecated: bool = False) -> list[CrsRecord]:
     """The projected CRSs of some authorities, in their order."""
-    return [record for name in catalogue.check_authorities(authorities) for record in _records_of(name, deprecated)]
+    return [record for name in check_authorities(authorities) for record in _records_of(name, deprecated)]
 
 
 @functools.cache

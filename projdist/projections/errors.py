@@ -1,8 +1,14 @@
-"""Errors for input that is not a map projection, and texts of their messages."""
+"""Errors for input that is not a map projection, texts of their messages, and authorities."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
+
+from projdist import support
+
+AUTHORITIES = ("EPSG", "ESRI", "IGNF")
+"""Authorities with projected CRSs of the Earth; IAU_2015's are of other planets."""
 
 ALLOWED = (
     "It must be a PROJ id or a name (see 'projdist list projections'), a PROJ string, an EPSG: or ESRI: code, "
@@ -25,3 +31,16 @@ def proj_reason(error: BaseException) -> str:
     reason = inner[1] if inner else text
     reason = re.sub(r"^proj_create: ", "", reason)
     return re.sub(r"^Error \d+ \((.*?)\)(?:: (.*))?$", lambda match: match[2] or match[1], reason).rstrip(".")
+
+
+def check_authorities(authorities: Iterable[str] | str, known: Sequence[str] = AUTHORITIES) -> tuple[str, ...]:
+    """Names of authorities in capitals, each once; raises ValueError for unknown ones, and for none."""
+    given = (support.check_text("authority", name) for name in support.listed_values(authorities))
+    names = tuple(dict.fromkeys(name.strip().upper() for name in given))
+    for name in names or ("",):
+        if name not in known:
+            hint = support.did_you_mean(support.close_words(name, known))
+            raise ValueError(
+                f"Invalid authority '{support.shown(name)}'. {hint}It must be {support.listed(known, 'or')}."
+            )
+    return names

@@ -33,6 +33,7 @@ from projdist.support import close_words, did_you_mean, listed, shown
 # ---- names with parameters and a centre, as robinson+lon_0=150 -----------------------------------
 
 _BEHIND = re.compile(r"\+\s*[A-Za-z]\w*\s*(?==|\+|@|$)|@")  # start of a parameter or point
+_CHOICES = 3  # CRSs that a text may mean, by name
 _NAME = re.compile(r"[^\s:/+@=][^:+@=]*")  # codes and names of CRSs have other characters
 _DEGREES = re.compile(r"lon_0=[+-]?\d+\.?\d*")
 _HEMISPHERES = {"N": (1.0, "lat"), "S": (-1.0, "lat"), "E": (1.0, "lon"), "W": (-1.0, "lon")}
@@ -226,7 +227,12 @@ def parse_name(text: str) -> Parts:
             names = catalogue.crs_names()
             spelt = close_words(catalogue.folded(text), names)
             close = close or [names[name][1] for name in spelt][: catalogue.MOST_HINTS]
-        raise ProjectionError(f"{complaint} {did_you_mean(close)}{ALLOWED}")
+        meant, is_one = catalogue.meanings(text) if words.name == text else ([], False)
+        if is_one and not close:
+            return parse_crs(meant[0].code)
+        choices = [] if meant and not close else [ALLOWED]
+        choices += [_told_meanings(text, meant)] if meant else []
+        raise ProjectionError(f"{complaint} {did_you_mean(close)}{' '.join(choices)}")
     if name in catalogue.NOT_MAPS:
         raise ProjectionError(f"{complaint} PROJ's {catalogue.operation_titles()[name]} is not a map projection.")
     if name in catalogue.NOT_IN_METRES:
@@ -242,6 +248,14 @@ def parse_name(text: str) -> Parts:
                 "+lon_0=..., or write a PROJ string."
             )
     return parts._replace(name=words.title)
+
+
+def _told_meanings(text: str, hits: Sequence[catalogue.CrsHit]) -> str:
+    """The sentence that tells which of several CRSs a text may mean."""
+    most = _CHOICES if len(hits) > _CHOICES + 1 else len(hits)
+    told = [f"{hit.code} ({hit.name})" for hit in hits[:most]]
+    more = [f"one of {len(hits) - most} more (see 'projdist find')"] if len(hits) > most else []
+    return f"'{shown(text)}' may be {listed([*told, *more], 'or')}."
 
 
 def known_name(text: str) -> str:

@@ -349,8 +349,8 @@ def test_what_is_a_system_of_zones(region, count):
 # NOS NGS 5, appendix A. Left out are offshore zones, New York's Long Island, and Massachusetts, whose mainland is one.
 STATE_PLANE = """Michigan 3;Alabama 2;Alaska 10;Arizona 3;Arkansas 2;California 6;Colorado 3;Florida 3;Georgia 2;
 Idaho 3;Illinois 2;Indiana 2;Iowa 2;Kansas 2;Kentucky 2;Louisiana 2;Maine 2;Minnesota 3;Hawaii 5;Mississippi 2;
-Missouri 3;Nevada 3;New Mexico 3;New York 3;North Dakota 2;Ohio 2;Oklahoma 2;Oregon 2;Pennsylvania 2;South Dakota 2;Texas 5;
-Utah 3;Virginia 2;Washington 2;West Virginia 2;Wisconsin 3;Wyoming 4"""
+Missouri 3;Nevada 3;New Mexico 3;New York 3;North Dakota 2;Ohio 2;Oklahoma 2;Oregon 2;Pennsylvania 2;
+South Dakota 2;Texas 5;Utah 3;Virginia 2;Washington 2;West Virginia 2;Wisconsin 3;Wyoming 4"""
 
 
 @pytest.mark.slow

@@ -30,6 +30,30 @@ SAME_MAP = [
 ]
 
 
+@each("text, code", [
+    ("lambert 93", "EPSG:2154"), ("British national grid", "EPSG:27700"), ("lv95", "EPSG:2056"),
+    ("RD new", "EPSG:28992"), ("etrs89 utm 32n", "EPSG:25832"), ("utm 37s", "EPSG:32737"),
+    ("texas central", "EPSG:32139"),
+])  # fmt: skip
+def test_words_of_one_crs_name_it(text, code):
+    """Realisations of a datum are one, and so are orders of axes; datums in force come before older ones."""
+    assert Projection.from_user_input(text).definition == code
+
+
+def test_words_of_several_crss_are_told_with_them():
+    said = message("RD")
+    assert "'RD' may be EPSG:28992 (Amersfoort / RD New), EPSG:28991 (Amersfoort / RD Old), " in said
+    assert re.search(
+        r"Did you mean lambert-cylindrical, .*\? 'lambert' may be EPSG:.* or one of \d+ more", message("lambert")
+    )
+    assert "Did you mean mercator? It must be a PROJ id" in message("mercater")
+    assert "'osgb' may be EPSG:27700 (OSGB36 / British National Grid)." in message(
+        "osgb"
+    )  # one word, or not side by side
+    assert "'texas albers' may be EPSG:3083 (" in message("texas albers")
+    assert "It must be a PROJ id" in message("germany")  # a region
+
+
 @each("given", SAME_MAP)
 def test_every_kind_of_input_gives_the_same_map(given):
     """A code, WKT, PROJJSON, PROJ string, CRS .. of EPSG:3035 are the map of pyproj's transformation from ETRS89."""
