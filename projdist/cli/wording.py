@@ -15,6 +15,7 @@ from projdist.support import listed
 _DIGITS = 5
 _MOST_DECIMALS = 10  # a tenth of a millimetre in 1000 km
 _LONGEST_LABEL = 60
+_WORDS = re.compile(r"[\w-]+( [\w-]+)+")  # that a CRS was found by
 _PLAIN = re.compile(r"\+proj=\w+ \+R=\S+|[\w+=@,-]*[a-z][\w+=@,-]*")  # its name says all of it
 _LARGE = 1e6  # from where on a number has an exponent
 _ROUNDING = 1e-5  # an error up to which what is no more is nothing, in the unit of any figure
@@ -106,8 +107,9 @@ def shortened(text: str, most: int) -> str:
 
 
 def label_of(given: str, name: str) -> str:
-    """The projection as given, or its name if that is long, as WKT, or a number alone."""
-    return name if len(given) > _LONGEST_LABEL or "\n" in given or given.isdecimal() else given
+    """The projection as given, or its name if that is long, as WKT, a number alone, or words."""
+    unclear = len(given) > _LONGEST_LABEL or "\n" in given or given.isdecimal() or _WORDS.fullmatch(given)
+    return name if unclear else given
 
 
 def spoken(given: str, name: str) -> str:

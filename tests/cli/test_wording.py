@@ -10,7 +10,17 @@ import pytest
 from tables import each, some
 
 from projdist.cli import recommend as recommending
-from projdist.cli.wording import angle_error, area_error, distance_error, errors_text, less_text, of, region_words
+from projdist.cli.wording import (
+    angle_error,
+    area_error,
+    distance_error,
+    errors_text,
+    label_of,
+    less_text,
+    of,
+    region_words,
+    spoken,
+)
 from projdist.decisions import recommend
 from projdist.regions import get_region
 
@@ -97,3 +107,15 @@ def test_what_the_agencies_use_is_said() -> None:
         between = set() if zones is None else {one.code for one in zones.zones}
         said[row["iso"]] = bool((told | first | between) & set(row["codes"].split()))
     assert sum(said.values()) >= len(asked) - 1
+
+
+@each(("given", "name", "label", "sentence"), [
+    ("robin", "Robinson", "robin", "Robinson"),
+    ("+proj=moll +R=6371008.7714", "Mollweide", "+proj=moll +R=6371008.7714", "Mollweide"),
+    ("utm 31n", "WGS 84 / UTM zone 31N", "WGS 84 / UTM zone 31N", "WGS 84 / UTM zone 31N"),
+    ("+proj=laea +lat_0=3", "Lambert azimuthal equal-area", "+proj=laea +lat_0=3", "+proj=laea +lat_0=3"),
+    ("EPSG:3035", "ETRS89-extended / LAEA Europe", "EPSG:3035", "EPSG:3035"),
+])  # fmt: skip
+def test_maps_by_name(given: str, name: str, label: str, sentence: str) -> None:
+    """Ids are names in sentences, and words by which a CRS was found are its name everywhere."""
+    assert (label_of(given, name), spoken(given, name)) == (label, sentence)
