@@ -284,7 +284,7 @@ def find_crs(
 
     Every word must be found; a word of three letters or more may be the beginning of one. Capitals, accents and
     punctuation do not count, and digits are words of their own: utm33n is utm 33 n. A country or its people alone, as
-    "switzerland" or "swiss", mean the CRSs of its areas of use, those for it alone first.
+    "switzerland" or "swiss", mean the CRSs of its areas of use, what its agency uses first.
 
     Parameters
     ----------
