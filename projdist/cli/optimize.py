@@ -495,7 +495,7 @@ def _present_local(
     if picture is None:
         field = plots.local_figure(measured, km, region=area)[1]
     else:
-        shown: dict[str, Any] = {"step": picture.step, "size": picture.size, "dpi": picture.dots}
+        shown: dict[str, Any] = {"step": picture.step, "size": picture.size, "dpi": picture.dots, "look": picture.look}
         with drawing(picture.path):
             figure, field = plots.local_figure(measured, km, region=area, **shown)
         picture.save(lambda **_: figure)

@@ -73,7 +73,8 @@ def test_pictures(tmp_path):
         assert out.endswith(f"Wrote: {path}\n")
         assert imread(path).shape[:2] == (200, 250)
     words = ["moll", *SEA, "--local", "300"]
-    data = json.loads(run(*words, "--step", "5", "--format", "json", "-o", tmp_path / "x.svg")[1])
+    data = json.loads(run(*words, "--step", "5", "--format", "json", "-o", tmp_path / "x.svg", "--title", "Mine")[1])
+    assert "Mine" in (tmp_path / "x.svg").read_text(encoding="utf-8")
     assert data["radius_km"] == 300.0
     assert data["results"][0].keys() == {"lon", "lat", "matrix", "scale", "stretch", "stretch_azimuth", "error"}
     data = run_json(*words)
