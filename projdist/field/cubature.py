@@ -22,6 +22,7 @@ Integrand = Callable[[FloatArray], FloatArray]
 
 _BATCH = 1500  # panels in one call: 150,000 points
 _SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
+_SPLINTER = 1e-4  # likewise, of a panel that the region has a part of
 _FEW, _NEXT_TO_NOTHING = 16, 1e-8  # pieces, which are taken point by point only if they are so small a part
 _COARSE = 1e-3  # of an integrand's last coefficients
 _SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
@@ -58,6 +59,7 @@ class _MeasuredPanels(Rows):
     area: FloatArray
     covered: FloatArray
     undecided: BoolArray  # an edge of the map crosses it, and is not found yet
+    clipped: BoolArray  # the region has only a part of it
     cut: BoolArray
     split_at: FloatArray  # u and v, NaN for a direction that would not help
     integrals: FloatArray
@@ -150,6 +152,7 @@ class Mesh:
             area=area,
             covered=covered,
             undecided=undecided & ~done,
+            clipped=~filled,
             cut=done,
             split_at=split_at,
             integrals=integrals,
@@ -319,7 +322,9 @@ class Mesh:
         # Rounding is small in large panels: there it is a singularity that the nodes had missed.
         # Integrands come in any unit; as for goals, their size counts where their mean is above 1.
         level = max(self.region_area, abs(float(panels.integrals[panels.alive, goal.column].sum()))) / self.region_area
-        stuck &= (panels.area[chosen] < _SMALL * self.region_area) | (before < _COARSE * level * panels.area[chosen])
+        # Beside the region there may be a singularity, which smaller panels will leave outside.
+        small = panels.area[chosen] < np.where(panels.clipped[chosen], _SPLINTER, _SMALL) * self.region_area
+        stuck &= small | ~panels.clipped[chosen] & (before < _COARSE * level * panels.area[chosen])
         strikes = panels.strikes[chosen] + np.where(was_cut, 1, _STRIKES)
         panels.strikes[children] = np.where(stuck, strikes, 0)[parent]
         # Noise in x and y makes twice as much in J when a panel is halved: take the whole ones back.

@@ -204,7 +204,7 @@ Inside = Callable[[IntArray, FloatArray, FloatArray], BoolArray]
 """True where points at grids r by s of pieces are in the region."""
 
 _CELL_LEVELS = 14
-_MOST_CELLS = 256  # cells at a level
+_MOST_CELLS = 1024  # cells at a level
 _ROUNDING = 1e-9
 
 

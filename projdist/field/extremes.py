@@ -186,7 +186,7 @@ _MOST_ROUGH, _FEW = 512, 64  # pieces that are taken point by point
 _SOME, _FEWER = [0, 3, 6, 9], [1, 8]  # of the nodes along either axis, if they are few or many
 _TURNS, _SHRINK = 10, 0.4
 _AROUND = np.stack(np.meshgrid(np.arange(-2.0, 3.0), np.arange(-2.0, 3.0)), axis=-1).reshape(-1, 2)
-_MOST = 64  # pieces of a goal that are sampled again at once
+_MOST = 128  # pieces of a goal that are sampled again at once
 _ON_EDGES = 64  # points
 _CANDIDATES = 3  # places of a goal to measure at
 
@@ -322,6 +322,7 @@ class _Search:
         before = self._relative_errors(self.parent[live])
         with np.errstate(invalid="ignore"):
             stuck = (self.parent[live] >= 0) & ~(self._relative_errors(live) < _STUCK * before)
+        stuck &= ~self.pieces.clipped[live]  # smaller pieces leave a singular point beside the region outside
         rest = np.flatnonzero(kept & ~good & ~stuck & (not last))
         rest = rest[np.argsort(-bound[rest], kind="stable")][:_MOST]
         ends = kept.copy()
