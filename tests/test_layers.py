@@ -57,7 +57,8 @@ HOMES = {
         *("surfaces.tissot_ellipses", "plots.images", "plots.map_drawing", "designs.newton", "designs.spline_sheets"),
     },
     "shapely": {
-        *("earth.natural_earth", "regions", "decisions.data_edges", "designs.base_maps", "designs.conformal_bounds"),
+        *("earth.natural_earth", "regions", "decisions.data_edges", "designs.base_maps"),
+        *("designs.conformal_bounds", "designs.poles"),
         *("surfaces.surface", "surfaces.domain", "surfaces.land", "surfaces.regional", "surfaces.tissot_ellipses"),
         *("plots.basemap", "plots.geoaxes", "plots.morphs"),
         *("gis.layers", "gis.reading", "gis.conversion", "web.frames", "web.live"),

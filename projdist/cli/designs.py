@@ -48,6 +48,7 @@ def design_command(
         designs.CRITERIA_OF_DESIGNS, "What to minimise; max_... if conformal.", "airy_kavrayskiy", *opt.CRITERION
     ),
     degree: str = opt.option("auto|NUMBER", "Degree of the polynomials; auto: as long as it pays.", "auto"),
+    poles: str = opt.option("auto|NUMBER", "Poles around the region, for max_...: less error, slower maps.", "0"),
     base: str | None = opt.option("PROJECTION", "The map to correct; by default the best."),
     balance: str = opt.option("NUMBER", "Weight of areas, 0 to 1: more keeps areas better, less keeps angles.", "0.5"),
     norm: str | None = opt.option("NUMBER", "Norm of ln k for conformal maps: 2, or more to spare the worst places."),
@@ -86,6 +87,7 @@ def design_command(
             kind=kind,
             criterion=criterion,
             degree="auto" if degree == "auto" else _whole("degree", degree, "auto, or a whole number"),
+            poles="auto" if poles == "auto" else _whole("poles", poles, "auto, or a whole number"),
             base=base,
             balance=_number("balance", balance),
             norm=None if norm is None else _number("norm", norm),
@@ -152,7 +154,7 @@ def _design_answer(found: designs.Design) -> Iterator[str]:
 
 def _design_lead(found: designs.Design) -> Iterator[str]:
     """Figures of the design."""
-    yield f"Degree {found.degree} on {found.base.definition}"
+    yield f"Degree {found.degree}{f', {found.poles} poles' if found.poles else ''} on {found.base.definition}"
     yield f"{found.criterion} {say.certain(found.value, found.error)} {found.unit}".rstrip()
     if found.criterion != "airy_kavrayskiy":
         yield f"airy_kavrayskiy {say.certain(found.airy_kavrayskiy)}"

@@ -64,6 +64,8 @@ CRITERIA_OF_DESIGNS = ("airy_kavrayskiy", "max_scale_error_ppm", "max_log_scale"
 _POINT = 1e-6  # degrees: 10 cm
 WIDEST = 100.0  # degrees from the middle: wider regions need a map of the world
 _FINEST = 20  # largest degree at which the monomials of PROJ's horner are accurate to a nanometre
+MOST_POLES = 96
+"""Of a conformal map: PROJ takes 50 microseconds a point for as many."""
 
 
 def design_objective(kind: str, criterion: str, balance: float = 0.5, norm: float | None = None) -> DesignObjective:
@@ -115,6 +117,21 @@ def check_degree(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= _FINEST:
         raise ValueError(f"Invalid degree {quoted(value)}. It must be auto, or a whole number from 1 to {_FINEST}.")
     return int(value)
+
+
+def check_poles(value: Any, objective: DesignObjective, region: Place, symmetric: str) -> int | None:
+    """A number of poles, None for "auto"; raises ValueError."""
+    if value == 0 or (isinstance(value, str) and value == "auto"):
+        count = None if value else 0
+    elif isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 < value <= MOST_POLES:
+        raise ValueError(f"Invalid poles {quoted(value)}. It must be auto, or a whole number from 0 to {MOST_POLES}.")
+    else:
+        count = int(value)
+    if count != 0 and not (objective.kind.name == "conformal" and objective.figure.is_maximum):
+        raise ValueError(f"Invalid poles '{value}'. They are for conformal maps by max_scale_error_ppm, max_log_scale.")
+    if count != 0 and not (region.area_km2 and symmetric == "none"):
+        raise ValueError(f"Invalid poles '{value}'. They are for regions with an area, and not for symmetric maps.")
+    return count
 
 
 def check_extent(region: Place) -> decisions.Extent:

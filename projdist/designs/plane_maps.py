@@ -81,14 +81,19 @@ class ComplexPolynomial:
     origin: complex
     size: float
     coefficients: Any
+    _: KW_ONLY
+    limits: str = _LIMITS
 
     def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """New coordinates and Jacobians."""
-        t = (x + 1j * y - self.origin) / self.size
-        new = np.polynomial.polynomial.polyval(t, self.coefficients)
-        slope = np.polynomial.polynomial.polyval(t, np.polynomial.polynomial.polyder(self.coefficients)) / self.size
-        columns = [np.stack([w.real, w.imag], axis=-1) for w in (slope, 1j * slope)]
-        return new.real, new.imag, np.stack(columns, axis=-1)
+        return _parts(*self.value(x + 1j * y))
+
+    def value(self, z: Any) -> tuple[Any, Any]:
+        """The complex coordinates and their derivatives."""
+        t, polynomial = (z - self.origin) / self.size, np.polynomial.polynomial
+        return polynomial.polyval(t, self.coefficients), (
+            polynomial.polyval(t, polynomial.polyder(self.coefficients)) / self.size
+        )
 
     def moved(self, similarity: complex, shift: complex) -> ComplexPolynomial:
         """The map followed by a similarity."""
@@ -103,9 +108,53 @@ class ComplexPolynomial:
         northern = 1j * (-1j) ** k * np.conj(self.coefficients / self.size**k)
         pairs = np.stack([northern.real, northern.imag], axis=-1).ravel()
         return (
-            f"+proj=horner +deg={k[-1]} {_LIMITS} +fwd_origin={_listed(self.origin.real, self.origin.imag)} "
+            f"+proj=horner +deg={k[-1]} {self.limits} +fwd_origin={_listed(self.origin.real, self.origin.imag)} "
             f"+fwd_c={_listed(*pairs)}",
         )
+
+
+def _parts(z: Any, slope: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """x, y and the Jacobians (n, 2, 2) of complex coordinates and their derivatives."""
+    columns = [np.stack([w.real, w.imag], axis=-1) for w in (slope, 1j * slope)]
+    return z.real, z.imag, np.stack(columns, axis=-1)
+
+
+@dataclass(frozen=True)
+class ContinuedFraction:
+    """A conformal map: complex polynomials one after the other, with 1 / z between them."""
+
+    terms: tuple[ComplexPolynomial, ...]
+
+    def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """New coordinates and Jacobians."""
+        return _parts(*self.value(x + 1j * y))
+
+    def value(self, z: Any) -> tuple[Any, Any]:
+        """The complex coordinates and their derivatives."""
+        z, slope = self.terms[0].value(z)
+        for term in self.terms[1:]:
+            slope, z = -slope / z**2, 1.0 / z
+            z, own = term.value(z)
+            slope = slope * own
+        return z, slope
+
+    def then(self, last: ComplexPolynomial) -> ContinuedFraction:
+        """The map, which ends with a similarity, followed by a polynomial."""
+        end = self.terms[-1]
+        (shift, factor), size = end.coefficients, end.size * last.size
+        given = replace(last, origin=(last.origin - shift) * end.size / factor.real, size=size / factor.real)
+        return replace(self, terms=(*self.terms[:-1], replace(given, limits=end.limits)))
+
+    def moved(self, similarity: complex, shift: complex) -> ContinuedFraction:
+        """The map followed by a similarity."""
+        return replace(self, terms=(*self.terms[:-1], self.terms[-1].moved(similarity, shift)))
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """A complex horner a term; stereographic maps of a sphere about both of its poles are each other's 1 / z."""
+        inversion = ("+inv +proj=stere +lat_0=90 +R=0.5", "+proj=stere +lat_0=-90 +R=0.5")
+        first, *others = (term.steps for term in self.terms)
+        return (*first, *(step for own in others for step in (*inversion, *own)))
 
 
 @dataclass(frozen=True)
@@ -171,7 +220,7 @@ def _shear(coefficients: FloatArray) -> str:
     return f"+proj=horner +deg={degree} +range=1e8 {texts}"
 
 
-PlaneMap = PolynomialMap | ComplexPolynomial | Shears
+PlaneMap = PolynomialMap | ComplexPolynomial | ContinuedFraction | Shears
 
 
 # ---- projections as functions --------------------------------------------------------------------

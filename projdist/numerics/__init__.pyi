@@ -1,4 +1,4 @@
-from .minima import descend_lattice, lattice, least_between, least_largest, least_squares, minimise
+from .minima import descend_lattice, lattice, least_between, least_largest, least_range, least_squares, minimise
 from .polynomials import (
     DIFFERENTIATE,
     LEGENDRE,
@@ -33,6 +33,7 @@ __all__ = [
     "lattice",
     "least_between",
     "least_largest",
+    "least_range",
     "least_squares",
     "maximum",
     "mean",

@@ -6,12 +6,12 @@ Nothing is random: the lattice is that of the generalised golden ratio, evenly s
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from projdist._typing import FloatArray
+from projdist._typing import FloatArray, IntArray
 
 Terms = Callable[[FloatArray], FloatArray]
 _STARTS = 4
@@ -230,6 +230,76 @@ def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
         if not new.size:
             return np.asarray(size * found.x[:count])
         seen = np.append(seen, new)
+
+
+_ENOUGH_ROWS, _OVER = 2000, 1e-3  # of a range: rows to start with, and by what others may be outside
+_CLOSE, _MOST_INTERIOR, _SLIGHT = 3e-4, 40, 1e-12  # of the range; steps; weights that do not matter
+_NOTHING = 1e-6  # of the first range
+_Steps = tuple[FloatArray, FloatArray, FloatArray]
+
+
+def least_range(
+    values: FloatArray, columns: FloatArray, likely: Sequence[int] | IntArray = ()
+) -> tuple[FloatArray, FloatArray]:
+    """The x (m,) for which values + columns x (n, m) have about the least range, and the weights (n,) that prove it.
+
+    The weights have the sum 0, those of either sign the sum 1 or -1, and are about orthogonal to the columns: times the
+    values they give the range. A column that is not orthogonal to them would reduce it. `likely` are rows with weights.
+    """
+    some = np.linspace(0, len(values) - 1, _ENOUGH_ROWS + 8 * columns.shape[1]).astype(int)
+    seen = np.union1d(some, np.asarray(likely, dtype=int))
+    while True:
+        x, found = _central_path(values[seen], columns[seen])
+        rest = values + columns @ x
+        low, high = rest[seen].min(), rest[seen].max()
+        outside = np.maximum(rest - high, low - rest)
+        new = np.argsort(-outside)[: 4 * columns.shape[1]]
+        new = new[outside[new] > _OVER * (high - low)]
+        if not new.size:
+            weights = np.zeros(len(values))
+            weights[seen] = found
+            return x, weights
+        seen = np.union1d(seen, new)
+
+
+def _central_path(values: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same with all rows, by an interior-point method (S. Mehrotra 1992, SIAM J. Optimization 2:575)."""
+    count, unit, sign = columns.shape[1], float(np.ptp(values)) or 1.0, np.array([[1.0], [-1.0]])
+    values, x = values / unit, np.zeros(count)
+    top = np.array([values.max(), -values.min()]) + 0.1  # above the values and above minus the values
+    weights = np.full((2, len(values)), 1.0 / len(values))
+
+    def longest(at: FloatArray, step: FloatArray) -> float:
+        return 1.0 / max(1.0, float((-step / at).max()))
+
+    def direction(product: FloatArray, slack: FloatArray, weights: FloatArray, inverse: FloatArray) -> _Steps:
+        """Steps of x and the tops, the slack and the weights so that slack times weights changes by a product."""
+        q = product / slack
+        right = [-columns.T @ (sign * (weights + q)).sum(axis=0), (weights + q).sum(axis=1) - 1.0]
+        step = inverse @ np.concatenate(right)
+        opened = step[count:, None] - sign * (columns @ step[:count])
+        return step, opened, q - weights / slack * opened
+
+    for _ in range(_MOST_INTERIOR):
+        slack = top[:, None] - sign * (values + columns @ x)
+        mean = float((slack * weights).mean())
+        if mean * slack.size < _CLOSE * max(float(top.sum()), _NOTHING):
+            break
+        D = weights / slack
+        kept = D.sum(axis=0) > _SLIGHT * D.sum(axis=0).max()
+        some = columns[kept]
+        cross = some.T @ (sign * D[:, kept]).T
+        K = np.block([[some.T @ (some * D[:, kept].sum(axis=0)[:, None]), -cross], [-cross.T, np.diag(D.sum(axis=1))]])
+        K.ravel()[:: len(K) + 1] *= 1.0 + 1e-12
+        inverse = np.linalg.inv(K)
+        _, opened, change = direction(-slack * weights, slack, weights, inverse)
+        after = (slack + longest(slack, opened) * opened) * (weights + longest(weights, change) * change)
+        centre = mean * (float(after.mean()) / mean) ** 3
+        step, opened, change = direction(centre - slack * weights - opened * change, slack, weights, inverse)
+        part = 0.99 * longest(slack, opened)
+        x, top = x + part * step[:count], top + part * step[count:]
+        weights = weights + 0.99 * longest(weights, change) * change
+    return unit * x, weights[0] - weights[1]
 
 
 def least_squares(terms: Callable[[FloatArray], tuple[FloatArray, FloatArray]], start: FloatArray) -> FloatArray:

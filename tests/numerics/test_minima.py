@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy import optimize
 from tables import each
 
-from projdist.numerics.minima import descend_lattice, lattice, minimise
+from projdist.numerics.minima import descend_lattice, lattice, least_range, minimise
 
 BOX = np.array([-2.0, -2.0]), np.array([2.0, 2.0])
 
@@ -40,6 +41,24 @@ def test_minimax() -> None:
     both = np.outer([1.0, -1.0], np.linspace(0.0, 1.0, 11))
     found = minimise(lambda x: (x[0] - 0.3) * both, np.array([-1.0]), np.array([1.0]), worst=True)
     assert found.place[0] == pytest.approx(0.3, abs=1e-7)
+
+
+@pytest.mark.slow
+def test_least_range() -> None:
+    """That of scipy's simplex method, to the stated share; the weights prove it; Chebyshev's polynomial."""
+    rng = np.random.default_rng(5)
+    values, columns, up = rng.normal(size=9000), rng.normal(size=(9000, 6)), np.ones((9000, 1))
+    rows = np.block([[columns, -up, 0.0 * up], [-columns, 0.0 * up, up]])
+    truth = optimize.linprog([0.0] * 6 + [1.0, -1.0], rows, np.append(-values, values), bounds=(None, None)).fun
+    x, weights = least_range(values, columns)
+    assert truth * (1.0 - 1e-9) <= np.ptp(values + columns @ x) <= truth * 1.002
+    assert truth * 0.998 <= weights @ values <= truth * 1.001
+    assert_allclose([weights[weights > 0.0].sum(), weights.sum()], [1.0, 0.0], atol=1e-3)
+    assert_allclose(weights @ columns, 0.0, atol=1e-3)
+    t = np.linspace(-1.0, 1.0, 5001)
+    x, _ = least_range(t**5, t[:, None] ** np.arange(1, 5))
+    assert np.ptp(t**5 + t[:, None] ** np.arange(1, 5) @ x) == pytest.approx(2.0 / 2**4, rel=2e-3)
+    assert np.abs(least_range(np.ones(50), np.eye(50)[:, :3])[0]).max() < 1e-6
 
 
 def test_several_minima() -> None:
