@@ -168,6 +168,7 @@ def _report(result: decisions.Recommendation, use: _Use, mapped: Mapped, picture
 _ROWS = 3
 _TOLD = 5  # zones by name
 _BETTER = 1.5  # times less: a map that is worth naming beside the official one
+_VIEW = "To see where it distorts"
 
 
 def _best(result: decisions.Recommendation) -> list[decisions.Candidate]:
@@ -258,7 +259,7 @@ def _brief_table(result: decisions.Recommendation) -> Table:
 def _next(result: decisions.Recommendation, use: _Use) -> dict[str, str]:
     """Where to look, and maps that are to be made, with what they would gain."""
     region, best = shlex.quote(result.region.name), _best(result)[0]
-    found = {f"projdist heatmap {best.code} -r {region}": "To see where it distorts"}
+    found = {f"projdist heatmap {best.code} -r {region}": _VIEW}
     if use.reason:
         return found | {f"projdist recommend {region}": "For a map to measure on"}
     kind = f" --kind {result.purpose}" if result.purpose in _KINDS else ""
@@ -418,6 +419,13 @@ def _recommend_regions(
 
 # ---- atlas ---------------------------------------------------------------------------------------
 
+_MADE = ("any", "made")  # the purpose and the kind of map of the first table
+_ON = "WGS 84"  # the datum of maps that have no code
+_LEGEND = (
+    "The best existing map for each purpose, and the best of all made to measure. RMS: by how much scales are off, as "
+    "the root of their mean square over the place; at most: where it is worst.",
+)
+
 
 def atlas_command(
     place: str | None = opt.argument(
@@ -474,12 +482,14 @@ def _atlas_overview(entries: Sequence[designs.AtlasEntry]) -> Report:
 
 
 def _place_report(entry: designs.AtlasEntry) -> Report:
-    rows = entry.rows()
+    rows, reference = entry.rows(), entry.reference
+    datum = Column("datum", show=lambda name: name or _ON, left=True)
     columns: Columns = [
         Column("purpose", show=lambda name: name or "-"),
         "what",
         # The code of the map, or the name of its family in place of a long PROJ string.
         Column("projection", "map", of=lambda row: row["name" if row["projection"].startswith("+") else "projection"]),
+        datum,
         Column("airy_kavrayskiy", show=certain),
         "over_limit",
         Column("saves", show=_saved),
@@ -487,9 +497,21 @@ def _place_report(entry: designs.AtlasEntry) -> Report:
         Column("max_omega", "omega max", "{:.4f}".format),
         *("cut_km", "keeps"),
     ]
+    first: Columns = [
+        Column("purpose", show=lambda name: name or "official"),
+        Column("projection", "map", of=lambda row: "made to measure" if row["what"] == "made" else row["projection"]),
+        datum,
+        Column("airy_kavrayskiy", "RMS", say.rms_text, left=False),
+        Column("max_scale_error_ppm", "at most", lambda ppm: say.area_error(1e-6 * ppm), left=False),
+    ]
+    told = [row for row in rows if row["what"] in ("official", "existing") or (row["purpose"], row["what"]) == _MADE]
+    region = shlex.quote(entry.region)
+    view = {} if reference is None else {f"projdist heatmap {reference.projection} -r {region}": _VIEW}
     return Report(
         answer=[*_place_answer(entry)],
-        brief=[Table(rows, columns, keys=2)],
+        brief=[Table(told, first, keys=len(first), most=None)],
+        legend=_LEGEND,
+        next=view | {f"projdist design {region} -o map.wkt": "To have the one made to measure as a CRS"},
         title=f"{entry.title} ({area_text(entry.area_km2)})",
         tables=[Table(rows, columns, keys=2)],
         notes=[*_place_notes(entry, rows)],
@@ -499,16 +521,20 @@ def _place_report(entry: designs.AtlasEntry) -> Report:
 
 
 def _place_answer(entry: designs.AtlasEntry) -> Iterator[str]:
-    """The official map, the best existing one, and what a map made to measure would save."""
+    """The official map and the best existing one; without an official one, the best and the zones."""
+    place, official = say.with_article(entry.title), entry.official
     best = next((one.existing for one in entry.purposes.values() if one.existing is not None), None)
-    official = entry.official
-    existing = best if official is None or best is None or best.projection != official.projection else None
-    for words, one in ((f"official map of {say.with_article(entry.title)}", official), ("best existing map", existing)):
-        if one is not None and one.airy_kavrayskiy is not None:
-            error = f"scales are off by {say.rms_text(one.airy_kavrayskiy)} (RMS)"
-            yield f"The {words} is {say.named(one.projection, one.name)}: {error}."
-    for system in entry.zones[:1]:
+    if official is not None:
+        yield f"The official map of {place} is {_with_error(official)}."
+    if best is not None and (official is None or best.projection != official.projection):
+        yield f"The best existing map{'' if official else f' of {place}'} is {_with_error(best)}."
+    for system in entry.zones[: official is None]:
         yield f"The zones {system.name} are off by at most {say.distance_error(1e-6 * system.max_scale_error_ppm)}."
+
+
+def _with_error(one: designs.AtlasMap) -> str:
+    error = "" if one.airy_kavrayskiy is None else f": scales are off by {say.rms_text(one.airy_kavrayskiy)} (RMS)"
+    return f"{say.named(one.projection, one.name)}{error}"
 
 
 def _saved(share: float) -> str:
@@ -522,6 +548,7 @@ def _place_notes(entry: designs.AtlasEntry, rows: Sequence[Row]) -> Iterator[str
         yield f"Official: {own}: {official.projection}, {official.name}."
     elif entry.country:
         yield f"Official: no CRS of {entry.country}'s own is made for the place and holds nine tenths of it."
+    yield "Existing: as 'projdist recommend' ranks them; maps of the world or a continent count double."
     names = {one.existing.projection: one.existing.name for one in purposes if one.existing is not None}
     yield f"{'; '.join(f'{code}: {name}' for code, name in names.items())}."
     for system in entry.zones:

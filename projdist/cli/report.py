@@ -143,9 +143,9 @@ class Mapped(NamedTuple):
 class Report:
     """The answer of a command, which is rendered in any format.
 
-    `answer` are sentences that a reader can act on, `brief` the tables below them, or else the first of `tables`, and
-    `next` commands to go on with, by which a line tells what they are for. Without `--details` or a file these are all
-    that is printed, if there is an answer.
+    `answer` are sentences that a reader can act on, `brief` the tables below them, or else the first of `tables`,
+    `legend` what their words mean, and `next` commands to go on with, by which a line tells what they are for. Without
+    `--details` or a file these are all that is printed, if there is an answer.
 
     `heading` is the title of a page, if not the same; `lead` are lines between the title and the tables, `sketch`
     those of an ASCII map below them, for plain text only.
@@ -157,6 +157,7 @@ class Report:
 
     answer: Sequence[str] = ()
     brief: Sequence[Table] | None = None
+    legend: Sequence[str] = ()
     next: Mapping[str, str] = field(default_factory=dict)
     title: str = ""
     heading: str = ""
@@ -214,7 +215,7 @@ def _brief_text(report: Report) -> str:
     """The answer, the best rows with the columns that fit beside each other, and what to do next."""
     tables = report.tables[:1] if report.brief is None else report.brief
     text = notes_text(report.answer) + "".join(table_text(table, brief=True) for table in tables if table.rows)
-    text += notes_text(f"{words}: {command}" for command, words in report.next.items())
+    text += notes_text([*report.legend, *(f"{words}: {command}" for command, words in report.next.items())])
     shown = max((len(one.rows[: one.most]) for one in tables), default=0)
     same = [one for one in report.tables if tables and one.rows is tables[0].rows]
     left = max((len(one.rows) for one in (same or report.tables)[:1]), default=0) - shown

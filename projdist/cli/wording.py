@@ -135,6 +135,7 @@ _SAME = 1.0005  # a ratio that is none
 _TIMES = 2.0  # a ratio that is told in per cent below, in times above
 TRUE, NO_BOUND = "true", "without bound"
 _CODE, _MAIN = re.compile(r" \([A-Z]{2}\)"), ", main part"  # of a region's title
+_SEAS = (" Atlantic", " Pacific", " Ocean", " Sea")
 _WITH_ARTICLE = {
     *("globe", "land", "ocean", "Bahamas", "British Virgin Is.", "Cayman Is.", "Central African Rep.", "Comoros"),
     *("Cook Is.", "Dem. Rep. Congo", "Dominican Rep.", "Faeroe Is.", "Falkland Is.", "Gambia", "Maldives"),
@@ -261,8 +262,8 @@ def region_words(region: regions.Place) -> str:
 
 
 def with_article(name: str) -> str:
-    """The name of a place in a sentence: the Philippines."""
-    return f"the {name}" if name.startswith("United ") or name in _WITH_ARTICLE else name
+    """The name of a place in a sentence: the Philippines, the South Pacific."""
+    return f"the {name}" if name.startswith("United ") or name.endswith(_SEAS) or name in _WITH_ARTICLE else name
 
 
 def of(name: str) -> str:

@@ -24,6 +24,7 @@ OF_CHORDS = 2e-3
 def test_a_table() -> None:
     """The official CRS first, then the best of each purpose; what the words mean; and the versions."""
     assert run_ok("atlas", "NZ").startswith("The official map of New Zealand is EPSG:2193 (NZGD2000 / New Zealand Tran")
+    assert re.search(r"│ official +│ EPSG:2193 +│ NZGD2000 │ +0.08 % │ +0.28 % │\n", run_ok("atlas", "NZ"))
     text = run_ok("atlas", "NZ", "--details")
     first = r"\nNew Zealand \(26.*\n┡[^\n]*\n│ +- +│ official │ EPSG:2193.*New Zealand Transverse Mercator 2000"
     assert re.search(rf"{first}.*Measured with projdist \S+ and PROJ \S+", text, re.DOTALL)
