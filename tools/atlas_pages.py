@@ -129,11 +129,11 @@ def overview_page(images: str, link: Callable[[str], str | None]) -> str:
         "# The atlas",
         "",
         *_wrapped(
-            f"The best maps of {len(known)} places, measured beforehand: continents, oceans, UTM zones, countries and "
-            "their distant parts, and states of the USA. There are five purposes: any, angles, areas, a compromise, "
-            "and the least scale error. For each the atlas has the best CRS of EPSG and ESRI, the best member of "
-            "PROJ's families, the best map made to measure, a prediction of the least possible error, and the "
-            "country's own system."
+            f"The best maps of {len(known)} places, measured beforehand: continents, areas such as the European "
+            "Union, oceans, UTM zones, countries and their distant parts, and states of the USA. There are five "
+            "purposes: any, angles, areas, a compromise, and the least scale error. For each the atlas has the best "
+            "CRS of EPSG and ESRI, the best member of PROJ's families, the best map made to measure, a prediction of "
+            "the least possible error, and the country's own system."
         ),
         "",
         "```sh",
@@ -163,8 +163,8 @@ def overview_page(images: str, link: Callable[[str], str | None]) -> str:
         *_wrapped(
             "Errors are Airy-Kavrayskiy's, for any purpose. Official: the best of the country's own CRSs for general "
             "use that hold at least nine tenths of the place, on the datum in force; for states and distant parts "
-            "only a CRS that was made for them. Saves: by how much the error is less than that of the official CRS, "
-            "or of the best existing one if there is none."
+            "only a CRS that was made for them; none for an area of several countries. Saves: by how much the error is "
+            "less than that of the official CRS, or of the best existing one if there is none."
         ),
         "",
         *_table(link),
@@ -270,7 +270,7 @@ def _about(versions: Mapping[str, str]) -> Iterator[str]:
         "The data come with the program. `projdist atlas --export atlas.csv` (or `.parquet`) writes a row for each map "
         "of each purpose, `projdist atlas --export atlas.gpkg` the outline of each place with a row of figures; "
         "`projdist atlas NZ --export nz.csv` writes the data of one place. All of it was measured with projdist "
-        f"{versions['projdist']} and {versions['PROJ']}; `make atlas` measures it again, in an hour and a half on two "
+        f"{versions['projdist']} and {versions['PROJ']}; `make atlas` measures it again, in two hours on two "
         "cores. Anybody may use the figures for anything (CC0 1.0). Names of CRSs are those of EPSG's dataset, whose "
         "terms of use are at epsg.org, and of Esri's; outlines are Natural Earth's and, of states, the US Census "
         "Bureau's, both in the public domain."
@@ -279,7 +279,7 @@ def _about(versions: Mapping[str, str]) -> Iterator[str]:
     yield from (f"| {names} | {text} |" for names, text in _COLUMNS)
     yield ""
     yield from _wrapped(
-        "Tests measure the maps of one place in twelve again by differences of PROJ's coordinates, and look in ten "
+        "Tests measure the maps of one place in twelve again by differences of PROJ's coordinates, and look in eleven "
         "places at all CRSs of EPSG and Esri for a better one, by pyproj's factors. No member of a family that shows "
         "the place in one piece is better than the map made to measure. Around the poles (Antarctica, the Southern "
         "and the Arctic Ocean) a cone that is cut within the place can be."
@@ -287,7 +287,10 @@ def _about(versions: Mapping[str, str]) -> Iterator[str]:
 
 
 _COLUMNS = (
-    ("`region`, `kind`, `area_km2`", "the place; country, part, state, continent, ocean or zone; its area on WGS 84"),
+    (
+        "`region`, `kind`, `area_km2`",
+        "the place; country, part, state, continent, area (of countries, by name), ocean or zone; its area on WGS 84",
+    ),
     ("`purpose`", "any, conformal, equal-area, compromise, least scale error; none for the official CRS"),
     ("`what`", "official; existing: the best CRS; custom: the best of PROJ's families; made: the best made to measure"),
     ("`projection`, `name`, `method`, `datum`", "code or PROJ string, and what the registry says"),

@@ -1,8 +1,9 @@
 """Measure the atlas: one batch job, and `projdist/data/atlas.jsonl.gz` of its results.
 
-`python tools/measure_atlas.py [EXECUTOR]`, as `processes:8` or `dask://HOST:8786`; half a minute a region and core.
-Results are kept in tools/made/results.jsonl as they come; the job goes on from there, also after Ctrl-C. With `--only
-TITLE ...` these entries are measured anew, and the others stay as they are.
+`python tools/measure_atlas.py [EXECUTOR]`, as `processes:8` or `dask://HOST:8786`; half a minute a region and core, two
+for wide ones. Results are kept in tools/made/results.jsonl as they come; the job goes on from there, also after Ctrl-C.
+With `--only TITLE ...` these entries and those that the file lacks are measured, and the others stay as they are;
+without a title only what it lacks.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from atlas_measurement import AtlasArea, atlas_areas, measured_entry
 import projdist
 from projdist.answers import Area
 from projdist.projections import proj_version
+from projdist.regions import definition
 
 PARTIAL = Path(__file__).parent / "made" / "results.jsonl"
 AGAIN = PARTIAL.with_name("again.jsonl")
@@ -30,19 +32,19 @@ VERSIONS = {"projdist": projdist.__version__, "PROJ": proj_version()}
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("executor", nargs="?", default="processes")
-    parser.add_argument("--only", nargs="+", default=[], metavar="TITLE", help="entries to measure anew")
+    parser.add_argument("--only", nargs="*", metavar="TITLE", help="entries to measure anew, and what the file lacks")
     given = parser.parse_args()
-    unknown = set(given.only) - {area.title for area in atlas_areas()}
+    unknown = set(given.only or ()) - {area.title for area in atlas_areas()}
     if unknown:
         parser.error(f"Invalid title '{min(unknown)}'. It must be one of the atlas' places.")
-    kept = kept_lines(given.only) if given.only else {}
+    kept = {} if given.only is None else kept_lines(given.only)
     wanted = [area for area in atlas_areas() if area.text not in kept]
     PARTIAL.parent.mkdir(exist_ok=True)
     found = projdist.batch(
         measured_entry,
         [Area(area.title, area.text) for area in wanted],
         executor=given.executor,
-        partial=AGAIN if given.only else PARTIAL,
+        partial=PARTIAL if given.only is None else AGAIN,
         progress=report,
     )
     for failure in found.failures:
@@ -76,7 +78,9 @@ def line_of(area: AtlasArea, result: Any) -> dict[str, Any]:
 
 
 def is_national(area: AtlasArea) -> bool:
-    """Whether a place is a country's."""
+    """Whether a place is a country's, as are the contiguous United States."""
+    if area.kind == "area":
+        return definition(area.text)["definition"].count("country:") == 1
     return area.kind in ("country", "part", "state")
 
 

@@ -429,7 +429,7 @@ _LEGEND = (
 
 def atlas_command(
     place: str | None = opt.argument(
-        "PLACE", "A country, state, continent, ocean or UTM zone: NZ, state:CA, Europe.", None
+        "PLACE", "A country, state, continent, other area, ocean or UTM zone: NZ, state:CA, Europe, EU.", None
     ),
     format: str | None = opt.report_format(),
     export: str | None = opt.option(
@@ -534,7 +534,8 @@ def _place_answer(entry: designs.AtlasEntry) -> Iterator[str]:
 
 def _with_error(one: designs.AtlasMap) -> str:
     error = "" if one.airy_kavrayskiy is None else f": scales are off by {say.rms_text(one.airy_kavrayskiy)} (RMS)"
-    return f"{say.named(one.projection, one.name)}{error}"
+    part = "" if one.share is None or one.share >= _HOLDS else f", which is made for {say.per_cent(one.share, 2)} of it"
+    return f"{say.named(one.projection, one.name)}{part}{error}"
 
 
 def _saved(share: float) -> str:

@@ -74,7 +74,7 @@ class AtlasEntry(support.Answer):
     """
 
     title: str
-    kind: str  #: country, part, state, continent, ocean or zone
+    kind: str  #: country, part, state, continent, area, ocean or zone
     region: str  #: its text for `get_region`
     area_km2: float
     country: str
@@ -142,7 +142,7 @@ _MOST = 3  # names in a hint
 
 
 def atlas(place: str) -> AtlasEntry:
-    """The best maps of a country, a state of the USA, a continent, an ocean or a UTM zone, measured beforehand.
+    """The best maps of a country, state of the USA, continent, other area, ocean or UTM zone, measured beforehand.
 
     For each of four purposes and for the least scale error these are the best existing CRS, the best custom projection
     and the best map made to measure, with the limit of all maps; beside them stands the country's official CRS.
@@ -150,9 +150,9 @@ def atlas(place: str) -> AtlasEntry:
     Parameters
     ----------
     place : str
-        A name of `atlas_names`, or a name or code of a country or state: "NZ", "New Zealand", "state:CA". Countries
-        come first where both have a code: "CA" is Canada. Of a country with parts far away the entry is for the main
-        part; they have entries of their own, by their largest towns: "France, Cayenne".
+        A name of `atlas_names`, or another name or a code: "NZ", "New Zealand", "state:CA", "EU". Countries come first
+        where several have a code: "CA" is Canada. Of a country with parts far away the entry is for the main part; they
+        have entries of their own, by their largest towns: "France, Cayenne".
 
     Returns
     -------
@@ -184,6 +184,8 @@ def atlas(place: str) -> AtlasEntry:
         close = dict.fromkeys(atlas_names()[known[one]] for one in support.close_words(key, known)[:_MOST])
         hint = support.did_you_mean(list(close))
         advice = f"{hint}It must be one of those that 'projdist atlas' (atlas_names) lists."
+        if regions.full_name(place) is not None:
+            advice = f"It is not in the atlas yet; 'projdist recommend \"{support.shown(place)}\"' measures it."
         if _ZONE.fullmatch(key):
             advice = "All UTM zones are as UTM zone 33N and UTM zone 33S, turned about the Earth's axis: ask for these."
         raise ValueError(f"Invalid place '{support.shown(place)}'. {advice}")
@@ -191,7 +193,7 @@ def atlas(place: str) -> AtlasEntry:
 
 
 def atlas_names() -> list[str]:
-    """The places of the atlas: continents, oceans, zones, countries and their parts far away, states of the USA.
+    """The places of the atlas: continents and other areas, oceans, zones, countries and their far parts, US states.
 
     Returns
     -------
@@ -204,12 +206,12 @@ def atlas_names() -> list[str]:
 
     References
     ----------
-    Natural Earth and the US Census Bureau, whose outlines the places have.
+    Natural Earth and the US Census Bureau, whose outlines the places have; `projdist list regions` has areas' limits.
 
     Examples
     --------
     >>> len(atlas_names()), atlas_names()[0]
-    (345, 'continent:Africa')
+    (362, 'continent:Africa')
     """
     return [_name(entry) for entry in _entries()]
 
