@@ -121,9 +121,9 @@ def check_degree(value: Any) -> int:
 
 def check_poles(value: Any, objective: DesignObjective, region: Place, symmetric: str) -> int | None:
     """A number of poles, None for "auto"; raises ValueError."""
-    if value == 0 or (isinstance(value, str) and value == "auto"):
-        count = None if value else 0
-    elif isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 < value <= MOST_POLES:
+    if isinstance(value, str) and value == "auto":
+        count = None
+    elif isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= value <= MOST_POLES:
         raise ValueError(f"Invalid poles {quoted(value)}. It must be auto, or a whole number from 0 to {MOST_POLES}.")
     else:
         count = int(value)

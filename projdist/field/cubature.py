@@ -24,7 +24,7 @@ _BATCH = 1500  # panels in one call: 150,000 points
 _SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
 _SPLINTER = 1e-4  # likewise, of a panel that the region has a part of
 _FEW, _NEXT_TO_NOTHING = 16, 1e-8  # pieces, which are taken point by point only if they are so small a part
-_COARSE = 1e-3  # of an integrand's last coefficients
+_COARSE, _ROUGH = 1e-3, 1e-6  # of an integrand's last coefficients: a singularity's, within a region and beside it
 _SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
 STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
 _STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
@@ -324,7 +324,8 @@ class Mesh:
         level = max(self.region_area, abs(float(panels.integrals[panels.alive, goal.column].sum()))) / self.region_area
         # Beside the region there may be a singularity, which smaller panels will leave outside.
         small = panels.area[chosen] < np.where(panels.clipped[chosen], _SPLINTER, _SMALL) * self.region_area
-        stuck &= small | ~panels.clipped[chosen] & (before < _COARSE * level * panels.area[chosen])
+        coarse = np.where(panels.clipped[chosen], _ROUGH, _COARSE) * level * panels.area[chosen]
+        stuck &= small | (before < coarse)
         strikes = panels.strikes[chosen] + np.where(was_cut, 1, _STRIKES)
         panels.strikes[children] = np.where(stuck, strikes, 0)[parent]
         # Noise in x and y makes twice as much in J when a panel is halved: take the whole ones back.

@@ -180,13 +180,14 @@ _SMALL = 0.01  # errors of polynomials, over the gap between a bound and what is
 _NARROW = 1e-4  # of the region's width: nothing is certain in narrower pieces
 _GOOD = 30.0  # times the error that a search resolves: better polynomials are not sampled again
 _ROUNDS = 5  # of sampling again: then a piece is a thousandth of what it was
+_BESIDE_A_POLE = 1e-8  # a larger error is of a singular point, which smaller pieces leave outside of the region
 _STUCK = 0.5  # a quarter that keeps this share of an error has a kink, a singular point or rounding
 _BEYOND = 0.25  # of the span of values at nodes: by how much they may be passed between these, and at the sides
 _MOST_ROUGH, _FEW = 512, 64  # pieces that are taken point by point
 _SOME, _FEWER = [0, 3, 6, 9], [1, 8]  # of the nodes along either axis, if they are few or many
 _TURNS, _SHRINK = 10, 0.4
 _AROUND = np.stack(np.meshgrid(np.arange(-2.0, 3.0), np.arange(-2.0, 3.0)), axis=-1).reshape(-1, 2)
-_MOST = 128  # pieces of a goal that are sampled again at once
+_MOST, _MOST_AT_BORDERS = 64, 128  # pieces of a goal that are sampled again at once
 _ON_EDGES = 64  # points
 _CANDIDATES = 3  # places of a goal to measure at
 
@@ -321,10 +322,12 @@ class _Search:
         state.raise_bound(bound[~kept])
         before = self._relative_errors(self.parent[live])
         with np.errstate(invalid="ignore"):
-            stuck = (self.parent[live] >= 0) & ~(self._relative_errors(live) < _STUCK * before)
-        stuck &= ~self.pieces.clipped[live]  # smaller pieces leave a singular point beside the region outside
+            now = self._relative_errors(live)
+            stuck = (self.parent[live] >= 0) & ~(now < _STUCK * before)
+        stuck &= ~(self.pieces.clipped[live] & (now > _BESIDE_A_POLE))
         rest = np.flatnonzero(kept & ~good & ~stuck & (not last))
-        rest = rest[np.argsort(-bound[rest], kind="stable")][:_MOST]
+        most = _MOST_AT_BORDERS if self.pieces.clipped[live].any() else _MOST
+        rest = rest[np.argsort(-bound[rest], kind="stable")][:most]
         ends = kept.copy()
         ends[rest] = False
         # Errors much smaller than the gap between bound and known value do as well, as in pieces beyond the region.

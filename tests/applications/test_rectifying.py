@@ -158,7 +158,7 @@ def test_common_ground():
     assert ground.area.sum() == pytest.approx(1.0)
     one, far = conformal(0.4), conformal(0.4, ground=(2.0, 3.0))
     refuses(r"There is no ground that all of them show", common_ground, [one, far])
-    refuses(r"There must be two or more, not 1", common_ground, [one])
+    refuses(r"At least two are needed, not 1", common_ground, [one])
     refuses(r"Invalid rectification 'fit'", common_ground, [one, one], by="fit")
 
 

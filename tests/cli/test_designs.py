@@ -27,7 +27,14 @@ def test_json(made: Design, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("projdist.designs.design", lambda *_, **__: made)
     out = run_ok("design", *SWISS, "--details")
     assert "\nMine (41,324 km2)\nDegree 2 on +proj=somerc" in out
-    shown = ("made to measure", "given", "EPSG:21781", "The image does not cover itself.", "limit", "There and back")
+    shown = (
+        "made to measure",
+        "given",
+        "EPSG:21781",
+        "The image does not cover itself.",
+        "limit",
+        "Transformed there and back",
+    )
     assert [words for words in shown if words not in out] == []
 
 

@@ -50,7 +50,7 @@ def test_pictures(command: str, suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"map.{suffix}"
     words = ["eqc", "-r", "box:0,0,40,30", "--size", "5,4", "--dpi", "50", "-o", path]
     # The RMS of ln(1 / cos lat) by true area is 0.0617; of a and b, e^(0.0617 / sqrt(2)) - 1 is 0.0446.
-    said = "On eqc, scales are off by 4.5 % (RMS) over 0° to 40°E, 0° to 30°N.\n"
+    said = "On Equirectangular, scales are off by 4.5 % (RMS) over 0° to 40°E, 0° to 30°N.\n"
     assert run_ok(command, *words) == f"{said}Wrote: {path}\n"
     check_picture(path, (5, 4), 50)
     assert list(tmp_path.iterdir()) == [path]

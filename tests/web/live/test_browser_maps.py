@@ -27,7 +27,7 @@ def test_maps_are_added_doubled_and_removed(live: Opener) -> None:
     page.rest()
     assert page.page.locator(".card").count() == 6
     press(page, "Add a map")
-    assert "At most 6" in page.page.locator("#status").inner_text()
+    assert "at most 6 maps" in page.page.locator("#status").inner_text()
     assert page.page.locator(".card").count() == 6
     for left in (5, 4, 3, 2, 1, 1):
         if not page.card().get_by_text("Remove").is_visible():
