@@ -20,7 +20,7 @@ BUDGET = {
     "decisions": (4_800, 14),
     "designs": (3_560, 12),
     "earth": (580, 3),
-    "field": (3_980, 12),
+    "field": (3_985, 12),
     "gis": (1_630, 7),
     "matrices": (2_540, 10),
     "numerics": (675, 4),
