@@ -25,7 +25,7 @@ BUDGET = {
     "matrices": (2_540, 10),
     "numerics": (675, 4),
     "plots": (4_010, 12),
-    "projections": (5_385, 16),
+    "projections": (5_400, 17),
     "regions": (2_905, 10),
     "support": (1_010, 7),
     "surfaces": (1_740, 7),

@@ -104,7 +104,7 @@ def recommend(
     limit: int | None = 10,
     uninterrupted: bool = False,
     custom: bool = False,
-    executor: Executor | None = None,
+    executor: Executor | str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Recommendation:
     """The best of the projected CRSs of PROJ's database for a region, by measurement.
@@ -140,8 +140,9 @@ def recommend(
         Whether to leave out maps that are cut within the region (around the Earth: by more than a meridian).
     custom : bool
         Whether to find also the best custom projections for the same purpose and by the same criterion.
-    executor : concurrent.futures.Executor, optional
-        What the work runs on; else on processes of its own where they can be forked.
+    executor : concurrent.futures.Executor or str, optional
+        What the work runs on, also by name (processes:4, dask://HOST:PORT); else on processes of its own where they
+        can be forked.
     progress : callable, optional
         Called with the numbers of steps done and of all.
 
@@ -192,6 +193,9 @@ def recommend(
         notes=() if place is given else (f"The answer is for the main part, {place.name}.",),
         progress=progress,
     )
+    if isinstance(executor, str):
+        with support.open_executor(executor) as named:
+            return search.run(named, datum)
     if executor is not None:
         return search.run(executor, datum)
     if not support.is_picklable(ranking):

@@ -343,11 +343,12 @@ class GroundMap:
 
     def below(self, lines: str = "") -> str:
         """Subtitle: the heights, and the share within the target."""
-        height, target = self.found.height, self.found.target_ppm
+        unit, target = self.found.unit, self.found.target_ppm
+        height = self.found.height / unit.metres
         if np.ptp(height) == 0.0:
-            ground = f"at an ellipsoidal height of {height[0]:,.6g} m"
+            ground = f"at an ellipsoidal height of {height[0]:,.6g} {unit.name}"
         else:
-            ground = f"at {height.size:,} points from {height.min():,.0f} to {height.max():,.0f} m"
+            ground = f"at {height.size:,} points from {height.min():,.0f} to {height.max():,.0f} {unit.name}"
         return f"{ground}; {100 * self.found.statistics.within[target]:.4g} % within {target:g} ppm{lines}"
 
     def draw(self, ax: Axes, title: str | None) -> None:

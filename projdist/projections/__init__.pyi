@@ -1,13 +1,5 @@
 from . import worldmaps
-from .catalogue import (
-    NAMES,
-    VARIANT,
-    WINKEL_PARALLEL,
-    CrsHit,
-    CrsSearch,
-    datum_root,
-    find_crs,
-)
+from .catalogue import NAMES, WINKEL_PARALLEL
 from .coordinates import (
     TEXT_SUFFIXES,
     DataCrs,
@@ -55,6 +47,7 @@ from .crs_metadata import (
     metadata_of,
     native_pole_of,
 )
+from .crs_search import VARIANT, CrsHit, CrsSearch, datum_root, find_crs
 from .database import (
     CRS,
     OF_A_SPHERE,

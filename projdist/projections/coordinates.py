@@ -293,9 +293,7 @@ def geoid_heights(grid: AnyPath, lon: FloatArray, lat: FloatArray) -> FloatArray
     outside = np.flatnonzero(~np.isfinite(found))
     if outside.size:
         place = f"{lon[outside[0]]:.4f},{lat[outside[0]]:.4f}"
-        raise ValueError(
-            f"{complaint} It has no height at {place}, nor at {outside.size - 1:,} other points of the region."
-        )
+        raise ValueError(f"{complaint} It has no height at {place}, one of {outside.size:,} such points.")
     return found
 
 

@@ -16,7 +16,7 @@ from pyproj.database import get_database_metadata, query_crs_info
 from pyproj.enums import PJType
 
 from projdist import earth, support
-from projdist.projections import catalogue
+from projdist.projections import catalogue, crs_search
 from projdist.projections.errors import ProjectionError, check_authorities
 from projdist.projections.operations import GeographicAxes, Pipeline, ellipsoid_of_crs
 from projdist.projections.projection import Projection
@@ -40,9 +40,9 @@ UNKNOWN = Facts("", 0, None, (), True)
 
 _COLUMNS = ", ".join(f"c.param{n}_code, c.param{n}_value, c.param{n}_uom_code" for n in range(1, 8))
 _FACTS = f"""
-SELECT p.auth_name || ':' || p.code, g.auth_name || ':' || g.code, {catalogue.DATE},
+SELECT p.auth_name || ':' || p.code, g.auth_name || ':' || g.code, {crs_search.DATE},
        s.scope, e.name, e.description, c.method_code, d.prime_meridian_code, {_COLUMNS}
-FROM {catalogue.TABLES}
+FROM {crs_search.TABLES}
 WHERE p.auth_name || ':' || p.code IN (SELECT value FROM json_each(?))
 """
 
@@ -62,10 +62,10 @@ def facts_of(codes: Collection[str]) -> dict[str, Facts]:
         frame, date, _, _, _, method, meridian, *parameters = rows[0]
         facts[code] = Facts(
             frame=frame or "",
-            since=catalogue.year_of(date),
+            since=crs_search.year_of(date),
             draws=(method, meridian, frozenset(_drawing(parameters))) if method is not None else None,
             extents=tuple(text for row in rows for text in row[3:5] if text),
-            special=all(row[2] is None or catalogue.SPECIAL.search(row[2]) is not None for row in rows),
+            special=all(row[2] is None or crs_search.SPECIAL.search(row[2]) is not None for row in rows),
         )
     return facts
 

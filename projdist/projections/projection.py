@@ -22,7 +22,7 @@ from pyproj.enums import PJType
 
 from projdist._typing import FloatArray
 from projdist.earth import SPHERE, Ellipsoid, wrapped
-from projdist.projections import catalogue, operations, proj_strings
+from projdist.projections import catalogue, crs_search, operations, proj_strings
 from projdist.projections.closed_forms import ClosedForm, closed_form
 from projdist.projections.crs import form_of, grid_mapping_in, parse_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
@@ -227,7 +227,7 @@ def parse_name(text: str) -> Parts:
             names = catalogue.crs_names()
             spelt = close_words(catalogue.folded(text), names)
             close = close or [names[name][1] for name in spelt][: catalogue.MOST_HINTS]
-        meant, is_one = catalogue.meanings(text) if words.name == text else ([], False)
+        meant, is_one = crs_search.meanings(text) if words.name == text else ([], False)
         if is_one and not close:
             return parse_crs(meant[0].code)
         choices = [] if meant and not close else [ALLOWED]
@@ -250,7 +250,7 @@ def parse_name(text: str) -> Parts:
     return parts._replace(name=words.title)
 
 
-def _told_meanings(text: str, hits: Sequence[catalogue.CrsHit]) -> str:
+def _told_meanings(text: str, hits: Sequence[crs_search.CrsHit]) -> str:
     """The sentence that tells which of several CRSs a text may mean."""
     most = _CHOICES if len(hits) > _CHOICES + 1 else len(hits)
     told = [f"{hit.code} ({hit.name})" for hit in hits[:most]]

@@ -149,6 +149,7 @@ def test_datum():
     ({"authorities": ["IAU_2015"]}, r"^Invalid authority 'IAU_2015'. It must be EPSG, ESRI or IGNF.$"),
     ({"authorities": ["ESPG"]}, r"^Invalid authority 'ESPG'. Did you mean EPSG\? It must be"),
     ({"area": "inside"}, r"^Invalid area 'inside'. It must be preferred, contains or intersects.$"),
+    ({"executor": "serial"}, r"^Invalid executor 'serial'. It must be dask://HOST:PORT"),
     ({"limit": 0}, r"^Invalid limit '0'. It must be at least 1.$"),
     ({"datum": "ETSR89"}, r"^Invalid datum 'ETSR89'. Did you mean ETRS89.*\? It must be a part"),
 ])  # fmt: skip

@@ -12,7 +12,7 @@ from tables import each, some
 
 from projdist.earth import data_rows
 from projdist.projections import Projection, ProjectionError, catalogue, codes_of_same_map, database, find_crs
-from projdist.projections.catalogue import year_of
+from projdist.projections.crs_search import year_of
 from projdist.projections.database import facts_of
 
 
