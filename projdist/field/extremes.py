@@ -142,23 +142,28 @@ def _unbounded(
     distance = np.sin(np.radians(north) / 2) ** 2 + cosines * np.sin(np.radians(east) / 2) ** 2
     nearest = np.argmin(distance, axis=1)[:, None]
     east, north = (np.take_along_axis(way, nearest, axis=1) for way in (east, north))
-    # To the place; and to a pole that it is beside, on the panel's own meridian, away from a seam that ends there.
-    pole = np.copysign(90.0, lat)
-    lons, lats = lon + _APPROACH * east, lat + _APPROACH * north
-    to_pole = np.broadcast_to(lon + east, (len(lon), _NEARER.size)), pole + _NEARER * (lat + north - pole)
     bent = any(goals[k].measure.needs_hessian for k in doubtful)
-    lons, lats = (np.concatenate(both, axis=1) for both in zip((lons, lats), to_pole, strict=True))
-    fields = fields_at(projection, lons.ravel(), lats.ravel(), bent)[0].reshape(*lons.shape, -1)
-    values = np.stack([goals[k].of(own) for k, own in zip(doubtful, fields, strict=True)])
-    values, nearer = np.split(values, [_APPROACH.size], axis=1)
+
+    def values_at(chosen: IntArray, lons: FloatArray, lats: FloatArray) -> FloatArray:
+        """The goals' values on the ways (m, n) of those chosen."""
+        fields = fields_at(projection, lons.ravel(), lats.ravel(), bent)[0].reshape(*lons.shape, -1)
+        return np.stack([goals[doubtful[k]].of(own) for k, own in zip(chosen, fields, strict=True)])
+
+    values = values_at(np.arange(len(lon)), lon + _APPROACH * east, lat + _APPROACH * north)
     with np.errstate(invalid="ignore"):
         gains, defined_at = np.diff(values), np.isfinite(values)
-        grows = ((gains > _GROWTH * np.abs(values[:, 1:])) | ~defined_at[:, 1:]).all(axis=1)
+        grows = np.all((gains > _GROWTH * np.abs(values[:, 1:])) | ~defined_at[:, 1:], axis=1)
         grows &= ((gains[:, 1:] > _SLOWING * gains[:, :-1]) | ~defined_at[:, 2:]).all(axis=1)
         grows &= defined_at[:, :_FEWEST].all(axis=1)
-    reached, at_pole = (np.where(np.isfinite(some), some, -np.inf).max(axis=1) for some in (values, nearer))
-    alike = reached < _ALIKE * at_pole
-    grows &= ~(_ends(nearer) & alike & (90.0 - np.abs(lat[:, 0]) < _BESIDE))
+    polar = np.flatnonzero(grows & (90.0 - np.abs(lat[:, 0]) < _BESIDE))
+    if polar.size:
+        # On to the pole, on the panel's own meridian, away from a seam that ends there.
+        lon, lat, east, north = (each[polar] for each in (lon, lat, east, north))
+        pole = np.copysign(90.0, lat)
+        lons, lats = np.broadcast_to(lon + east, (polar.size, _NEARER.size)), pole + _NEARER * (lat + north - pole)
+        nearer = values_at(polar, lons, lats)
+        reached, at_pole = (np.where(np.isfinite(some), some, -np.inf).max(axis=1) for some in (values[polar], nearer))
+        grows[polar] = ~(_ends(nearer) & (reached < _ALIKE * at_pole))
     for k in np.array(doubtful)[grows]:
         result[k] = result[k]._replace(value=np.inf)
     return result
