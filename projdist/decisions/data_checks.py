@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+import sys
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,7 +15,7 @@ from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.decisions.candidate_crs import Candidate, named, outline_keys
 from projdist.decisions.data_edges import Outlines, measure_chains, outlines
 from projdist.decisions.ranking import get_purpose
-from projdist.decisions.recommendation import recommend
+from projdist.decisions.recommendation import ranked_crs
 from projdist.field import jacobian, nodes_of
 
 TURNED = 3.0
@@ -70,10 +72,9 @@ def crs_for_data(
     first = float(lon[0]), float(lat[0])
     own = _of_near_datum(crs, own, *first)
     best = (own or found)[0]
-    turned = {one.code: _turned(one.code, lon, lat) for one in own}
-    if own and turned[best.code] > TURNED:
-        less = [one for one in own if turned[one.code] <= TURNED and one.value <= _WORSE * best.value]
-        best = less[0] if less else best
+    if own and _turned(best.code, lon, lat) > TURNED:
+        close = (one for one in own if one.key[0] <= _WORSE * best.key[0])
+        best = next((one for one in close if _turned(one.code, lon, lat) <= TURNED), best)
     code = best.code if projections.keeps_datum(crs, best.code) else _twin_on_datum(crs, best)
     foreign = "" if own else f"None was found for the country of the data; this one is for {best.area_name}"
     shift = projections.datum_transformation(crs, code, *first)
@@ -85,7 +86,7 @@ def _candidates(crs: Any, region: regions.Place, purpose: str, options: dict[str
     wanted = projections.kept_datum(crs)
     if wanted and options.get("datum") is None:
         try:
-            found = recommend(region, purpose=purpose, **(options | {"datum": wanted, "limit": _LOOKED_AT})).results
+            found = ranked_crs(region, purpose=purpose, **(options | {"datum": wanted, "limit": _LOOKED_AT}))
         except ValueError as error:
             if "Invalid datum" not in str(error):
                 raise
@@ -93,22 +94,27 @@ def _candidates(crs: Any, region: regions.Place, purpose: str, options: dict[str
         exact = tuple(one for one in found if _twin_on_datum(crs, one, ""))
         if found:
             return exact or found
-    return recommend(region, purpose=purpose, **(options | {"limit": _OF_ALL_DATUMS})).results
+    return ranked_crs(region, purpose=purpose, **(options | {"limit": _OF_ALL_DATUMS}))
 
 
 def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> list[Candidate]:
     """National CRSs on the data's datum to 2 m, else national ones on the latest datum, else others near, else all."""
-    metres = {}
-    for one in found:
-        shift = projections.datum_transformation(crs, _twin_on_datum(crs, one), lon, lat)
-        metres[one.code] = 0.0 if shift is None else shift.metres
-    known = [one for one in found if np.isfinite(metres[one.code])]
-    near = [one for one in known if metres[one.code] <= _UNSEEN and one.share >= _WHOLE and not one.wide]
-    national = [one for one in known if one.national]
+
+    @functools.cache
+    def metres(code: str) -> float:
+        shift = projections.datum_transformation(crs, code, lon, lat)
+        return 0.0 if shift is None else shift.metres
+
+    def known(some: Iterable[Candidate], most: float = sys.float_info.max) -> list[Candidate]:
+        return [one for one in some if metres(_twin_on_datum(crs, one)) <= most]
+
+    def near(some: Iterable[Candidate]) -> list[Candidate]:
+        return known((one for one in some if one.share >= _WHOLE and not one.wide), _UNSEEN)
+
+    national = known(one for one in found if one.national)
     latest = max((one.since for one in national), default=0)
     current = [one for one in national if one.since == latest]
-    choices = ([one for one in near if one.national], current, near, known, found)
-    return next(filter(None, choices), [])
+    return near(national) or current or near(found) or known(found) or found
 
 
 def _twin_on_datum(crs: Any, one: Candidate, default: str | None = None) -> str:
@@ -133,7 +139,8 @@ def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
     known = filter(None, (world.country(outline_keys()[name]) for name in names))
     if np.any([world.near(outline, lon, lat, _NEAR) for outline in known], axis=0).mean() >= _LEAST:
         return False
-    return bool(world.near(world.land("50m"), lon, lat, _NEAR).mean() > _LAND)
+    box = lon.min() - _NEAR, lat.min() - _NEAR, lon.max() + _NEAR, lat.max() + _NEAR
+    return bool(world.near(world.polygons_within("land", box, "50m"), lon, lat, _NEAR).mean() > _LAND)
 
 
 _MOST = 50_000  # vertices of polygons, which take twice the time of a box; with more, a box finds the same CRS

@@ -204,7 +204,11 @@ class Shortlist:
     rejected: list[Rejected] = field(default_factory=list)  # maps that cannot be measured in full
 
     def best(self, maps: Sequence[Candidate], limit: int | None, on_progress: OnProgress) -> list[Candidate]:
-        """The best maps in order: evaluated until no other can be among them, then measured."""
+        """The best maps in order, with all their figures."""
+        return self._measured(self.ordered(maps, limit), on_progress)
+
+    def ordered(self, maps: Sequence[Candidate], limit: int | None) -> list[Candidate]:
+        """The best maps in order by their keys: evaluated until no other can be among them."""
         margins = [_MAXIMUM_MARGIN if self.ranking.is_maximum else _MEAN_MARGIN, _MEAN_MARGIN]
         wanted = len(maps) if limit is None else min(limit, len(maps))
         waiting = sorted(maps, key=self.trial_key)
@@ -219,7 +223,7 @@ class Shortlist:
             evaluated = self._evaluated(chosen)
             margins = [min(pair) for pair in zip(margins, _margins(evaluated), strict=True)]
             done += evaluated
-        return self._measured([one for tier in tiers(done, self.close) for one in tier][:wanted], on_progress)
+        return [one for tier in tiers(done, self.close) for one in tier][:wanted]
 
     def winner(self, maps: Sequence[Candidate], measured: Sequence[Candidate]) -> Candidate | None:
         """The best of a few maps by the figure alone, measured in full; it may be among those measured before."""

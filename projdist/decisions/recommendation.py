@@ -6,6 +6,7 @@ import functools
 import operator
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -168,6 +169,37 @@ def recommend(
     >>> recommend("box:7.5,46.5,8.5,47.5", authorities=["EPSG"], limit=1).results[0].code
     'EPSG:2056'
     """
+    search = _search_for(region, purpose, criterion, authorities, codes, area, deprecated, limit, uninterrupted)
+    search.progress = progress
+    if custom:
+        search.families = families_for(search.pool.region, search.purpose)
+    with search.workers(executor) as workers:
+        return search.run(workers, datum)
+
+
+def ranked_crs(
+    region: regions.RegionLike, *, datum: str | None = None, executor: Executor | str | None = None, **options: Any
+) -> tuple[Candidate, ...]:
+    """The results of `recommend`, in its order, with keys but without full figures, which take most of the time."""
+    progress = options.pop("progress", None)
+    search = _search_for(region, **options)
+    search.progress = progress
+    with search.workers(executor) as workers:
+        return search.ranked(workers, datum)
+
+
+def _search_for(
+    region: regions.RegionLike,
+    purpose: str = "any",
+    criterion: AnyFigure = "airy_kavrayskiy",
+    authorities: Sequence[str] = projections.AUTHORITIES[:2],
+    codes: Sequence[str] = (),
+    area: str = "preferred",
+    deprecated: bool = False,
+    limit: int | None = 10,
+    uninterrupted: bool = False,
+) -> _CrsSearch:
+    """The search with the options of `recommend`, checked."""
     given = regions.get_region(region, earth.WGS84)
     if isinstance(given, regions.PointSet):
         raise ValueError(f"Invalid region '{given.name}'. It must be an area: a box, a cap, a country, polygons.")
@@ -180,7 +212,7 @@ def recommend(
     records = projections.crs_records(projections.check_authorities(authorities), deprecated=deprecated)
     if codes:
         records = [one for one in records if one.code in codes]
-    search = _CrsSearch(
+    return _CrsSearch(
         pool=CandidatePool(place, records, area),
         probe=probe_of(place),
         ranking=ranking,
@@ -189,19 +221,8 @@ def recommend(
         purpose=purpose,
         area=area,
         limit=limit,
-        families=families_for(place, purpose) if custom else (),
         notes=() if place is given else (f"The answer is for the main part, {place.name}.",),
-        progress=progress,
     )
-    if isinstance(executor, str):
-        with support.open_executor(executor) as named:
-            return search.run(named, datum)
-    if executor is not None:
-        return search.run(executor, datum)
-    if not support.is_picklable(ranking):
-        return search.run(None, datum)
-    with support.own_executor(len(search.pool.records) + _HEAVY * len(search.families)) as own:
-        return search.run(own, datum)
 
 
 @dataclass(kw_only=True)
@@ -211,30 +232,50 @@ class _CrsSearch(Shortlist):
     purpose: str
     area: str
     limit: int | None
-    families: Sequence[str]  # of custom projections
     notes: tuple[str, ...]
-    progress: Callable[[int, int], None] | None
+    families: Sequence[str] = ()  # of custom projections
+    progress: Callable[[int, int], None] | None = None
+
+    def workers(self, executor: Executor | str | None) -> AbstractContextManager[Executor | None]:
+        """What the work runs on."""
+        if isinstance(executor, str):
+            return support.open_executor(executor)
+        if executor is not None or not support.is_picklable(self.ranking):
+            return nullcontext(executor)
+        return support.own_executor(len(self.pool.records) + _HEAVY * len(self.families))
+
+    def ranked(self, executor: Executor | None, datum: str | None) -> tuple[Candidate, ...]:
+        """Try all, and put the best in order."""
+        self.executor = executor
+        return tuple(self.ordered(self._tried(datum), self.limit))
+
+    def _tried(self, datum: str | None) -> list[Candidate]:
+        """The different maps for the purpose, on a datum if stated; what else was tried is rejected."""
+        records = self.pool.records
+        unfit = projections.reasons_against(records)
+        self.rejected += [*self.pool.rejected, *(Rejected(code, records[code].name, unfit[code]) for code in unfit)]
+        trials = [
+            functools.partial(try_crs, record, self.probe, self.ranking)
+            for code, record in records.items()
+            if code not in unfit
+        ]
+        tried = support.run_all(self.executor, operator.call, trials, self._report(0))
+        candidates = [one for one in tried if isinstance(one, Candidate)]
+        self.rejected += [one for one in tried if isinstance(one, Rejected)]
+        if datum is not None:
+            candidates = of_datum(candidates, datum)
+        return [one for one in self._maps(candidates) if suits(one.keeps, self.purpose)]
 
     def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
         """Try all, measure the best."""
         self.executor, records = executor, self.pool.records
-        unfit = projections.reasons_against(records)
-        rejected = [*self.pool.rejected, *(Rejected(code, records[code].name, text) for code, text in unfit.items())]
-        fit = [record for code, record in records.items() if code not in unfit]
-        total = len(fit) + len(self.families) + (self.limit or len(fit))
-        trials = [functools.partial(try_crs, record, self.probe, self.ranking) for record in fit]
-        tried = support.run_all(executor, operator.call, trials, self._report(0, total))
-        candidates = [one for one in tried if isinstance(one, Candidate)]
-        rejected += [one for one in tried if isinstance(one, Rejected)]
-        if datum is not None:
-            candidates = of_datum(candidates, datum)
-        maps = [one for one in self._maps(candidates) if suits(one.keeps, self.purpose)]
-        custom, not_custom = self._custom(self._report(len(fit), total))
-        best = self.best(maps, self.limit, self._report(len(fit) + len(self.families), total))
+        maps = self._tried(datum)
+        custom, not_custom = self._custom(self._report(len(records)))
+        best = self.best(maps, self.limit, self._report(len(records) + len(self.families)))
         official, zones = official_of(maps, best, self), zones_of(maps, self, self.purpose)
         remark = "" if self.area == "intersects" else remark_on_own(maps, best, self)
         if self.progress is not None:
-            self.progress(total, total)
+            self.progress(self._total, self._total)
         least = custom[0].value if custom else None
         return Recommendation(
             region=self.pool.region,
@@ -242,7 +283,7 @@ class _CrsSearch(Shortlist):
             criterion=self.ranking.name,
             area=self.area,
             results=tuple(self._compared(one, least) for one in best),
-            rejected=(*rejected, *self.rejected),
+            rejected=tuple(self.rejected),
             candidates=len(records),
             maps=len(maps),
             custom=custom,
@@ -254,9 +295,15 @@ class _CrsSearch(Shortlist):
             limit=self._lower_bound,
         )
 
-    def _report(self, before: int, total: int) -> OnProgress:
+    @property
+    def _total(self) -> int:
+        """About the number of tasks."""
+        records = len(self.pool.records)
+        return records + len(self.families) + (self.limit or records)
+
+    def _report(self, before: int) -> OnProgress:
         """A callback for the number of tasks done, after those done before."""
-        progress = self.progress
+        progress, total = self.progress, self._total
         return None if progress is None else lambda done: progress(min(before + done, total), total)
 
     @functools.cached_property

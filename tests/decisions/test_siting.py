@@ -155,17 +155,16 @@ def test_a_change_of_datum_is_told():
 
 def candidate(code, area_name, value=1.0):
     usual = {"same": (), "share": 1.0, "wide": False, "national": True, "since": 1989}
-    return SimpleNamespace(code=code, codes=(code,), area_name=area_name, value=value, **usual)
+    return SimpleNamespace(code=code, codes=(code,), area_name=area_name, key=(value, 0.0), **usual)
 
 
 def sited(monkeypatch, place, crs, answers, **options):
-    """The CRS for a box about a place, when `recommend` has these answers; and what it was asked."""
-    effects = [one if isinstance(one, Exception) else SimpleNamespace(results=tuple(one)) for one in answers]
-    recommend = Mock(side_effect=effects)
-    monkeypatch.setattr("projdist.decisions.data_checks.recommend", recommend)
+    """The CRS for a box about a place, when `ranked_crs` has these answers; and what it was asked."""
+    ranked_crs = Mock(side_effect=[one if isinstance(one, Exception) else tuple(one) for one in answers])
+    monkeypatch.setattr("projdist.decisions.data_checks.ranked_crs", ranked_crs)
     (west, east), (south, north) = corners = np.add.outer(PLACES[place], [-0.1, 0.1])
     found = crs_for_data(crs, Box(west, south, east, north), *corners, **options)
-    return found, [call.kwargs for call in recommend.call_args_list]
+    return found, [call.kwargs for call in ranked_crs.call_args_list]
 
 
 def test_where_a_crs_is_sought(monkeypatch):
