@@ -22,12 +22,12 @@ TURNED = 3.0
 """Degrees between grid north and true north, more than within 3 degrees of a zone's meridian anywhere."""
 
 _UNSEEN = 2.0  # metres: the accuracy of WGS 84 if its realisation is not known
-_WORSE = 2.0  # largest ratio of the figure of a less turned map to that of the best
+_WORSE = 2.0  # largest ratio of a less turned map's figure to that of the best
 _LOOKED_AT, _OF_ALL_DATUMS = 10, 80  # how many of the best CRSs are looked at, on one datum and on any
 _WHOLE = 0.99  # share of the region in the area of use, at least
 _POINTS = 200  # of the data, and of the region
 _LAND, _LEAST = 0.5, 0.1  # shares of the points that must be on land, and in a country
-_FEW = 2  # countries of an area of use that is not a shared zone
+_FEW = 2  # countries: areas of use with more are those of shared zones
 _NEAR = 0.03  # degrees: a little more than the accuracy of outlines, 2 km
 
 
@@ -59,8 +59,8 @@ def crs_for_data(
     crs: Any, region: regions.Place, lon: FloatArray, lat: FloatArray, *, purpose: str = "any", **options: Any
 ) -> CrsForData | None:
     """The CRS for data in a CRS, with vertices (n,) in degrees, over a region; None if none serves the purpose."""
-    # It is the best by `recommend` (which takes `options`) on the data's datum, else on one the same to 2 m, and not
-    # for other countries; with a convergence above `TURNED`, the next with less and at most twice the figure.
+    # It is the best of `recommend`, which takes `options`, on the data's datum or one that is the same to 2 m, and not
+    # for other countries. If its convergence is above `TURNED`, the next with less and at most twice the figure is it.
     step = max(1, len(lon) // _POINTS)
     lon, lat = np.mod(lon[::step] + 180.0, 360.0) - 180.0, lat[::step]
     found = _candidates(crs, region, purpose, options)
@@ -82,7 +82,7 @@ def crs_for_data(
 
 
 def _candidates(crs: Any, region: regions.Place, purpose: str, options: dict[str, Any]) -> tuple[Candidate, ...]:
-    """The best CRSs on the data's datum, else on one of its name, else on any."""
+    """The best CRSs on the data's datum, else on a datum of that name, else on any."""
     wanted = projections.kept_datum(crs)
     if wanted and options.get("datum") is None:
         try:
@@ -118,7 +118,7 @@ def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> 
 
 
 def _twin_on_datum(crs: Any, one: Candidate, default: str | None = None) -> str:
-    """The code of the map's CRS on the data's datum, else the default or the first."""
+    """The code of the map's CRS on the data's datum, else the default, by default its first code."""
     otherwise = one.code if default is None else default
     return next((code for code in one.codes if projections.keeps_datum(crs, code)), otherwise)
 
@@ -143,7 +143,7 @@ def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
     return bool(world.near(world.polygons_within("land", box, "50m"), lon, lat, _NEAR).mean() > _LAND)
 
 
-_MOST = 50_000  # vertices of polygons, which take twice the time of a box; with more, a box finds the same CRS
+_MOST = 50_000  # vertices of polygons, at which they take twice the time of a box; a box then finds the same CRS
 
 
 def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> projections.CRS:

@@ -21,9 +21,9 @@ from projdist.decisions.zones import ZoneSystem, official_of, remark_on_own, zon
 from projdist.field import AnyFigure, Figure, get_figure, jacobian
 
 AREAS = ("preferred", "contains", "intersects")
-"""How areas of use count: a larger share of the region is better, they must hold the region, or they do not count."""
+"""How areas of use count: the more of the region the better; they must hold it; or they do not count."""
 
-_HEAVY = 24  # a custom projection takes at least as long as so many trials
+_HEAVY = 24  # trials that take as long as a custom projection, at least
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Recommendation(support.Answer):
         return f"{best}, for {self.region.name}, of {self.candidates} CRSs"
 
     def to_dict(self) -> dict[str, Any]:
-        """The question; lists of `"results"`, `"zones"`, `"custom"`, and what is not; and the `"official"` CRS."""
+        """The keys of the command line's JSON, as `"results"`, `"official"`, `"zones"`, `"custom"` and `"rejected"`."""
         not_custom = [{"family": one.name, "reason": one.reason} for one in self.not_custom]
         return super().to_dict() | {"not_custom": not_custom}
 
@@ -227,7 +227,7 @@ def _search_for(
 
 @dataclass(kw_only=True)
 class _CrsSearch(Shortlist):
-    """A search for the best: candidates are tried, grouped by map, and the best maps measured in full."""
+    """A search for the best CRSs: candidates are tried, grouped by map, and the best maps measured in full."""
 
     purpose: str
     area: str
@@ -267,7 +267,7 @@ class _CrsSearch(Shortlist):
         return [one for one in self._maps(candidates) if suits(one.keeps, self.purpose)]
 
     def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
-        """Try all, measure the best."""
+        """Try all CRSs, and measure the best."""
         self.executor, records = executor, self.pool.records
         maps = self._tried(datum)
         custom, not_custom = self._custom(self._report(len(records)))
@@ -311,7 +311,7 @@ class _CrsSearch(Shortlist):
         return lower_bound_of(self.ranking, self.pool.region, self.purpose)
 
     def _maps(self, candidates: Sequence[Candidate]) -> list[Candidate]:
-        """The different maps among candidates."""
+        """The different maps among candidates, each as one candidate."""
         maps = []
         used = [self.pool.with_usage(one) for one in candidates]
         # By the figure of the trial, or the level where that is no more than rounding.
@@ -368,7 +368,7 @@ def best_custom(
     family: str, region: regions.Region, probe: WeightedPoints, ranking: Figure, purpose: str
 ) -> Custom | Rejected:
     """The best member of a family, measured in full as existing CRSs are; rejected if it does not serve the purpose."""
-    # It is on WGS 84 even if its formulas are for a sphere, as are the existing CRSs of these methods.
+    # It is on WGS 84, as existing CRSs are, even if its formulas are for a sphere.
     try:
         projection, parameters = best_member(family, region, ranking, earth.WGS84)
         J = jacobian(projection, probe.lon, probe.lat)

@@ -17,13 +17,13 @@ from projdist.matrices import EXPONENT, Energy, principal_scales
 from projdist.numerics import ComplexPolynomials, PlanePolynomials, fit_harmonic, least_squares
 
 _ENOUGH = 1e-13  # relative size of the terms of exp(p) that are left out
-_MOST = 36  # largest degree of the map: powers of 1e8 m do not overflow
-_FITTED = range(8, 33, 4)  # degrees of a fit of exp(p) if its series does not converge in time
+_MOST = 36  # largest degree of the map, at which powers of 1e8 m do not overflow
+_FITTED = range(8, 33, 4)  # degrees of a fit of exp(p) where its series converges too late
 _CLOSE = 1e-9  # relative error of scales in such a fit
 
 
 def conformal_map(nodes: BaseNodes, degree: int, norm: float, share: float) -> ComplexPolynomial:
-    """The best conformal map whose ln k is a polynomial of a degree, by a norm of ln k: 2, more, or infinite."""
+    """The best conformal map whose ln k is a polynomial of a degree, by the norm of ln k: 2, more, or infinite."""
     # Raises ValueError for a degree that the nodes do not resolve, or with scales beside the region that overflow.
     weights = nodes.weights(share)
     counts = nodes.in_region if np.isinf(norm) else weights > 0.0
@@ -107,7 +107,7 @@ def equal_area_map(nodes: BaseNodes, degree: int, share: float) -> Shears:
 
 
 def _independent(degree: int) -> BoolArray:
-    """Mask (degree + 2, degree) of independent coefficients: those of y^k in k + 2 directions spread over all."""
+    """Mask (degree + 2, degree) of independent coefficients: y^k has k + 2 of them, in directions spread over all."""
     free = np.zeros((degree + 2, degree), dtype=bool)
     for k in range(1, degree + 1):
         free[np.round(np.arange(k + 2) * (degree + 2) / (k + 2)).astype(int), k - 1] = True
@@ -115,7 +115,7 @@ def _independent(degree: int) -> BoolArray:
 
 
 def _sheared(z: Any, columns: Any, angles: FloatArray, coefficients: FloatArray, free: BoolArray) -> tuple[Any, Any]:
-    """ln(a/b) / sqrt(2) as complex numbers (n,), their angle twice that of the larger scale, and derivatives (n, p)."""
+    """ln(a/b) / sqrt(2) as complex numbers (n,), with twice the larger scale's angle, and derivatives (n, p)."""
     # Columns (n, 2) are those of the base's Jacobian, coefficients (k, degree) those of the shears' y, y^2, ...;
     # derivatives are by the p coefficients that are `free`.
     powers = np.arange(1, coefficients.shape[1] + 1)
@@ -188,7 +188,7 @@ class _FollowingSteps(NamedTuple):
 
 
 def _anisotropy(c: Any) -> tuple[Any, Callable[[Any], Any]]:
-    """sqrt(2) atanh |mu| mu / |mu|, mu the Beltrami coefficient of columns c (2, n), and its derivative."""
+    """sqrt(2) atanh |mu| mu / |mu| for the Beltrami coefficient mu of columns c (2, n), and its derivative."""
     p, q = _beltrami_parts(c)
     mu = q / p
     square = np.minimum(np.abs(mu) ** 2, 1.0 - 1e-12)
@@ -227,10 +227,10 @@ def general_map(nodes: BaseNodes, energy: Energy, degree: int, share: float) -> 
 # ---- degree by degree ----------------------------------------------------------------------------
 
 SHARES = (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
-"""The surroundings' shares of the energy that are tried until one keeps them whole."""
+"""The surroundings' shares of the energy, tried until one keeps the surroundings whole."""
 
 _LEAST, _LARGEST = 0.5, 2.0  # scales of surroundings that are whole
-_PAYS = 0.01  # relative gain that a degree must bring
+_PAYS = 0.01  # least relative gain of a degree that counts
 
 
 @dataclass(frozen=True)
@@ -246,7 +246,7 @@ class Stage:
 
     @property
     def is_whole_around(self) -> bool:
-        """True if the surroundings do not fold, with scales near 1."""
+        """True if the surroundings do not fold and scales there are near 1."""
         least, largest, folded = self.around
         return folded == 0.0 and least >= _LEAST and largest <= _LARGEST
 
@@ -271,12 +271,12 @@ def stages(nodes: BaseNodes, objective: DesignObjective, share: float | None) ->
 
 
 def best_of(found: Sequence[Stage]) -> Stage:
-    """The map after which finer ones gain less than 1 % a degree."""
+    """The stage after which finer ones gain less than 1 % a degree."""
     return min(found, key=lambda one: one.value * (1.0 + _PAYS) ** one.degree)
 
 
 def stage_of(nodes: BaseNodes, objective: DesignObjective, degree: int, shares: Sequence[float] = SHARES) -> Stage:
-    """The best-scaled map of one degree, with the first share of the surroundings' energy that keeps them whole."""
+    """The map of one degree at its best scale, with the first share that keeps the surroundings whole."""
     inside = nodes.in_region
     weight = nodes.weight[inside]
     for share in shares:

@@ -20,7 +20,7 @@ from projdist.field import Extreme, Nodes, jacobian, nodes_at, nodes_of, sample
 
 @dataclass(frozen=True, kw_only=True)
 class Degree:
-    """A degree that was tried: its figure at fixed nodes, and the surroundings' share of the energy."""
+    """A degree that was tried, its figure at fixed nodes, and the surroundings' share of the energy."""
 
     degree: int
     value: float
@@ -29,7 +29,7 @@ class Degree:
 
 @dataclass(frozen=True)
 class Rival:
-    """A map to compare with, by the same criterion; `gain` is the relative saving of the made map."""
+    """A map to compare with by the same criterion; `gain` is what the made map saves, relative to it."""
 
     kind: str
     name: str
@@ -329,7 +329,7 @@ def _beside(extent: decisions.Extent, nodes: Nodes) -> Nodes | None:
 
 
 def _area_of_use(region: regions.Place, extent: decisions.Extent, stage: Stage) -> projections.AreaOfUse:
-    """The box about the region, with its surroundings if the map is whole there."""
+    """The box about the region, and about its surroundings if the map is whole there."""
     west, south, east, north = region.bounds
     margin = _MARGIN * extent.radius if stage.is_whole_around else 0.0
     if south - margin <= -90.0 or north + margin >= 90.0:

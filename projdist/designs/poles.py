@@ -1,4 +1,4 @@
-"""Poles beside a region, where polynomials do not get near the best conformal map."""
+"""Poles around a region, for conformal maps that polynomials do not come near."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from projdist.numerics import ComplexPolynomials, least_range
 
 # ln k of a conformal base map may be changed by the real part of any analytic function: a polynomial, and multiples of
 # (d / (z - p))^n, n > 1, with poles p at a distance d from the region. The linear programme that finds the least range
-# of ln k has weights along the border, and a function lowers the range if it is not orthogonal to them. So poles are
-# added, a few at a time, where that is most so.
+# of ln k has weights along the border, and a function lowers the range if it is not orthogonal to them. So the poles
+# that are least orthogonal are added, a few at a time.
 
-_DISTANCES = 0.04 * 2.0 ** np.arange(4)  # of the places of poles, by the size of the region
-_APART, _SIMPLER = 0.7, 0.2  # by the distance: places along a line, and the simplification of the outline
+_DISTANCES = 0.04 * 2.0 ** np.arange(4)  # of poles from the region, over its size
+_APART, _SIMPLER = 0.7, 0.2  # over that distance: between places along a line; simplification of the outline
 _ORDERS = (2, 3)
 _AT_ONCE = 8  # poles
-_NEXT, _AGAIN = 1.0, 0.3  # by the larger distance: between poles that are added together, and between all
-_DIFFERENT = 1e-4  # of the largest singular value: with functions that differ less factors are large
+_NEXT, _AGAIN = 1.0, 0.3  # over the larger distance: between poles added together, and between all
+_DIFFERENT = 1e-4  # of the largest singular value; functions that differ less have large factors
 _FOR_FRAME = 4000  # nodes
 _TINY = 1e-4  # of the largest weight
-_PAYS = 0.01  # relative gain that poles must bring
+_PAYS = 0.01  # least relative gain of poles that counts
 _TIGHT = "+range=1e8 +inv_tolerance=1e-11"  # in a plane in which the region has the size 1
 _EDGE = 500  # edges are divided to lengths of the region's size over this
 
@@ -41,11 +41,11 @@ class Poles:
     factors: Any = None
 
     def some(self, chosen: IntArray) -> Poles:
-        """Those with some numbers."""
+        """The poles of an index, without factors."""
         return Poles(self.places[chosen], self.distances[chosen])
 
     def functions(self, z: ComplexArray) -> list[Any]:
-        """Functions (n, k) of z (n,), of each order."""
+        """The functions of each order, (n, k), at z (n,)."""
         ratio = self.distances / (z[:, None] - self.places)
         return [ratio**order for order in _ORDERS]
 
@@ -59,9 +59,9 @@ def with_poles(
     some are added while that pays.
     """
     u, v = nodes.plane
-    z, inside = u + 1j * v, nodes.in_region
-    log_k = 0.5 * np.log(np.linalg.det(nodes.J[inside]))
-    powers = _powers(z[inside], nodes.weight[inside], degree)
+    inside, counts = nodes.in_region, nodes.weight > 0.0
+    z, log_k = u + 1j * v, 0.5 * np.log(np.linalg.det(nodes.J[inside]))
+    powers = ComplexPolynomials.over(z[counts], nodes.weight[counts], degree).at(z[inside])[:, 1:]
     chosen = _chosen(z[inside], log_k, powers, _places(nodes, region), count)
     if not chosen.places.size:
         return None
@@ -71,7 +71,7 @@ def with_poles(
 
 
 def _places(nodes: BaseNodes, region: regions.Place) -> Poles:
-    """Places around the region and in its holes."""
+    """Places for poles around the region and in its holes."""
     step = float(np.degrees(nodes.size / nodes.base.ellipsoid.a)) / _EDGE
     polygons = shapely.segmentize(regions.polygons_of(region), step)
 
@@ -91,14 +91,8 @@ def _places(nodes: BaseNodes, region: regions.Place) -> Poles:
     return Poles(x + 1j * y, np.concatenate(far))
 
 
-def _powers(z: ComplexArray, weight: FloatArray, degree: int) -> ComplexArray:
-    """Polynomials (n, degree) of z without the constant."""
-    counts = weight > 0.0
-    return np.asarray(ComplexPolynomials.over(z[counts], weight[counts], degree).at(z)[:, 1:])
-
-
 def _chosen(z: ComplexArray, log_k: FloatArray, powers: ComplexArray, places: Poles, count: int | None) -> Poles:
-    """The poles that lower the range of ln k most, and their factors in the slope of the map."""
+    """The poles that lower the range of ln k most, with their factors in the slope of the map."""
     taken, likely, best, least = np.zeros(0, dtype=int), np.zeros(0, dtype=int), places, np.inf
     while True:
         poles = places.some(taken)
@@ -146,7 +140,7 @@ def _composed(nodes: BaseNodes, poles: Poles) -> ContinuedFraction:
     places, distances, factors = poles.places[order].copy(), poles.distances[order], poles.factors[order]
     orders = np.array(_ORDERS)
     terms = [ComplexPolynomial(nodes.origin + nodes.size * places[0], nodes.size, np.array([0.0, 1.0 + 0.0j]))]
-    origin, unit = 0.0 + 0.0j, 1.0 + 0.0j  # of the plane that a term is given: w = (plane - origin) / unit
+    origin, unit = 0.0 + 0.0j, 1.0 + 0.0j  # of the plane before a term: w = (plane - origin) / unit
     for k in range(places.size):
         own = np.zeros(orders[-1] + 2, dtype=complex)
         own[1] = 1.0

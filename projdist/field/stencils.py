@@ -31,7 +31,7 @@ _FORWARD = np.array(
 _FORWARD_OFFSETS = np.arange(1.0, 7.0)
 _FORWARD_STEPS = (1.5e-3, 1.5e-4, 1.5e-5)
 _AT_ONCE = 4096  # points whose arrays have some megabytes
-_TOGETHER = 400  # points, each with a step, in one call: few points cost as much as a call does
+_TOGETHER = 400  # points, each with a step, in one call: so few cost no more than the call
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def _improve(
     patient: bool = False,
     one_sided: bool = False,
 ) -> None:
-    """Take over better Jacobians of ever smaller steps at points of an index; one-sided ones if ten times better."""
+    """Improve Jacobians at points of an index by ever smaller steps; one-sided ones must be ten times better."""
     # They are sixth-order differences: central ones, or the best one-sided ones of the four quadrants. Points where a
     # smaller central step does not help are given up, unless `patient`: near a smooth singularity the error falls by
     # 4^6, beside a seam it does not. All further steps of few points are computed together.
@@ -189,7 +189,7 @@ _Differences = Callable[[StencilPoints, FloatArray, FloatArray], _Found]
 
 
 def _in_parts(differences: _Differences, points: StencilPoints, centre: FloatArray, steps: FloatArray) -> _Found:
-    """Differences of some thousand points at a time, because one-sided ones need a hundred numbers a point."""
+    """Differences for a few thousand points at a time, because one-sided ones need a hundred numbers a point."""
     if not points.projection.answers_everywhere:  # functions, whose answers may depend on the other points
         return differences(points, centre, steps)
     parts = [np.arange(start, min(start + _AT_ONCE, steps.size)) for start in range(0, steps.size, _AT_ONCE)]
@@ -219,7 +219,7 @@ def _central(points: StencilPoints, centre: FloatArray, steps: FloatArray) -> _F
 
 
 def _one_sided(points: StencilPoints, centre: FloatArray, steps: FloatArray) -> _Found:
-    """Sixth-order one-sided differences with a step (n,) for each point, into the quadrant where they are best."""
+    """Sixth-order one-sided differences with a step (n,) for each point, in the quadrant where they are best."""
     n = steps.size
     f, t = points.along(_RAYS, steps * _FORWARD_OFFSETS[:, None])
     f = np.concatenate([np.broadcast_to(centre[:, None, None], (2, len(_RAYS), 1, n)), f], axis=2)
@@ -237,7 +237,7 @@ def _one_sided(points: StencilPoints, centre: FloatArray, steps: FloatArray) -> 
 
 
 def fourth_order(values: FloatArray, metre: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Derivatives of values (4, n) at h, -h, 2 h and -2 h by 1 / h, `metre`, and what fourth order adds to second."""
+    """Derivatives from values (4, n) at h, -h, 2 h, -2 h (`metre` is 1 / h), and their changes from second order."""
     ahead, behind, far_ahead, far_behind = values
     near = ahead - behind
     change = (near - 0.5 * (far_ahead - far_behind)) * (metre / 6.0)

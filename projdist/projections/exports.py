@@ -30,7 +30,7 @@ _SAME_MERIDIAN = 1e-13  # degrees, 0.01 micrometres
 _SHARES = np.meshgrid((np.arange(18) + 0.5) / 18.0, (np.arange(17) + 0.5) / 17.0)
 # Without any of these keys PROJ's operation is on GRS 80, but the CRS made of the string on WGS 84: 0.1 mm away.
 _ELLIPSOIDS = frozenset("ellps datum a R init".split())
-_BESIDE = frozenset("pipeline unitconvert axisswap longlat".split())  # steps around the projecting one
+_BESIDE = frozenset("pipeline unitconvert axisswap longlat".split())  # steps around the one that projects
 _REPLACED = frozenset("k k_0 lat_ts units to_meter".split())
 _OPEN = "1"  # placeholder of a scale to be fitted
 _WITH_K_0 = frozenset("merc tmerc etmerc stere sterea lcc somerc omerc krovak labrd gstmerc".split())
@@ -106,7 +106,7 @@ def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
 
     for changed in _changed_parameters(tokens, float(matrix[0, 0]), float(matrix[1, 1])):
         try:
-            if changed.get("k_0") == _OPEN:  # that whose coordinates fit the truth best (least squares)
+            if changed.get("k_0") == _OPEN:  # the scale whose coordinates fit the truth best (least squares)
                 unscaled = coordinates(changed)
                 origin = np.array([[float(changed.get(key) or 0.0)] for key in ("x_0", "y_0")])
                 both = np.isfinite(unscaled + truth).all(axis=0)
@@ -142,7 +142,7 @@ def agree(projection: Projection, found: FloatArray, truth: FloatArray) -> bool:
 
 
 def base_crs(projection: Projection) -> CRS | None:
-    """The projected CRS of a map, or one made of its PROJ string, which may be another map; None without any."""
+    """The projected CRS of a map, or the CRS that PROJ makes of its string, which may be another map; else None."""
     if isinstance(projection.function, CrsOperation):
         return CRS.from_wkt(projection.function.crs)
     if not isinstance(projection.function, Pipeline) or "+proj=pipeline" in projection.function.definition:
@@ -178,7 +178,7 @@ def _derived_wkt(name: str, base: str, conversion: str) -> str:
 
 
 def _projecting_step(projection: Projection) -> dict[str, str] | None:
-    """Parameters of the only projecting step of a PROJ operation; None if there is not exactly one."""
+    """Parameters of the one step of a PROJ operation that projects; None if there is not exactly one."""
     function = projection.function
     if not isinstance(function, Pipeline | CrsOperation):
         return None
@@ -249,7 +249,7 @@ LINEAR_UNITS = {
 def geodetic_ellipsoid(geodetic: str) -> Ellipsoid:
     """The ellipsoid of a geographic CRS, as EPSG:6318; raises ProjectionError."""
     ellipsoid = operations.ellipsoid_of_crs(_geodetic(geodetic))
-    assert ellipsoid is not None  # as `_geodetic` sees to
+    assert ellipsoid is not None  # `_geodetic` makes sure
     return ellipsoid
 
 
@@ -379,7 +379,7 @@ class AreaOfUse(NamedTuple):
 
 @dataclass(frozen=True)
 class DerivedCrs:
-    """A CRS as a PROJ pipeline from degrees, projected WKT2 with it as conversion, and WKT2 derived from the base."""
+    """A CRS as a PROJ pipeline from degrees, as WKT2 with that conversion, and as WKT2 derived from its base."""
 
     pipeline: str
     wkt: str
