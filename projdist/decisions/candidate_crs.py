@@ -201,8 +201,7 @@ def outline_keys() -> dict[str, str]:
 @functools.lru_cache(maxsize=4096)
 def _names_in(text: str) -> frozenset[str]:
     """Countries named in a text."""
-    names = _vocabulary()[1]
-    return frozenset(names[word] for word in words_in(text))
+    return frozenset(_vocabulary()[1][word] for word in words_in(text))
 
 
 def words_in(text: str) -> list[str]:

@@ -218,8 +218,7 @@ def _oblique(name: str, e: Extent) -> Family:
 
 def _rotated(name: str, e: Extent) -> Family:
     """A world map in any aspect, by PROJ's ob_tran."""
-    inner = name.partition(":")[2]
-    text = projections.projection_names().get(inner, "")
+    text = projections.projection_names().get(name.partition(":")[2], "")
     operation = re.match(r"\+proj=(\S+)(.*)", re.sub(r"\s*\+R=\S+", "", text))
     if not operation or operation[1] == "ob_tran":
         raise ValueError(

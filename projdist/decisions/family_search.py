@@ -66,8 +66,7 @@ class Objective:
         if self.figure.version == "scaled" and w.any():
             c = _log_middle(*_scales(J), w)
         if (smooth := _SMOOTH.get(self.figure.measure)) and self.figure.statistic == "rms":
-            terms = smooth(*_scales(c * J))
-            return (np.sqrt(w) * terms).ravel()
+            return (np.sqrt(w) * smooth(*_scales(c * J))).ravel()
         values = self.figure.measure(c * J)
         if self.figure.is_maximum:
             return values
@@ -328,8 +327,7 @@ class Members:
         J, w, _ = self.jacobian(values, nodes)
         if not w.any():
             return float("inf")
-        left = self.objective.figure.measure(self.best_scale(J, w) * J[w > 0])
-        return float(np.quantile(np.abs(left), _QUANTILE))
+        return float(np.quantile(np.abs(self.objective.figure.measure(self.best_scale(J, w) * J[w > 0])), _QUANTILE))
 
     def search(self, most: float = np.inf) -> tuple[dict[str, float], float, Nodes, int]:
         """Free parameters of the best member, its value at nodes, these nodes, and the number of evaluations.

@@ -22,9 +22,6 @@ from projdist.decisions.family_search import DECIMALS, Flat, Members, Objective,
 from projdist.earth import SPHERE, WGS84, Ellipsoid
 from projdist.field import FIGURES, AnyFigure, Field, Figure, Nodes, get_figure, nodes_of, sample
 
-LIMITED = ("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine")
-"""Figures whose least value of all maps is known."""
-
 _NODES = 2000
 _WIDEST = 100.0  # degrees from the middle: beyond, the polynomials of the stereographic plane do not reach
 

@@ -320,8 +320,7 @@ def _placed(
     mean: _Mean, ground: _Ground, average: Projection, title: str, area: AreaOfUse, datum: str | None
 ) -> tuple[Projection, DerivedCrs | None]:
     """The mean with the orientation and the middle of the average, and its CRS if it has one."""
-    base = mean.base if isinstance(mean, plane_maps.Corrected) else None
-    ellipsoid = (base or average).ellipsoid
+    ellipsoid = (mean.base if isinstance(mean, plane_maps.Corrected) else average).ellipsoid
     own = Projection.from_function(mean, name=title, ellipsoid=ellipsoid)
     turn = plane_maps.common_turn(ground.jacobian(average) @ np.linalg.inv(ground.jacobian(own)), ground.weight)
     mean = mean.moved(turn, ground.middle(average) - turn * ground.middle(own))

@@ -220,8 +220,7 @@ def general_map(nodes: BaseNodes, energy: Energy, degree: int, share: float) -> 
     # The base itself.
     plain = np.stack([u, v]) * weights[counts] @ basis.values[:, 1:]
     best = minimise_energy(energy, gradients, weights[counts], nodes.size * plain)
-    coefficients = np.hstack([np.zeros((2, 1)), best.place])
-    return PolynomialMap(nodes.origin, nodes.size, basis.powers(coefficients))
+    return PolynomialMap(nodes.origin, nodes.size, basis.powers(np.hstack([np.zeros((2, 1)), best.place])))
 
 
 # ---- degree by degree ----------------------------------------------------------------------------
@@ -308,8 +307,7 @@ def _best_map(
 
 def needs_exponent(J: FloatArray, weight: FloatArray, objective: DesignObjective) -> bool:
     """True if the energy is not elliptic at a node with weight, so that a finer map could tear there."""
-    counts = weight > 0.0
-    return objective.exponent == 0.0 and not bool(np.all(objective.energy.expansion(J[counts]).is_elliptic()))
+    return objective.exponent == 0.0 and not objective.energy.expansion(J[weight > 0.0]).is_elliptic().all()
 
 
 def _scales_around(nodes: BaseNodes, J: FloatArray) -> tuple[float, float, float]:

@@ -280,8 +280,8 @@ def design(
     crs = projections.derived_crs(start, finished.steps, title, _area_of_use(area, extent, stage), geodetic=datum)
     on_progress("measure")
     made = measure_map(crs.projection, area, objective)
-    has_limit = objective.figure.name in decisions.LIMITED
-    limit = decisions.least_error(area, kind, ellipsoid, degree=12) if has_limit else None
+    limited = objective.figure.is_airy_kavrayskiy  # for other figures the limit is not known
+    limit = decisions.least_error(area, kind, ellipsoid, degree=12) if limited else None
     reach = float(np.radians(_MARGIN * extent.radius) * ellipsoid.ground.mean_radius / 1000.0)
     around = Surroundings(reach, *stage.around)
     rivals = tuple(_rivals(area, objective, start if base is None else None, against, made, on_progress))

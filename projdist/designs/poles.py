@@ -146,8 +146,7 @@ def _composed(nodes: BaseNodes, poles: Poles) -> ContinuedFraction:
         own[1] = 1.0
         own[orders + 1] = factors[k] * distances[k] ** orders / (orders - 1)
         later = 1.0 / (places[k + 1 :] - places[k])
-        moved = places[k] + 1.0 / np.polynomial.polynomial.polyval(later, own)
-        places[k + 1 :] = moved
+        places[k + 1 :] = places[k] + 1.0 / np.polynomial.polynomial.polyval(later, own)
         last = k + 1 == places.size
         shift = 1.0 if last else places[k] - places[k + 1]
         given = own * shift / unit ** np.arange(own.size)

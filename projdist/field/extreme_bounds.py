@@ -116,8 +116,7 @@ def polynomials_of(nodes: Pieces, H: FloatArray, clipped: BoolArray) -> Polynomi
     field = np.ascontiguousarray(np.moveaxis(np.concatenate(entries, axis=-1), -1, 1))
     with np.errstate(invalid="ignore", over="ignore"):
         along = np.stack([np.abs(LEGENDRE @ field).max(axis=3), np.abs(field @ LEGENDRE.T).max(axis=2)], axis=-2)
-        last = along[..., ORDER - 2 :].max(axis=-1)
-        error = _LEFT_OUT * last.sum(axis=-1)
+        error = _LEFT_OUT * along[..., ORDER - 2 :].max(axis=-1).sum(axis=-1)
         scale = np.sqrt(0.5 * (field[:, :4] ** 2).sum(axis=1).mean(axis=(1, 2)))
         error[:, :4] += (_SLOPE * doubt * scale)[:, None]
         if field.shape[1] > 4:
@@ -237,8 +236,7 @@ class _Cells(NamedTuple):
 
 def reach(goal: Goal, pieces: Polynomials, chosen: IntArray, inside: Inside) -> tuple[FloatArray, Top]:
     """Upper bounds over whole pieces, even beyond the region, and the largest values seen within it."""
-    cells = _Cells.of(len(chosen))
-    upper, _, top = _look_at_cells(goal, pieces, chosen, cells, inside)
+    upper, _, top = _look_at_cells(goal, pieces, chosen, _Cells.of(len(chosen)), inside)
     best = top.value.reshape(-1, 4).argmax(axis=1) + 4 * np.arange(len(chosen))
     return upper.reshape(-1, 4).max(axis=1), Top(*(part[best] for part in top))
 
@@ -392,8 +390,7 @@ def _square(pieces: Polynomials, piece: IntArray, u: FloatArray, v: FloatArray) 
 def _by_newton(pieces: Polynomials, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Coordinates r, s in pieces (n,) whose sides are curves; places outside stay outside."""
     chart = np.stack([pieces.u, pieces.v], axis=1)
-    coordinates = np.concatenate([chart, DIFFERENTIATE @ chart, chart @ DIFFERENTIATE.T], axis=1)
-    bent = replace(pieces, field=coordinates)
+    bent = replace(pieces, field=np.concatenate([chart, DIFFERENTIATE @ chart, chart @ DIFFERENTIATE.T], axis=1))
     r, s = np.zeros(u.shape), np.zeros(u.shape)
     everyone = np.arange(len(u))
     for _ in range(_NEWTON):

@@ -388,10 +388,9 @@ class _Search:
         clipped = self.pieces.clipped[piece]
         if not clipped.any():
             return piece
-        rim = np.linspace(-1.0, 1.0, 3)
-        middle = np.broadcast_to(rim, (int(clipped.sum()), 3))
+        rim = np.broadcast_to(np.linspace(-1.0, 1.0, 3), (int(clipped.sum()), 3))
         held = np.ones(len(piece), dtype=bool)
-        held[clipped] = self._contains(piece[clipped], middle, middle).any(axis=(1, 2))
+        held[clipped] = self._contains(piece[clipped], rim, rim).any(axis=(1, 2))
         held |= np.array([bool(one) and len(self._edges(k)) > 0 for k, one in zip(piece, clipped & ~held, strict=True)])
         return piece[held]
 

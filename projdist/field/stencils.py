@@ -284,8 +284,7 @@ def is_torn(points: StencilPoints, centre: FloatArray) -> BoolArray:
     for distance in (1e-5, 1e-7):
         f, _ = points.along((EAST, NORTH), distance * np.array([[1.0], [-1.0]]))
         jumps.append(np.nan_to_num(np.abs(f - centre[:, None, None]), nan=0.0).max(axis=(0, 1, 2)))
-    scale = points.projection.ellipsoid.a
-    return np.asarray((jumps[1] > 0.5 * jumps[0]) & (jumps[1] > 1e-6 * scale))
+    return np.asarray((jumps[1] > 0.5 * jumps[0]) & (jumps[1] > 1e-6 * points.projection.ellipsoid.a))
 
 
 # At the first step rounding, eps / step^2 = 2e-12, and truncation, step^6, balance; near singularities smaller ones do.

@@ -342,8 +342,7 @@ def registered_code(crs: CRS) -> str:
     """AUTHORITY:CODE of a registered CRS, else ""."""
     # PROJ is sure of a CRS without a code only if its name is registered. For other names it would search its database
     # for 0.1 s for CRSs that differ only in name, without being sure of them.
-    inner = cast(CRS, crs.source_crs) if crs.is_bound else crs
-    parts = inner.to_json_dict()
+    parts = (cast(CRS, crs.source_crs) if crs.is_bound else crs).to_json_dict()
     name, is_identified = parts["name"], "id" in parts or "ids" in parts
     if not is_identified and name not in (catalogue.registered_names() or [name]):
         return ""

@@ -258,10 +258,9 @@ def geodetic_of(projection: Projection) -> str | None:
     if not isinstance(projection.function, CrsOperation):
         return None
     geodetic = CRS.from_wkt(projection.function.crs).geodetic_crs
-    if geodetic is None or not operations.has_plain_axes(geodetic):
+    if geodetic is None or not operations.has_plain_axes(geodetic) or GeographicAxes.of(geodetic) != GeographicAxes():
         return None
-    in_degrees = GeographicAxes.of(geodetic) == GeographicAxes()
-    return str(geodetic.to_wkt()) if in_degrees else None
+    return str(geodetic.to_wkt())
 
 
 def crs_wkt(

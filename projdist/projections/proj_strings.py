@@ -43,13 +43,10 @@ _KROVAK = {"alpha": 30.28813975}
 _CONSTANTS = {"krovak": _KROVAK, "mod_krovak": _KROVAK, "peirce_q": {"lat_0": 90.0}}
 _CONSTANTS["nzmg"] = {"lat_0": -41.0, "lon_0": 173.0, "x_0": 2510000.0, "y_0": 6023150.0}
 _SAME = 1e-6  # degrees: EPSG has Krovak's angle to 0.0001", and ESRI another last digit
-# Keys that define a step and its direction, and keys without influence on a map.
-_BESIDE = frozenset(
-    """proj step inv omit_fwd omit_inv title init type no_defs wktext towgs84 nadgrids geoidgrids vunits vto_meter
-    geoid_crs datum""".split()
-)
-
+# PROJ would apply these, which relate a datum to WGS 84 or concern heights: they are not part of the map.
+_DATUM_SHIFT_KEYS = frozenset("towgs84 nadgrids geoidgrids vunits vto_meter geoid_crs type no_defs wktext".split())
 _OF_STEPS = frozenset("proj step inv init omit_fwd omit_inv title".split())
+_BESIDE = _OF_STEPS | _DATUM_SHIFT_KEYS | {"datum"}  # keys without influence on a map
 _OF_ALL = frozenset("k lon_wrap t_0 x_0 y_0 z_0 h_0 R R_lat_a R_lat_g a b e es f rf".split())
 
 _FIGURE = r"(?:\d+(?:_\d+)*(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
@@ -236,9 +233,6 @@ def prime_meridian(stated: Stated) -> float:
 
 
 # ---- projections of PROJ strings -----------------------------------------------------------------
-
-# PROJ would apply these, which relate a datum to WGS 84 or concern heights: they are not part of the map.
-_DATUM_SHIFT_KEYS = frozenset("towgs84 nadgrids geoidgrids vunits vto_meter geoid_crs type no_defs wktext".split())
 
 
 def string_of_parameters(parameters: Mapping[str, Any]) -> str:
