@@ -489,9 +489,9 @@ def _totals(features: dict[str, AnyArray], undrawn: BoolArray) -> Totals:
     figures: dict[str, float] = {}
     for what, unit in (("area", "km2"), ("length", "km")):
         names = (f"{what}_{unit}", f"map_{what}_{unit}")
-        # The sums of finite values, NaN if there are none.
-        sums = (float(np.nansum(features[name])) if np.isfinite(features[name]).any() else np.nan for name in names)
-        ground, drawn = sums
+        ground, drawn = (  # the sums of finite values, NaN if there are none
+            float(np.nansum(features[name])) if np.isfinite(features[name]).any() else np.nan for name in names
+        )
         figures |= dict(zip(names, (ground, drawn), strict=True)) | {f"{what}_error": float(_error(drawn, ground))}
         worst, rms = _worst_and_rms(features[f"{what}_error"])
         figures |= {f"worst_{what}_error": worst, f"rms_{what}_error": rms}

@@ -31,8 +31,7 @@ def least_error(
     region: regions.Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84, degree: int = 8
 ) -> float | None:
     """Airy-Kavrayskiy error of the best map of a region for a purpose; None for regions that are too wide."""
-    # The best conformal map is that whose ln k is a polynomial of the degree; maps of no special property have its
-    # error over sqrt(2).
+    # That of the best conformal map (ln k is a polynomial of the degree); over sqrt(2) if no property is to be kept.
     extent = families.extent_of(region)
     if extent.radius > _WIDEST:
         return None

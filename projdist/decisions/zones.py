@@ -186,7 +186,7 @@ def _serves(
     system: _System, found: Mapping[str, Candidate | Rejected], above_ppm: float, weight: FloatArray | None = None
 ) -> bool:
     """True if by their trials all zones are conformal, with errors below `above_ppm`; with weights, on average."""
-    # A state's zones are its law, also where one far island has more: Isle Royale in Michigan.
+    # A state's zones are its law even where a far island, such as Isle Royale in Michigan, has larger errors.
     trials = [
         (found[record.code], held) for record, held in zip(system.records, system.held, strict=True) if held.any()
     ]

@@ -11,9 +11,8 @@ import numpy as np
 from projdist import decisions, projections, regions, support
 from projdist.designs import base_maps, conformal_bounds
 from projdist.designs.base_maps import SYMMETRIES, BaseNodes, DesignObjective
-from projdist.designs.fits import SHARES, Stage, best_of, stage_of, stages
+from projdist.designs.fits import SHARES, Stage, best_of, stage_of, stages, with_poles
 from projdist.designs.plane_maps import ComplexPolynomial, PlaneMap
-from projdist.designs.poles import with_poles
 from projdist.earth import SPHERE, WGS84, unit_vectors
 from projdist.field import Extreme, Nodes, jacobian, nodes_at, nodes_of, sample
 

@@ -44,8 +44,8 @@ class MeshGoal:
 
     column: int
     tolerance: float  # relative where the mean is above 1
-    # A family of panels that keeps this share of its error when it is split is at the level of rounding: singular
-    # points and lines halve their errors, cuts and resolved parts do far better.
+    # Share of its error that a panel at the level of rounding keeps when it is split; singular points and lines halve
+    # their errors, cuts and resolved parts do far better.
     stuck: float = 0.8
     gives_up: bool = False  # go on beside panels at the level of rounding
 
@@ -184,9 +184,8 @@ class Mesh:
 
     def _mend(self, pieces: Pieces, suspects: BoolArray) -> None:
         """Take the Jacobian point by point, from one side only, where seams are too tangled to cut."""
-        # That costs 20 times as much, so it is done in small pieces only, and in very small ones where there are few,
-        # as about a singular point: splitting these soon leaves next to nothing.
-        # Areas as shares of the globe: those of the pieces are on the map's own ellipsoid, which may be another one.
+        # It costs 20 times as much: it is done in small pieces, and if these are few, as about a singular point, where
+        # splitting soon helps, in very small ones. Areas are shares of the globe, as ellipsoids may differ.
         share = pieces.weight.sum(axis=(1, 2)) / self.projection.ellipsoid.area
         whole = 1e6 * self.region.area_km2 / self.region.figure.area
         ragged = np.flatnonzero(suspects & (pieces.unresolved > TEAR) & (share < _SMALL * whole))

@@ -26,7 +26,7 @@ class Goal:
 
     @property
     def sign(self) -> float:
-        """1 or -1, times which the measure is maximised."""
+        """1 or -1: the measure times this is maximised."""
         return 1.0 if self.largest else -1.0
 
     @property

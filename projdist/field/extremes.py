@@ -110,8 +110,8 @@ def _size(field: FloatArray) -> FloatArray:
 # ---- measures without bound ----------------------------------------------------------------------
 
 _BROAD = 3e-3  # of the largest panel's area
-# Ever nearer to the maximum, in shares of the way to the middle of the nearest broad panel. Not nearer than
-# this: the last thousandths of a degree before a singular point often are not defined, so that it is not found itself.
+# Distances from the maximum, over that of the middle of the nearest broad panel. None is smaller: maps often are
+# undefined in the last thousandths of a degree before a singular point, which then is not found itself.
 _APPROACH = 10.0 ** -np.arange(0.5, 2.5, 0.5)
 _NEARER = 10.0 ** -np.arange(1.5, 5.25, 0.25)  # on the way to a pole, where growth may come to an end
 _BESIDE = 0.1  # degrees from a pole
@@ -126,8 +126,7 @@ def _unbounded(
 ) -> list[Extreme]:
     """The extremes found for goals, infinite where a goal grows without bound on the way to its place."""
     # The way leads from the middle of the nearest broad panel. A goal without bound grows by no less in every step, and
-    # beside a pole the growth does not come to an end.
-    # Only signed measures, such as logarithms, may fall without bound.
+    # also beside a pole. Only signed measures, such as logarithms, may fall without bound.
     may_grow = [not goal.measure.bounded and (goal.largest or goal.measure.kind == "signed") for goal in goals]
     doubtful = [k for k, one in enumerate(found) if may_grow[k] and np.isfinite(one.value)]
     result = list(found)

@@ -26,13 +26,12 @@ _NOISE = 1e-7  # of logarithms of scales, as interpolation leaves them
 _MISSED = 0.16
 _BOUNDED = 0.01  # error of an extreme over itself, up to which it is finite: noise can look like a singularity
 _ROUNDING = 1e-12  # of J, from the differentiation of x and y
-# Panels smaller than this hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, and at most
-# 7e-3 of any measure that has a mean (a of laea). A diverging one has as much in every decade of area from 1 to 1e-12,
-# so half of it in them.
+# Smaller panels hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, and at most 7e-3 of that
+# of a measure with a mean (a of laea); of one that diverges half, the same in each decade of area from 1 to 1e-12.
 _TINY = 1e-6  # of the area
 _GOOD_PART, _LARGE_PART = 0.02, 0.1  # of the integral, held by tiny panels
-_RESOLVED = 0.01  # relative error of a mean; that of a mean that diverges is what its smallest panels hold, more
-_NOTHING = 1e-6  # in the unit of any measure: omega of conformal maps is less
+_RESOLVED = 0.01  # relative error of a mean that converges; one that diverges is wrong by more
+_NOTHING = 1e-6  # a mean that is only rounding, in the unit of any measure
 # Shares of the area on which a measure may be undefined: at singular points, and at kinks, of second derivatives.
 _UNDEFINED, _UNDEFINED_AT_KINKS = 1e-6, 1e-3
 # Points for quantiles, whose error falls as one over their number: of all panels, and of one.

@@ -47,8 +47,8 @@ class Cuts:
 
     pieces: list[Pieces]  # in place of the panels of the mask `done`
     done: BoolArray
-    # (n, 2), u and v at which to split a panel further: where the seam leaves one that could not be cut, and beside or
-    # across the seam of one that was; NaN for a direction that would not help
+    # (n, 2), u and v at which to split panels: where the seam leaves one that could not be cut, beside or across the
+    # seam of one that was; NaN for a direction in which a split would not help.
     split_at: FloatArray
     evaluations: int
 

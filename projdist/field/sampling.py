@@ -30,7 +30,7 @@ _MAX_EVALUATIONS = 1_500_000
 _MEAN_TOLERANCE = 1e-6  # measures have kinks, which cost more
 # For second derivatives: where J has a jump they grow as panels shrink, so that splitting gains nothing.
 _SECOND_TOLERANCE = 1e-5
-_STUCK = 1.5  # for means of integrands: kinks may keep nearly all of their errors, rounding doubles its
+_STUCK = 1.5  # for means of integrands: kinks may keep nearly all of their error, rounding doubles it
 
 
 def named_measures(measures: Any) -> dict[str, Measure]:

@@ -123,11 +123,10 @@ class StencilPoints:
 
     def along(self, directions: Sequence[tuple[float, float]], steps: FloatArray) -> tuple[FloatArray, FloatArray]:
         """f (2, k, m, n) at signed steps (m, n) or (m, 1) along k directions (east, north), and metres (k, m, n)."""
-        # The projection is called once, because for few points the call costs more than the points. Up to 89.99 degrees
-        # the lines are straight in longitude and latitude, so that those along a parallel or a meridian do not cross
-        # the seams and kinks that lie on these. Nearer the poles they are straight in the tangent plane, where a pole
-        # is a point like others. Either has the unit velocity of its direction at the point itself. A step of 1 is an
-        # equatorial radius up to 87 degrees, and shrinks with the distance to the pole beyond.
+        # The projection is called once, because a call costs more than a few points. Up to 89.99 degrees lines are
+        # straight in longitude and latitude, so that those along parallels and meridians cross no seams and kinks that
+        # lie on these. Nearer the poles they are straight in the tangent plane, where a pole is a point like others. A
+        # step of 1 is an equatorial radius up to 87 degrees, and shrinks with the distance to the pole beyond.
         ellipsoid, polar = self.projection.ellipsoid, self.tangent
         cos = np.cos(np.radians(self.lat))
         distance = steps * np.where(polar, 1.0, np.minimum(1.0, 20.0 * cos))
@@ -137,8 +136,7 @@ class StencilPoints:
         lon = self.lon + np.degrees(east / parallel)
         lat = self.lat + np.degrees(north / meridian)
         taken = np.repeat(distance[None], len(directions), axis=0)
-        # The step that was really taken: rounding of the angles, as the projection sees them in radians,
-        # is 2e-16 / step of the derivative, and in the quotient it cancels.
+        # The steps as taken: rounding of angles in radians, 2e-16 / step of the derivative, cancels in the quotient.
         for k, direction in enumerate(directions):
             if direction == NORTH:
                 taken[k] = meridian * (np.radians(lat[k]) - np.radians(self.lat))
@@ -155,9 +153,8 @@ def drop(
     ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, east: FloatArray, north: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Degrees of the points `east`, `north` (in semi-major axes) of tangent planes at (lon, lat), on the ellipsoid."""
-    # They drop along the normal at the tangent point: straight lines become geodesics to second order.
-    # In the frame of the point's own meridian the tangent plane at latitude phi has axes
-    # east (0, 1, 0) and north (-sin, 0, cos), and the normal is (cos, 0, sin).
+    # They drop along the normal at the tangent point, so that straight lines become geodesics to second order. In the
+    # frame of the point's meridian the plane has axes east (0, 1, 0), north (-sin, 0, cos) and normal (cos, 0, sin).
     sin, cos = np.sin(np.radians(lat)), np.cos(np.radians(lat))
     cos = np.where(np.abs(lat) == 90.0, 0.0, cos)
     e2 = ellipsoid.eccentricity_squared

@@ -392,8 +392,7 @@ def is_geographic(frame: Any) -> bool:
 
 def places(projection: Projection, frame: Any) -> tuple[FloatArray, FloatArray]:
     """Longitudes and latitudes (n,) of a frame's points, on the datum of the map; ValueError names the row, from 1."""
-    # Points of a GeoDataFrame are transformed from their CRS; otherwise the columns `lon` and `lat` are taken as they
-    # are. Missing points are NaN, with a warning.
+    # GeoDataFrames are transformed from their CRS, columns `lon` and `lat` are not. Missing points become NaN.
     if not is_geographic(frame):
         names = list(frame.columns)
         found = coordinate_columns(names)

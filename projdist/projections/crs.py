@@ -340,8 +340,7 @@ def _with_conversion(crs: dict[str, Any], stated: Sequence[StatedParameter] | No
 
 def registered_code(crs: CRS) -> str:
     """AUTHORITY:CODE of a registered CRS, else ""."""
-    # PROJ is sure of a CRS without a code only if its name is registered. For other names it would search its database
-    # for 0.1 s for CRSs that differ only in name, without being sure of them.
+    # Without a code PROJ is sure of registered names only; for others it would search its database for 0.1 s in vain.
     parts = (cast(CRS, crs.source_crs) if crs.is_bound else crs).to_json_dict()
     name, is_identified = parts["name"], "id" in parts or "ids" in parts
     if not is_identified and name not in (catalogue.registered_names() or [name]):

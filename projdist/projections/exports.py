@@ -62,8 +62,7 @@ def pipeline_of(projection: Projection, matrix: FloatArray) -> str | None:
 
 def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str | None, str | None]:
     """WKT2 of a derived projected CRS in metres east and north, and None; or None and the reason."""
-    # Its deriving conversion is EPSG's affine parametric transformation (method 9624). The WKT is read back and
-    # compared with the map, so that nothing a CRS cannot hold is lost silently.
+    # It is derived by EPSG's affine parametric transformation (method 9624), and read back to compare it with the map.
     base = base_crs(projection)
     if base is None:
         return None, f"{projection.name} is not a CRS, but a function or a pipeline."
@@ -73,8 +72,8 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
     points = tried(projection)
     truth = matrix @ np.array(projection(*points))
     u, v = (axis.unit_conversion_factor for axis in base.axis_info[:2])
-    # From the CRS's own coordinates, likely ones first: PROJ applies the affine transformation in the axis order and
-    # unit of the CRS; on polar maps the axis directions do not tell the order.
+    # PROJ transforms coordinates in the axis order and unit of the CRS. As the axes of polar maps do not tell their
+    # order, all are tried, likely ones first.
     for sign_u, sign_v, swapped in itertools.product((1.0, -1.0), (1.0, -1.0), (False, True)):
         axes = np.diag([sign_u * u, sign_v * v])
         (a1, a2), (b1, b2) = (matrix @ (axes[::-1] if swapped else axes)).tolist()
@@ -267,8 +266,7 @@ def crs_wkt(
     projection: Projection, name: str, *, geodetic: str | None = None, version: str = "WKT2_2019"
 ) -> tuple[str | None, str | None]:
     """WKT, WKT2_2019 or WKT1_ESRI, of a CRS that is the projection, and None; or None and the reason."""
-    # It is based on the geographic CRS `geodetic`; by default on WGS 84 where the ellipsoid is that of WGS 84, else on
-    # an unnamed datum. The WKT is read back and compared with the map.
+    # Its base is `geodetic`, by default WGS 84 on its ellipsoid, else an unnamed datum. It is compared with the map.
     if version not in _VERSIONS:
         raise ValueError(f"Invalid version '{version}'. It must be {' or '.join(_VERSIONS)}.")
     base = base_crs(projection)

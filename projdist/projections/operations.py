@@ -30,9 +30,8 @@ _IDENTITY = ("id", "ids", "$schema", "scope", "area", "bbox", "usages", "remarks
 
 def geographic_base(crs: CRS) -> CRS | None:
     """A geographic CRS on a CRS's datum that `always_xy` turns into longitudes east, then geodetic latitudes."""
-    # It is the geodetic CRS if that has such axes. Bodies of IAU_2015 have others (longitudes positive west,
-    # planetocentric latitudes), which `always_xy` leaves as they are: PROJ converts between these and a new CRS of the
-    # same datum.
+    # It is the geodetic CRS if that has such axes. Bodies of IAU_2015 have others (longitudes west, planetocentric
+    # latitudes), which `always_xy` leaves as they are: PROJ converts between these and a new CRS of the same datum.
     geodetic = crs.geodetic_crs
     if geodetic is None or has_plain_axes(geodetic):
         return geodetic

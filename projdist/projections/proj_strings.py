@@ -350,9 +350,8 @@ def _metres_per_unit(text: str, tokens: list[str]) -> float:
 
 def _maps_degrees(text: str, transformer: Transformer) -> bool:
     """True for pipelines whose input is angles and whose output is not."""
-    # With `radians` pyproj scales angles only: the same points in degrees and radians give the same output if and only
-    # if the input is angular and the output is not. pyproj does not treat grads as angles, so pipelines that begin by
-    # converting grads are compared with unscaled input.
+    # With `radians` pyproj scales angles only: points in degrees and the same in radians give the same output if the
+    # input is angular and the output is not. Grads are no angles to pyproj, so that they are also tried unscaled.
     lon, lat = np.meshgrid(np.linspace(-170.0, 170.0, 18), np.linspace(-85.0, 85.0, 18))
     degrees = np.array(transform(transformer, lon, lat))
     tried = [np.array(transform(transformer, np.radians(lon), np.radians(lat), radians=True))]

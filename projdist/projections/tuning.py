@@ -63,9 +63,9 @@ class ParameterRange:
 
 def _ranges(operation: str, stated: Stated, *, sphere: bool) -> tuple[ParameterRange, ...]:
     """The numeric parameters of an operation, some of them stated."""
-    # Rows of the table with different `form` exclude each other: of alternatives, such as k_0 or lat_ts, those are
-    # taken that are stated, else the first. `where` limits a row to polar maps, to maps of an ellipsoid, or to maps
-    # with another parameter stated. A range is mirrored or extended to include the value.
+    # Rows of the table that differ in `form` are alternatives, such as k_0 and lat_ts: the stated ones count, else the
+    # first. `where` limits a row to polar maps, maps of an ellipsoid, or maps with some other parameter. Ranges are
+    # mirrored or extended to include the value.
     stated = {"k_0": stated["k"], **stated} if "k" in stated else stated  # PROJ's older word
     polar = abs(degrees_of(stated.get("lat_0", "0"))) == 90.0
     there = {"", *stated, *(["polar"] if polar else []), *([] if sphere else ["ellipsoid"])}
