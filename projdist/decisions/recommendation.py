@@ -169,10 +169,8 @@ def recommend(
     >>> recommend("box:7.5,46.5,8.5,47.5", authorities=["EPSG"], limit=1).results[0].code
     'EPSG:2056'
     """
-    search = _search_for(region, purpose, criterion, authorities, codes, area, deprecated, limit, uninterrupted)
-    search.progress = progress
-    if custom:
-        search.families = families_for(search.pool.region, search.purpose)
+    options = (area, deprecated, limit, uninterrupted, custom, progress)
+    search = _search_for(region, purpose, criterion, authorities, codes, *options)
     with search.workers(executor) as workers:
         return search.run(workers, datum)
 
@@ -181,9 +179,7 @@ def ranked_crs(
     region: regions.RegionLike, *, datum: str | None = None, executor: Executor | str | None = None, **options: Any
 ) -> tuple[Candidate, ...]:
     """The results of `recommend`, in its order, with keys but without full figures, which take most of the time."""
-    progress = options.pop("progress", None)
     search = _search_for(region, **options)
-    search.progress = progress
     with search.workers(executor) as workers:
         return search.ranked(workers, datum)
 
@@ -198,6 +194,8 @@ def _search_for(
     deprecated: bool = False,
     limit: int | None = 10,
     uninterrupted: bool = False,
+    custom: bool = False,
+    progress: Callable[[int, int], None] | None = None,
 ) -> _CrsSearch:
     """The search with the options of `recommend`, checked."""
     given = regions.get_region(region, earth.WGS84)
@@ -221,6 +219,8 @@ def _search_for(
         purpose=purpose,
         area=area,
         limit=limit,
+        families=families_for(place, purpose) if custom else (),
+        progress=progress,
         notes=() if place is given else (f"The answer is for the main part, {place.name}.",),
     )
 
@@ -232,12 +232,12 @@ class _CrsSearch(Shortlist):
     purpose: str
     area: str
     limit: int | None
+    families: Sequence[str]  # of custom projections
+    progress: Callable[[int, int], None] | None
     notes: tuple[str, ...]
-    families: Sequence[str] = ()  # of custom projections
-    progress: Callable[[int, int], None] | None = None
 
     def workers(self, executor: Executor | str | None) -> AbstractContextManager[Executor | None]:
-        """What the work runs on."""
+        """The executor for the work, as a context."""
         if isinstance(executor, str):
             return support.open_executor(executor)
         if executor is not None or not support.is_picklable(self.ranking):
@@ -245,7 +245,7 @@ class _CrsSearch(Shortlist):
         return support.own_executor(len(self.pool.records) + _HEAVY * len(self.families))
 
     def ranked(self, executor: Executor | None, datum: str | None) -> tuple[Candidate, ...]:
-        """Try all, and put the best in order."""
+        """Try all CRSs, and put the best in order."""
         self.executor = executor
         return tuple(self.ordered(self._tried(datum), self.limit))
 

@@ -13,6 +13,7 @@ from tables import each
 import projdist
 from projdist import Notice
 from projdist.decisions.data_checks import TURNED, _turned, crs_for_data, estimate_crs
+from projdist.decisions.recommendation import ranked_crs
 from projdist.projections import datum_transformation, keeps_datum
 from projdist.regions import Box
 
@@ -178,6 +179,13 @@ def test_where_a_crs_is_sought(monkeypatch):
     assert sited(monkeypatch, "Freiburg", "EPSG:4258", [[], []])[0] is None
     assert "datum" not in sited(monkeypatch, "Freiburg", "EPSG:4326", [[german]])[1][0]
     refuses("Invalid purpose", sited, monkeypatch, "Freiburg", "EPSG:4258", [ValueError("Invalid purpose.")])
+
+
+def test_the_order_alone_takes_the_options_of_recommend():
+    """`check` and `estimate_crs` pass any on, also those that make no difference to the order."""
+    options = {"authorities": ["EPSG"], "codes": ["EPSG:2056", "EPSG:21781"], "limit": 1, "progress": Mock()}
+    found = ranked_crs("box:7.5,46.5,8.5,47.5", custom=True, **options)
+    assert [one.code for one in found] == ["EPSG:2056"]
 
 
 @pytest.mark.slow
