@@ -63,10 +63,8 @@ def outlines(geometries: Iterable[Any], *, has_degrees: bool) -> Outlines:
     xy, owner = shapely.get_coordinates(chains, return_index=True)
     within = owner[1:] == owner[:-1]
     pointless = ~missing & (np.bincount(feature, minlength=len(shapes)) == 0)
-    texts = {REPAIRED: invalid, POINTS: pointless, NO_DEGREES: nowhere, NOT_FINITE: infinite, MISSING: missing}
-    notes = np.full(len(shapes), "", dtype=object)
-    for text, chosen in texts.items():
-        notes[chosen] = text
+    reasons = {MISSING: missing, NOT_FINITE: infinite, NO_DEGREES: nowhere, POINTS: pointless, REPAIRED: invalid}
+    notes = np.select(list(reasons.values()), list(reasons), "").astype(object)  # the first reason that holds
     return Outlines(np.hstack([xy[:-1], xy[1:]])[within], owner[:-1][within], feature, sign, notes)
 
 

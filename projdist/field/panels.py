@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Self
 
 import numpy as np
@@ -141,10 +141,9 @@ def _divided(rectangles: FloatArray, torn: BoolArray) -> tuple[IntArray, FloatAr
             width = 0.5 * (high - low) * _STRIP
             inner = [at for at, cut in zip((low + width, high - width), sides[axis], strict=True) if cut]
             edges.append([low, *inner, high])
-        for u0, u1 in pairwise(edges[0]):
-            for v0, v1 in pairwise(edges[1]):
-                index.append(k)
-                parts.append((u0, u1, v0, v1))
+        for in_u, in_v in product(*map(pairwise, edges)):
+            index.append(k)
+            parts.append((*in_u, *in_v))
     return np.array(index, dtype=int), np.array(parts)
 
 

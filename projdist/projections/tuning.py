@@ -203,10 +203,8 @@ def _plan_of_text(text: str) -> _Plan:
         if words.name in _STRINGS:
             return _plan_of_text(projection.definition)
         if words.name:  # and not of a CRS
-            if words.name in WORLD_MAPS:  # with lon_0 only, as Robinson's
-                stated = stated_in(["proj=robin", *words.parameters])
-            else:
-                stated = stated_in(replace(words, centre=None).tokens)
+            of_robinson = ["proj=robin", *words.parameters]  # which has lon_0 only, as world maps have
+            stated = stated_in(of_robinson if words.name in WORLD_MAPS else replace(words, centre=None).tokens)
             latitude = _latitude(stated, sphere=projection.ellipsoid.is_sphere)
             if words.centre is not None:
                 latitude = words.centre[0]
