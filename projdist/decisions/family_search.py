@@ -44,11 +44,6 @@ class Objective:
 
     figure: Figure
 
-    @property
-    def exact(self) -> float:
-        """Largest value that rounding leaves on a map without this distortion; 0 if no family is without it."""
-        return self.figure.rounding if self.figure.aspect in ("angles", "areas", "") else 0.0
-
     def scale(self, J: FloatArray, w: FloatArray) -> float:
         """The best uniform scale of Jacobians (n, 2, 2) with weights (n,) that sum to 1."""
         a, b = _scales(J)
@@ -316,11 +311,12 @@ class Members:
     def vanishes(self) -> bool:
         """True if the objective vanishes for the family: for a few members, at three quarters of the nodes."""
         # At the other nodes, next to poles and edges of maps, rounding is larger.
-        if not self.objective.exact:
+        figure = self.objective.figure
+        if figure.aspect not in ("angles", "areas", ""):  # no family is without such a distortion
             return False
         nodes = nodes_of(self.region, self.base.ellipsoid, _COARSE)
         places = self.low + (self.high - self.low) * numerics.lattice(self.low.size, _SOME)
-        return all(self._quantile(self.named(place), nodes) <= self.objective.exact for place in places)
+        return all(self._quantile(self.named(place), nodes) <= figure.rounding for place in places)
 
     def _quantile(self, values: Mapping[str, float], nodes: Nodes) -> float:
         """75th percentile of the objective's measure over the nodes; infinite if none is shown."""

@@ -217,11 +217,6 @@ class SplineSheet:
     across: bool
     along: bool
 
-    @property
-    def has_poles(self) -> bool:
-        """True if it reaches to the poles."""
-        return bool(self.v.breaks[-1] > _POLE - 1e-9)
-
     def nodes(self, points: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Gauss nodes u, v of all elements, and the areas, each (spans of v, spans of u, points v, points u)."""
         u, of_u = _gauss(self.u.breaks, points)
@@ -269,10 +264,11 @@ class SplineSheet:
     def _numbering(self) -> tuple[IntArray, FloatArray, int]:
         """The unknown of each coefficient (2, of v, of u), -1 for none, its sign, and the number of unknowns."""
         j, i = np.indices((self.v.count, self.u.count))
+        has_poles = bool(self.v.breaks[-1] > _POLE - 1e-9)
         places, signs, zero = [], [], []
         for across_sign, along_sign in ((-1.0, 1.0), (1.0, -1.0)):
             place, sign, none = j * self.u.count + i, np.ones(j.shape), np.zeros(j.shape, dtype=bool)
-            if self.has_poles:
+            if has_poles:
                 place = np.where((j == 0) | (j == self.v.count - 1), j * self.u.count, place)
                 none |= self.across & ((j == 0) | (j == self.v.count - 1)) & (across_sign < 0.0)
             if self.across:
@@ -289,7 +285,7 @@ class SplineSheet:
             signs.append(sign)
             zero.append(none)
         # The map shall neither shift nor rotate.
-        middle = slice(None) if self.has_poles else slice(self.u.count // 2, self.u.count // 2 + 1)
+        middle = slice(None) if has_poles else slice(self.u.count // 2, self.u.count // 2 + 1)
         if not self.across:
             zero[0][0, middle] = zero[0][-1, middle] = True
         if not self.along:
