@@ -19,7 +19,7 @@ EXPONENT = 0.125
 """Smallest exponent for which the energy is elliptic everywhere."""
 
 _AZIMUTHS = np.pi * np.arange(96) / 96.0
-_NEAR = 1e-4  # of t = (a - b) / (a + b): below, atanh(t) / t is 1 + t^2 / 3 to rounding
+_NEAR = 1e-4  # t = (a - b) / (a + b) below which atanh(t) / t is 1 + t^2 / 3 to rounding
 _SQRT_HALF = float(np.sqrt(0.5))
 
 
@@ -32,7 +32,7 @@ class Expansion(NamedTuple):
     curvatures: FloatArray  # (n, 4), the second derivatives along them
 
     def is_elliptic(self) -> BoolArray:
-        """Mask (n,) of rank-one convexity, checked every 2 degrees; without it maps may tear."""
+        """Mask (n,) of rank-one convexity, checked every 2 degrees; maps of other energies may tear."""
         cos, sin = np.cos(_AZIMUTHS), np.sin(_AZIMUTHS)
         east, north = self.directions[:, :, 0], self.directions[:, :, 1]
         squares = np.stack([cos**2, 2.0 * cos * sin, sin**2])
@@ -113,7 +113,7 @@ def _conformal_parts(J: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _turned(angle: FloatArray) -> FloatArray:
-    """Rotations (n, 2, 2)."""
+    """Rotations (n, 2, 2) by angles in radians, anticlockwise."""
     sin, cos = np.sin(angle), np.cos(angle)
     return np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2)
 
