@@ -23,10 +23,11 @@ from projdist.projections import ProjectedCrs, Projection, ProjectionLike, proje
 from projdist.support import check_choice
 
 _ARC = 40  # edges of an outline for each side of an image
-# The horizontals of cameras that turned by some degrees about more than one axis determine the vertical.
+# Eigenvalues of the cameras' right directions with which these determine the vertical: the second, a share of the
+# number of images, for turns by some degrees, and the first, a share of the second.
 _TURNED, _LEVEL = 1e-3, 0.25
 _NO_MIDDLE = 0.05  # length of the mean direction below which there is no middle, as all around the horizon
-_SEVERAL = 2.0  # times worse gives a note
+_SEVERAL = 2.0  # times: a fit worse by this gives a note
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -46,7 +47,7 @@ class Panorama(registration.ImageAnswer):
         return self.cameras
 
     def messages(self, *, others: bool = True) -> list[str]:
-        """The notes; without `others` none on other groups of images, which have panoramas of their own."""
+        """Remarks on the result; without `others` none on other groups of images, which have their own panoramas."""
         found, left = self.cameras, self._left_out_note(others=others)
         notes = [left] if left else []
         if found.rms_pixels > _SEVERAL * found.rms_homographies and found.rms_pixels > 1.0:
@@ -189,15 +190,15 @@ FOCALS = ("common", "free")
 
 # In half the longest side: fields of view from 152 to 5 degrees, in steps of 5 %.
 _WIDEST, _NARROWEST, _STEPS = 0.25, 25.0, 96
-_CAP = 10.0  # tolerances; larger errors count as this while the focal length is searched
+_CAP = 10.0  # tolerances: larger errors count as this while the focal length is searched
 _FAR = 0.7  # of half the longest side: links that chains miss by more are used only later
-# Of the median error, 2.5 standard deviations of normal noise; lenses may bend lines beyond the tolerance.
+# Median errors within which points are kept even beyond the tolerance, as lenses bend lines: 2.5 standard deviations.
 _WITHIN = 3.7
 
 
 @dataclass(frozen=True)
 class _Turns(Chart):
-    """Changes of maps M_i = R_i K_i^-1: R_i exp([w_i]) for all images but the first, and f_i exp(t)."""
+    """Changes of maps M_i = R_i K_i^-1, to R_i exp([w_i]) for all images but the first, and to f_i exp(t)."""
 
     is_common: bool
 
@@ -237,7 +238,7 @@ class _Turns(Chart):
 def _cameras(
     points: Correspondences, group: registration.MatchedImages, is_common: bool, tolerance: float
 ) -> registration.Cameras:
-    """The cameras of a group of images. `is_common`: one focal length for all images, or else one each."""
+    """The cameras of a group of images, with one focal length for all (`is_common`) or one each."""
     unit = points.unit
     registration.refuse_mirrors(points, group)
     f, turned = _start(group, tolerance)
@@ -276,8 +277,8 @@ def _scalings(f: FloatArray) -> FloatArray:
 
 
 def _start(group: registration.MatchedImages, tolerance: float) -> tuple[float, list[Pair]]:
-    """The focal length, in halves of the longest side, with which rotations fit all pairs best, and pairs by these."""
-    # The rotation of a pair solves Wahba's problem for the directions of its points.
+    """The focal length, in halves of the longest side, with which rotations fit all pairs best, and those pairs."""
+    # The rotation of a pair solves Wahba's problem for the directions to its points.
     f = np.geomspace(_WIDEST, _NARROWEST, _STEPS)
     cost, maps = np.zeros(_STEPS), []
     for link, agree in group.agreeing:
@@ -303,7 +304,7 @@ def _adjusted(
     chart: _Turns, M: FloatArray, group: registration.MatchedImages, tolerance: float
 ) -> tuple[FloatArray, float, FloatArray, int]:
     """The adjusted maps, the RMS error, the normal equations and the number of points."""
-    # Links that the chains miss by far, as around the horizon, are left out at first; it ends when the points stay.
+    # Links that the chains miss by far, as around the horizon, are left out at first. It ends when no points change.
     links = group.links
     gaps = _gaps(M, links)
     chosen = [

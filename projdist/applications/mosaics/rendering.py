@@ -1,4 +1,4 @@
-"""Rendering of mosaics: exposure, seams and blending of their images, tile by tile, cropping, and picture files."""
+"""Rendering of mosaics: exposure, seams and blending of their images tile by tile, cropping, and picture files."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from projdist.applications.mosaics.images import DEEPEST, Box, Picture, Piece, P
 from projdist.support import check_choice, replacing
 
 _BANDS = 5
-_UNIT = 2**_BANDS  # pixels: pyramids begin at multiples of it, so that the pixels of all pieces coincide
-_REACH = 3 * _UNIT  # influence of a pixel through the bands
+_UNIT = 2**_BANDS  # pixels: pyramids begin at multiples of this, so that the pixels of all pieces coincide
+_REACH = 3 * _UNIT  # pixels as far as which a pixel has influence through the bands
 _LITTLE = 1e-5  # a negligible weight
 _FEATHER = 0.02  # of the full weight, per pixel from an image's rim
 
 
 class Blender(ABC):
-    """Blends pieces of images within a box of the canvas, by weighted sums of colours."""
+    """Blending of pieces of images within a box of the canvas, by weighted sums of colours."""
 
     def __init__(self, box: Box) -> None:
         self._left, self._top = box[:2]
@@ -42,7 +42,7 @@ class Blender(ABC):
 
 
 class _Overlay(Blender):
-    """Later pieces cover earlier ones."""
+    """Blending in which later pieces cover earlier ones."""
 
     def feed(self, piece: Piece) -> None:
         """Put a piece on top."""
@@ -52,7 +52,7 @@ class _Overlay(Blender):
 
 
 class _Feather(Blender):
-    """Means with weights that decrease towards the images' rims."""
+    """Blending by means with weights that decrease towards the images' rims."""
 
     def feed(self, piece: Piece) -> None:
         """Add a piece."""
@@ -65,7 +65,7 @@ class _Feather(Blender):
 
 
 class _MultiBand(Blender):
-    """Means in bands of frequencies, each with masks as smooth as the band (Burt & Adelson 1983, ACM TOG 2)."""
+    """Blending by means in bands of frequencies, with masks as smooth as the band (Burt & Adelson 1983, ACM TOG 2)."""
 
     def __init__(self, box: Box) -> None:
         self._left, self._top = box[:2]
@@ -115,12 +115,12 @@ BLENDS = tuple(BLENDERS)
 
 # ---- cropping ------------------------------------------------------------------------------------
 
-_CELLS = 400  # a side of the grid on which the box is found, to be grown by pixels
+_CELLS = 400  # along the longer side of the grid on which the box is found before it is grown by pixels
 
 
 def covered_box(covered: BoolArray) -> Box:
-    """A box of pixels that are all covered; raises ValueError if there is none."""
-    # It is the largest on a grid of 400 cells a side, grown by pixels as far as possible.
+    """A large box of pixels that are all covered; raises ValueError if there is none."""
+    # It is the largest on a grid of at most 400 cells a side, grown by pixels as far as possible.
     height, width = covered.shape
     step = max(1, -(-max(height, width) // _CELLS))
     rows, columns = height // step, width // step
@@ -140,7 +140,7 @@ def covered_box(covered: BoolArray) -> Box:
 
 
 def _largest(cells: BoolArray) -> Box:
-    """The largest box of covered cells: for each row, the largest under bars of the covered cells above it."""
+    """The largest box of covered cells, found row by row as the largest under the bars of covered cells up to there."""
     heights = np.zeros(cells.shape[1], int)
     best, found = 0, (0, 0, 0, 0)
     for row, line in enumerate(cells):
@@ -254,10 +254,9 @@ def _tile(tile: Box, canvas: canvases.AnyCanvas, boxes: Sequence[Box], seams: Se
     return np.asarray(drawn[inside])
 
 
-DEEP_SUFFIXES = (".png", ".tif", ".tiff")
-PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
-
 _FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
+PICTURE_SUFFIXES = tuple(_FORMATS)
+DEEP_SUFFIXES = (".png", ".tif", ".tiff")
 _COMPRESSION = 3  # of PNG: a third of the time of the usual 6, for files at most 5 % larger
 
 
@@ -295,8 +294,8 @@ def save_mosaic(drawn: Rendered, path: AnyPath, *, overwrite: bool = True) -> Pa
 EXPOSURES = ("gain", "blocks", "none")
 SMALL = 3e5  # pixels of the canvas on which gains and seams are found
 
-# Side of a block with one gain in pixels of the small canvas, and number of iterations: steps at seams due to vignettes
-# of a third are reduced to 40 %; blocks of 32 pixels leave 70 %, and blocks of 8 follow the content of images.
+# Side of a block with one gain, in pixels of the small canvas, and number of iterations. They reduce steps at seams due
+# to vignettes of a third to 40 %; blocks of 32 pixels leave 70 %, and blocks of 8 follow the content of images.
 _BLOCK, _FEEDS = 16, 4
 
 
@@ -328,7 +327,7 @@ class Seams:
             self.seams = [cv2.dilate(as_array(one), None) for one in cut]
 
     def even(self, number: int, piece: Piece, scale: float) -> AnyArray:
-        """The colours of a piece of an image on a canvas of a scale, with its gain if there are gains."""
+        """The colours of a piece of an image, on a canvas of a scale, times its gain if there are gains."""
         colours = piece.pixels.colours
         if self.gains is None:
             return colours
