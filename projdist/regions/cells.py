@@ -20,7 +20,7 @@ from projdist.regions.region import SLIVER, Region, height_of, patch_chart, tigh
 
 _ENOUGH = 0.6  # of the requested number of cells
 _GENERATIONS = 20  # of halvings: more than the digits of a point allow
-# Along an edge, or a side of a cell, of at most 40 degrees: areas to 4e-8.
+# Nodes along an edge, or a side of a cell, of at most 40 degrees, for areas to 4e-8.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 _SHARES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
 
@@ -46,7 +46,7 @@ class Cells(NamedTuple):
 
 @functools.lru_cache(maxsize=16)  # consecutive searches use the same region
 def cells_of(region: Region, ellipsoid: Ellipsoid, count: int) -> Cells:
-    """About `count` cells that cover polygons; the largest are split until there are enough."""
+    """About `count` cells that cover polygons, made by splitting the largest until there are enough."""
     parts = _panels(region)
     cells, parts = parts.measured(ellipsoid)
     done = cells.take(np.zeros(cells.area.size, dtype=bool))
@@ -71,7 +71,7 @@ class _Gates(NamedTuple):
 
     @staticmethod
     def of(cell: IntArray, lat0: FloatArray, lat1: FloatArray) -> _Gates:
-        """Gates of intervals from one latitude to another."""
+        """Gates of intervals from latitudes to latitudes."""
         one = np.ones(cell.size)
         return _Gates(np.tile(cell, 2), np.concatenate([lat0, lat1]), np.concatenate([one, -one]))
 
@@ -177,7 +177,7 @@ class _Parts:
         u = lon0[:, None] + (lon1 - lon0)[:, None] * _SHARES - west
         by_area, by_v = self._along(ellipsoid, self.cell, lat0, lat1, v0)
         moments = [np.sum(values, axis=1) for values in (u * by_area, 0.5 * u * u * by_area, u * by_v)]
-        # Gates: primitives at their ends, that of v - v0 counted from the end of the rectangle.
+        # Of gates: primitives at their ends, that of v - v0 counted from the end of the rectangle.
         cell, lat, change = self.gates
         width = (u1 - u0)[cell]
         below = -change * ellipsoid.area_below(lat) * np.radians(1.0)
@@ -230,7 +230,7 @@ def _divided(edges: FloatArray, cell: IntArray, axis: int, at: FloatArray) -> tu
 
 
 def _halved(gates: _Gates, lat: FloatArray, flipped: BoolArray) -> _Gates:
-    """Gates of the halves of cells, 2 i and 2 i + 1 in the order of v."""
+    """Gates of the halves of cells i, numbered 2 i and 2 i + 1 in the order of v."""
     middle, cell = lat[gates.cell], 2 * gates.cell
     low = gates._replace(cell=cell + flipped[gates.cell], lat=np.minimum(gates.lat, middle))
     high = gates._replace(cell=cell + ~flipped[gates.cell], lat=np.maximum(gates.lat, middle))

@@ -50,8 +50,8 @@ class ReadShapes(NamedTuple):
 
 def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...] = ()) -> ReadShapes:
     """The shapes of a vector file with some or (None) all columns; raises ValueError that begins with `text`."""
-    # The default layer is the first, or, if that has nothing of these `kinds`, the only one that has. Warns of
-    # coordinates that look like degrees if the file states metres.
+    # The default layer is the first, or, if that has nothing of these `kinds`, the only one that does. Warns of
+    # coordinates that look like degrees in a file that states metres.
     if path.suffix.lower() == ".wkt":
         found = _read_wkt(path, text)
     elif path.suffix.lower() in (".geojson", ".json"):
@@ -63,26 +63,26 @@ def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tu
 
 
 def shapes_of_geojson(value: Any, text: str, crs: Any = None) -> ReadShapes:
-    """The shapes of a GeoJSON object in a CRS, or in the one that it names; raises ValueError."""
+    """The shapes of a GeoJSON object in a CRS, or in that which it names; raises ValueError."""
     shapes = list(_shapes_in(value, text))
     stated = crs_name(value.get("crs"), text) if crs is None else crs
     return ReadShapes(shapes, None if stated is None else projections.to_lonlat(stated), stated)
 
 
 def _tell_of_degrees(shapes: Iterable[Shape], crs: Any, thing: str) -> None:
-    """Warn of shapes that look like degrees in a projected CRS."""
+    """Warn of shapes that look like degrees though their CRS is projected."""
     if crs is not None and projections.crs_of(crs).is_projected:
         projections.tell_of_degrees(crs, [_bounds(shape) for shape in shapes], thing)
 
 
 def tell_of_geojson_in_degrees(value: Any, crs: Any, text: str) -> None:
-    """Warn of a GeoJSON object that looks like degrees in a projected CRS, or in the one that it names."""
+    """Warn of a GeoJSON object that looks like degrees though its CRS, given or named in it, is projected."""
     crs = crs_name(value.get("crs"), text) if crs is None else crs
     _tell_of_degrees(_shapes_in(value, text), crs, "the geometries")
 
 
 def _bounds(shape: Shape) -> tuple[float, float, float, float]:
-    """Minimum and maximum x, y of a shape, NaN if empty; of a shape beyond 360 perhaps of a part of it."""
+    """Minimum and maximum x, y of a shape, or of a part of it that goes beyond 360; NaN if it is empty."""
     x0 = y0 = np.inf
     x1 = y1 = -np.inf
     stack = [shape.coordinates]
@@ -200,7 +200,7 @@ def _refusing(text: str) -> Iterator[None]:
 
 
 def _likely_layers(pyogrio: Any, path: Path, kinds: tuple[str, ...]) -> list[str]:
-    """Layers with geometries of some kinds if the first has none, as in GPX files; empty if the first is meant."""
+    """Layers with geometries of some kinds if the first has none, as in GPX files; no layers if the first is meant."""
     layers = pyogrio.list_layers(path).tolist() if kinds else []
     if len(layers) < 2:
         return []

@@ -23,8 +23,8 @@ from projdist.regions.polygons import Polygons, area_km2
 from projdist.regions.region import PointSet
 
 _ALLOWED = "LON,LAT,LON,LAT,..., positions (n, 2) or (n, 3), a line, or the path of a file with one"
-# Degrees, 4 cm: of chords for edges that are not straight in longitude and latitude; their corrected middles are off
-# by a third of it.
+# Degrees (4 cm) that chords may be off edges that are not straight in longitude and latitude; their corrected middles
+# are off by a third of that.
 _TOLERANCE = 4e-7
 _CHANGED = 1e-10  # of the area: smaller changes do not count as repairs
 _WIDE, _WIDER = 180.0, 300.0  # degrees: edges whose direction round the Earth is ambiguous
@@ -163,7 +163,7 @@ def _polygons(
             pieces.append(repaired)
             one_by_one = [earth.planar([ring]) for ring in rings]
             corners = [shapely.get_coordinates(one.exterior) for one in one_by_one]
-            # Counted with their winding numbers.
+            # Areas of rings that cross themselves count with their winding numbers.
             areas = [abs(area_km2(np.hstack([ring[:-1], ring[1:]]), ellipsoid or WGS84)) for ring in corners]
             shell, *holes = areas
             after = Polygons(earth.merged([repaired]), "", ellipsoid=ellipsoid or WGS84).area_km2
@@ -263,7 +263,7 @@ def _line_of_text(text: Any) -> FloatArray:
 
 
 def _joined(shapes: Sequence[Shape], transform: Transform | None, text: str) -> FloatArray:
-    """The single line that the lines of shapes form when joined end to end."""
+    """The single line that the lines of shapes form, joined end to end; raises ValueError."""
     parts: list[Any] = []
     for shape in shapes:
         if shape.kind not in ("", "LineString", "MultiLineString"):

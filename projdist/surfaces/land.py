@@ -18,7 +18,7 @@ from projdist.surfaces.domain import Bounds, ground_size, longitude_width, proje
 from projdist.surfaces.surface import Surface
 
 _TURNS = (-360.0, 0.0, 360.0)
-_REACH = 200.0  # degrees of longitude; cells lie within 180 and a little more
+_REACH = 200.0  # degrees of longitude, as cells lie within 180 and a little more
 _STRAIGHT = 1e-12  # relative difference in area between a cell and its bounding box
 _TILES = 36  # an area is cut into at most 36 by 36 tiles, which makes intersections with small cells cheap
 
@@ -85,11 +85,11 @@ class PreparedArea:
 
 @dataclass(frozen=True)
 class CellsIn:
-    """The cells of a surface, whole ones, then cut ones, in an area: those `inside`, those `touched`, and `pieces`."""
+    """The cells of a surface, whole ones, then cut ones, that lie in an area."""
 
-    inside: BoolArray
-    touched: BoolArray
-    pieces: list[FloatArray]
+    inside: BoolArray  # wholly
+    touched: BoolArray  # wholly or in part
+    pieces: list[FloatArray]  # polygons (x, y), the parts of cells that are not wholly inside
 
 
 def cells_in(surface: Surface, area: PreparedArea) -> CellsIn:
@@ -116,7 +116,7 @@ def cells_in(surface: Surface, area: PreparedArea) -> CellsIn:
 def _in_cells(
     surface: Surface, area: PreparedArea, cells: IntArray, inside: BoolArray, *, torn: bool
 ) -> tuple[BoolArray, IntArray, list[FloatArray]]:
-    """Which cells with n corners, (m, n), are inside the area, and pieces of the others with their cells' numbers."""
+    """Flags of cells (m, n), with n corners, inside the area, and of the others numbers and pieces of their parts."""
     lon, lat = surface.lonlat()
     xy = np.column_stack([surface.x, surface.y])
     lons, lats = lon[cells.T], lat[cells.T]
@@ -155,7 +155,7 @@ def _in_cells(
 
 
 def _parts_of(tiles: NDArray[np.object_], cells: NDArray[np.object_]) -> NDArray[np.object_]:
-    """Intersections of tiles with cells; for cells along meridians and parallels in a fifth of the time."""
+    """Intersections of tiles with cells, for cells along meridians and parallels in a fifth of the time."""
     bounds = shapely.bounds(cells).reshape(-1, 4)
     if not np.allclose(shapely.area(shapely.box(*bounds.T)), shapely.area(cells), rtol=_STRAIGHT, atol=0.0):
         return np.asarray(shapely.intersection(cells, tiles))
@@ -165,7 +165,7 @@ def _parts_of(tiles: NDArray[np.object_], cells: NDArray[np.object_]) -> NDArray
 
 
 def clipped(polygons: shapely.Geometry, *box: float) -> shapely.Geometry:
-    """Polygons within west, south, east, north; GEOS's fast way fails for some valid ones, and the general does not."""
+    """Polygons within west, south, east, north, by GEOS's fast way, or by the general one where that fails."""
     try:
         return shapely.clip_by_rect(polygons, *box)
     except shapely.errors.GEOSException:
@@ -177,7 +177,7 @@ def clipped(polygons: shapely.Geometry, *box: float) -> shapely.Geometry:
 _FINEST = "10m"
 _POLAR = 86.0  # degrees; no coast lies beyond
 _WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0  # degrees
-# The name of polygons, all of them, the lines that bound them, and the latitude beyond which there are none.
+# The name of polygons, functions for them and for the lines around them, and the latitude beyond which there are none.
 _AREAS = {"coast": ("land", land, coastlines, _POLAR), "shores": ("lakes", lakes, shores, 90.0)}
 
 
@@ -199,7 +199,7 @@ def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[Flo
 
 
 def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The lakes of a surface, in the form of `land_polygons`; for 1 : 10 million those at 1 : 50 million."""
+    """The lakes of a surface, in the form of `land_polygons`; at 1 : 10 million those of 1 : 50 million."""
     return _polygons(surface, "shores", _lake_resolution(resolution))
 
 
@@ -217,8 +217,8 @@ def _polygons(surface: Surface, kind: str, resolution: str) -> tuple[IntArray, l
 
 
 def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArray] | None:
-    """Rings (x, y) around the land of a surface and around its holes; None where the map may be torn there."""
-    # `size` is the width or height of the map in metres. Usually takes a quarter of the time of `land_polygons`.
+    """Rings (x, y) around the land of a surface and around its holes; None if the map may be torn there."""
+    # `size` is the width or height of the map in metres. This usually takes a quarter of the time of `land_polygons`.
     rows, columns = surface.shape
     # A turned map is singular at a point, which a ring may surround.
     turned = surface.frame.axes is not None
@@ -242,7 +242,7 @@ def _is_wide(surface: Surface) -> bool:
 
 @functools.cache
 def _whole_area(kind: str, resolution: str) -> PreparedArea:
-    """All land or all lakes, with shores but without the cuts of the data as border."""
+    """All land or all lakes, bordered by shores but not by the cuts of the data."""
     _, polygons, lines, end = _AREAS[kind]
     return PreparedArea.of(polygons(resolution), segments_of(lines(resolution)), end)
 
