@@ -5,6 +5,7 @@ Nothing is random: the lattice is that of the generalised golden ratio, evenly s
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple
@@ -93,20 +94,14 @@ def minimise(
 
 def descend_lattice(value: Callable[[FloatArray], Any], start: FloatArray) -> tuple[FloatArray, Any]:
     """Integer place of a local minimum, found by steps to the best neighbour, and the value there, number or tuple."""
-    place, least = start, value(start)
+    place, known = start, functools.cache(lambda *place: value(np.array(place)))
     offsets = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=start.size)))
-    offsets = offsets[np.abs(offsets).any(axis=1)]
-    known: dict[tuple[float, ...], Any] = {tuple(place): least}
     for _ in range(_MOST_STEPS):
-        near = [place + offset for offset in offsets]
-        for one in near:
-            if tuple(one) not in known:
-                known[tuple(one)] = value(one)
-        best = min(near, key=lambda one: known[tuple(one)], default=place)
-        if not known[tuple(best)] < least:
+        best = min(place + offsets, key=lambda one: known(*one))
+        if not known(*best) < known(*place):
             break
-        place, least = best, known[tuple(best)]
-    return place, least
+        place = best
+    return place, known(*place)
 
 
 def least_between(function: Callable[[float], float], low: float, high: float) -> float:

@@ -165,16 +165,13 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, k
         ) from error
     if path.suffix.lower() == ".parquet" and "Parquet" not in pyogrio.list_drivers():
         raise ValueError(f"{text} The GDAL of pyogrio here reads no Parquet; GeoPackage and GeoJSON are read.")
-    with _refusing(text), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # as below
+    with _refusing(text), warnings.catch_warnings(action="ignore"):  # as below
         path.stat()
         likely = [layer] if layer else _likely_layers(pyogrio, path, kinds)
     if len(likely) > 1:
         raise ValueError(f"{text} It must name a layer, such as '{path}#{likely[0]}'; it has {', '.join(likely)}.")
     with _refusing(text):
-        with warnings.catch_warnings():
-            # GDAL and pyogrio warn of details of formats; only the geometries matter here.
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"):  # of details of formats; only the geometries matter here
             meta, _, wkb, values = pyogrio.raw.read(path, layer=likely[0] if likely else None, columns=columns)
         geometries = with_gpx_heights(path, "".join(likely), shapely.from_wkb(wkb))
         crs = projections.to_lonlat(meta["crs"]) if meta["crs"] else None

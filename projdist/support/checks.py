@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.support.messages import shown, suggestion
+from projdist.support.messages import close_words, did_you_mean, shown
 
 _Kind = TypeVar("_Kind")
 _Thing = TypeVar("_Thing")
@@ -98,7 +98,8 @@ class Registry(dict[str, _Thing], Generic[_Thing]):
         """The thing with a name or alias; raises ValueError with close words."""
         if isinstance(name, str) and (found := self.aliases.get(name, name)) in self:
             return self[found]
-        hint = suggestion(name, self.suggested) if isinstance(name, str) else ""
+        text = name.lower().replace("-", "_").replace(" ", "_") if isinstance(name, str) else ""
+        hint = did_you_mean(close_words(text, self.suggested))
         raise ValueError(f"Invalid {self.kind} {quoted(name)}. {hint}{self.rule}")
 
 

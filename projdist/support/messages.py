@@ -59,11 +59,6 @@ def did_you_mean(words: Sequence[str]) -> str:
     return f"Did you mean {listed(words, 'or')}? " if words else ""
 
 
-def suggestion(text: str, known: Collection[str]) -> str:
-    """`Did you mean mean? ` for `Maen`; known names are in lower case with underscores."""
-    return did_you_mean(close_words(text.lower().replace("-", "_").replace(" ", "_"), known))
-
-
 # ---- notices -------------------------------------------------------------------------------------
 
 _KEPT: ContextVar[list[str] | None] = ContextVar("kept", default=None)

@@ -193,27 +193,22 @@ def coast_resolution(surface: Surface) -> str:
     return usual if own == "" or (own == "10m" and size > _LARGEST_FINE) else own
 
 
-def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The land of a surface: triangles of vertices, (m, 3), and polygons of (x, y) along the coast."""
-    return _polygons(surface, "coast", resolution)
-
-
-def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The lakes of a surface, in the form of `land_polygons`; at 1 : 10 million those of 1 : 50 million."""
-    return _polygons(surface, "shores", _lake_resolution(resolution))
-
-
-def _polygons(surface: Surface, kind: str, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The land, with the border "coast", or the lakes of a surface, with the border "shores"."""
+def _polygons(kind: str, surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
+    """Triangles of vertices, (m, 3), and polygons of (x, y) along the border that are what a border encloses."""
+    resolution = _available(kind, resolution)
     if _is_wide(surface) and resolution != _FINEST:
         area = _whole_area(kind, resolution)
     else:
         # All land at the finest resolution takes seconds to prepare, and half a second at others.
         bounds, (name, _, _, end) = surface.domain.box.bounds, _AREAS[kind]
-        border = segments_of(_within(kind, resolution, bounds, np.inf))
+        border = segments_of(_within(kind, bounds, resolution, np.inf))
         area = PreparedArea.of(polygons_within(name, _window(bounds), resolution), border, end)
     found = cells_in(surface, area)
     return surface.covering(found.inside), found.pieces
+
+
+land_polygons, lake_polygons = functools.partial(_polygons, "coast"), functools.partial(_polygons, "shores")
+"""The land and the lakes of a surface at a resolution: triangles of vertices, and polygons (x, y) along the shore."""
 
 
 def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArray] | None:
@@ -265,25 +260,11 @@ def _window(bounds: Bounds, margin: float = _MARGIN) -> Bounds:
     return west - beside, south - above, west + width + beside, north + above
 
 
-def coast(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
-    """Coastlines within bounds and a little beyond: lines of (lon, lat) with steps of at most `step` degrees."""
-    # The default is a sixtieth of the size of the part of the world, at most a degree.
-    return _within("coast", resolution, bounds, step)
-
-
-def lake_shores(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
-    """Shores of lakes, in the form of `coast`."""
-    return _within("shores", _lake_resolution(resolution), bounds, step)
-
-
-def country_borders(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
-    """Land borders of countries, in the form of `coast`."""
-    return _within("borders", resolution, bounds, step)
-
-
-def _within(kind: str, resolution: str, bounds: Bounds, step: float | None) -> list[FloatArray]:
-    """The parts of lines, "coast", "shores" or "borders", within bounds and a little beyond."""
-    lines, step = _all_lines(kind, resolution), min(1.0, max(ground_size(bounds)) / _ALONG) if step is None else step
+def _within(kind: str, bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
+    """Lines of (lon, lat) within bounds and a little beyond, with steps of at most `step` degrees."""
+    # By default a step is a sixtieth of the size of the part of the world, at most a degree.
+    lines = _all_lines(kind, _available(kind, resolution))
+    step = min(1.0, max(ground_size(bounds)) / _ALONG) if step is None else step
     west, south, east, north = _window(bounds)
     if longitude_width(bounds) == 360.0:
         west, east, turns = -1000.0, 1000.0, np.zeros(1)  # all lines, also beyond 180 degrees
@@ -299,14 +280,18 @@ def _within(kind: str, resolution: str, bounds: Bounds, step: float | None) -> l
     return [part for part in parts if len(part)]
 
 
-def _lake_resolution(resolution: str) -> str:
-    """The resolution that lakes are available at."""
-    return "50m" if resolution == _FINEST else resolution
+coast, lake_shores, country_borders = (functools.partial(_within, kind) for kind in ("coast", "shores", "borders"))
+"""Coastlines, shores of lakes and land borders of countries within bounds, at a resolution."""
+
+
+def _available(kind: str, resolution: str) -> str:
+    """The resolution at which a kind is available: lakes have no finer one than 1 : 50 million."""
+    return "50m" if kind == "shores" and resolution == _FINEST else resolution
 
 
 @functools.cache
 def _all_lines(kind: str, resolution: str) -> NDArray[np.object_]:
-    """All lines of "coast", "shores" or "borders"."""
+    """All lines of a kind, "coast", "shores" or "borders"."""
     if kind == "borders":
         return np.array([shapely.linestrings(border.line) for border in borders(resolution)])
     return np.array([shapely.linestrings(line) for line in _AREAS[kind][2](resolution)])

@@ -359,10 +359,8 @@ class _Builder:
                 if not table.torn[link]:
                     segments.append((one, other))
                     continue
-                for corner, side in ((one, 0), (other, 1)):
-                    image = self.images.get((group, link, side))
-                    if image is not None:
-                        segments.append((corner, image))
+                ends = ((one, (group, link, 0)), (other, (group, link, 1)))
+                segments += [(corner, self.images[image]) for corner, image in ends if image in self.images]
 
     @functools.cached_property
     def _size(self) -> float:

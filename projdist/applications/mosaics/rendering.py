@@ -23,13 +23,17 @@ _FEATHER = 0.02  # of the full weight, per pixel from an image's rim
 
 
 class Blender(ABC):
-    """Blending of pieces of images within a box of the canvas, by weighted sums of colours."""
+    """Blending of pieces of images within a box of the canvas, by weighted sums of colours in bands of frequencies."""
+
+    bands = 0  # besides the first
 
     def __init__(self, box: Box) -> None:
         self._left, self._top = box[:2]
         self._shape = box[3] - box[1], box[2] - box[0]
-        self._sum = np.zeros((*self._shape, 3), np.float32)
-        self._weights = np.zeros(self._shape, np.float32)
+        height, width = (-(-side // 2**self.bands) * 2**self.bands for side in self._shape)
+        shapes = [(height >> band, width >> band) for band in range(self.bands + 1)]
+        self._sums = [np.zeros((*shape, 3), np.float32) for shape in shapes]
+        self._weights = [np.zeros(shape, np.float32) for shape in shapes]
 
     @abstractmethod
     def feed(self, piece: Piece) -> None:
@@ -37,8 +41,8 @@ class Blender(ABC):
 
     def blend(self) -> tuple[AnyArray, BoolArray]:
         """Colours (height, width, 3), and a mask of pixels that have any."""
-        self._sum /= np.maximum(self._weights, _LITTLE)[..., None]
-        return self._sum, self._weights > 0
+        self._sums[0] /= np.maximum(self._weights[0], _LITTLE)[..., None]
+        return self._sums[0], self._weights[0] > 0
 
 
 class _Overlay(Blender):
@@ -47,8 +51,8 @@ class _Overlay(Blender):
     def feed(self, piece: Piece) -> None:
         """Put a piece on top."""
         place, (colours, mask) = piece.window(self._left, self._top), piece.pixels
-        opencv().copyTo(colours.astype(np.float32), mask, self._sum[place])
-        self._weights[place][mask > 0] = 1.0
+        opencv().copyTo(colours.astype(np.float32), mask, self._sums[0][place])
+        self._weights[0][place][mask > 0] = 1.0
 
 
 class _Feather(Blender):
@@ -60,26 +64,20 @@ class _Feather(Blender):
         distance = cv2.distanceTransform(np.pad(piece.pixels.mask, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
         weight = np.minimum(distance * _FEATHER, 1.0)
         place = piece.window(self._left, self._top)
-        self._sum[place] += weight[..., None] * piece.pixels.colours
-        self._weights[place] += weight
+        self._sums[0][place] += weight[..., None] * piece.pixels.colours
+        self._weights[0][place] += weight
 
 
 class _MultiBand(Blender):
     """Blending by means in bands of frequencies, with masks as smooth as the band (Burt & Adelson 1983, ACM TOG 2)."""
 
-    def __init__(self, box: Box) -> None:
-        self._left, self._top = box[:2]
-        self._shape = box[3] - box[1], box[2] - box[0]
-        height, width = (-(-side // _UNIT) * _UNIT for side in self._shape)
-        shapes = [(height >> band, width >> band) for band in range(_BANDS + 1)]
-        self._sums = [np.zeros((*shape, 3), np.float32) for shape in shapes]
-        self._bands = [np.zeros(shape, np.float32) for shape in shapes]
+    bands = _BANDS
 
     def feed(self, piece: Piece) -> None:
         """Add a piece."""
         cv2 = opencv()
         rows, columns = piece.window(self._left, self._top)
-        height, width = self._bands[0].shape
+        height, width = self._weights[0].shape
         top, left = (max(side.start - _REACH, 0) // _UNIT * _UNIT for side in (rows, columns))
         bottom, right = (
             min(-(-(side.stop + _REACH) // _UNIT) * _UNIT, most) for side, most in ((rows, height), (columns, width))
@@ -94,7 +92,7 @@ class _MultiBand(Blender):
                 smaller = cv2.pyrDown(part)
                 detail, part = part - cv2.pyrUp(smaller, dstsize=part.shape[1::-1]), smaller
             self._sums[band][place] += weight[..., None] * detail
-            self._bands[band][place] += weight
+            self._weights[band][place] += weight
             weight = cv2.pyrDown(weight)
 
     def blend(self) -> tuple[AnyArray, BoolArray]:
@@ -103,9 +101,9 @@ class _MultiBand(Blender):
         height, width = self._shape
         found: AnyArray = np.zeros((1, 1, 3))
         for band in reversed(range(_BANDS + 1)):
-            level = self._sums[band] / (self._bands[band] + _LITTLE)[..., None]
+            level = self._sums[band] / (self._weights[band] + _LITTLE)[..., None]
             found = level if band == _BANDS else level + cv2.pyrUp(found, dstsize=level.shape[1::-1])
-        seen = np.asarray(self._bands[0][:height, :width] > _LITTLE)
+        seen = np.asarray(self._weights[0][:height, :width] > _LITTLE)
         return np.ascontiguousarray(found[:height, :width]), seen
 
 
