@@ -141,8 +141,7 @@ def field_mdt(A: FloatArray, w: FloatArray, method: str = "auto", noise: float =
                 elif method == "median":
                     found.append(medians(A[part], w[part], start, noise))
                 else:
-                    solve = frechet.METHODS["newton" if method == "auto" else method]
-                    found.append(solve(A[part], w[part], start))
+                    found.append(frechet.METHODS["newton" if method == "auto" else method](A[part], w[part], start))
         except np.linalg.LinAlgError as error:
             raise ValueError(_TOO_FAR) from error
         if not np.isfinite(found[-1].cost).all():
@@ -226,8 +225,7 @@ def medians(A: FloatArray, w: FloatArray, start: FloatArray, noise: float = 0.0)
         T = lower_factor(T)
         view = _look(some, counting, T)
         Z = logarithms(_whitened(T, every))[0]
-        distances = 0.25 * whitened_sets.dot(Z, Z)
-        found.append((T, 0.5 * view.total, view.size, count, view.floor, distances, is_unique))
+        found.append((T, 0.5 * view.total, view.size, count, view.floor, 0.25 * whitened_sets.dot(Z, Z), is_unique))
     return frechet.Mean(*(np.array(values) for values in zip(*found, strict=True)))
 
 
@@ -261,8 +259,7 @@ def _descend(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple
 
 def _steps(view: _View, w: FloatArray) -> list[FloatArray]:
     """Steps to try: Newton's if it exists, and Weiszfeld's corrected for curvature."""
-    away = view.far > 0
-    pull, ratio = view.pull, np.divide(w, view.far, out=np.zeros_like(w), where=away)
+    pull, ratio = view.pull, np.divide(w, view.far, out=np.zeros_like(w), where=view.far > 0)
     bend = whitened_sets.bend(view.spread)
     length = 1.0 - view.held / float(np.linalg.norm(pull))
     weiszfeld = pull * (length / float(ratio @ bend))
@@ -316,15 +313,13 @@ def _look(A: FloatArray, w: FloatArray, T: FloatArray) -> _View:
     away = far > 0
     ratio = np.divide(w, far, out=np.zeros_like(w), where=away)
     floor = 4.0 * n * EPS * float((w[away] + condition * ratio[away]) @ np.cosh(spread[away]))
-    pull = np.einsum("m,mij->ij", ratio, Z)
-    return _View(Z, spread, far, float(w @ far), pull, float(w[~away].sum()), floor)
+    return _View(Z, spread, far, float(w @ far), np.einsum("m,mij->ij", ratio, Z), float(w[~away].sum()), floor)
 
 
 def _whitened(T: FloatArray, A: FloatArray) -> FloatArray:
     """T^-1 A_i of matrices (N, n, n), by one solution for all."""
     n = A.shape[-1]
-    columns = np.linalg.solve(T, A.swapaxes(0, 1).reshape(n, -1))
-    return np.asarray(columns.reshape(n, -1, n).swapaxes(0, 1))
+    return np.asarray(np.linalg.solve(T, A.swapaxes(0, 1).reshape(n, -1)).reshape(n, -1, n).swapaxes(0, 1))
 
 
 def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[FloatArray, bool, bool]:
@@ -354,5 +349,4 @@ def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tup
     is_even = bool(abs(up_to[k] - half) <= rounding) and k + 1 < len(t) and bool(t[k + 1] - t[k] > same)
     if not is_even:
         return lower_factor(A[order[k]]), on_line, True
-    middle = base @ symmetric_exp(0.25 * (t[k] + t[k + 1]) * direction)[0]
-    return middle, on_line, not on_line
+    return base @ symmetric_exp(0.25 * (t[k] + t[k + 1]) * direction)[0], on_line, not on_line

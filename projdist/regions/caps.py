@@ -148,8 +148,7 @@ class Cap(Unclipped):
         """Distances at which panels end."""
         round_to = self._rim.round_to
         ends = [round_to, self.angle] if round_to else [self.angle]
-        first = np.linspace(0.0, ends[0], math.ceil(ends[0] / _LONGEST) + 1)
-        return np.append(first, ends[1:])
+        return np.append(np.linspace(0.0, ends[0], math.ceil(ends[0] / _LONGEST) + 1), ends[1:])
 
     def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
         """Chart with the azimuth u from the centre and the distance v, as on a sphere with the same latitudes.

@@ -173,8 +173,7 @@ class _Parts:
         """The integrals of 1, u - u0 and v - v0 over the area of each cell's part."""
         u0, u1, v0, _ = self.rectangle.T
         lon0, lat0, lon1, lat1 = self.edges.T
-        west = u0[self.cell, None]
-        u = lon0[:, None] + (lon1 - lon0)[:, None] * _SHARES - west
+        u = lon0[:, None] + (lon1 - lon0)[:, None] * _SHARES - u0[self.cell, None]
         by_area, by_v = self._along(ellipsoid, self.cell, lat0, lat1, v0)
         moments = [np.sum(values, axis=1) for values in (u * by_area, 0.5 * u * u * by_area, u * by_v)]
         # Of gates: primitives at their ends, that of v - v0 counted from the end of the rectangle.

@@ -63,8 +63,7 @@ def combine(operator: str, left: Region | PointSet, right: Region | PointSet, na
             f"Invalid region '{name}'. Its parts are on different bodies, {Body(ellipsoid)} and {Body(other)}."
         )
     if isinstance(left, PointSet):
-        wanted = operator == "&"
-        return left.chosen(lambda lon, lat: right.contains(lon, lat) == wanted, name)
+        return left.chosen(lambda lon, lat: right.contains(lon, lat) == (operator == "&"), name)
     resolutions = {region.resolution for region in (left, right) if isinstance(region, Polygons)} - {""}
     if len(resolutions) > 1:  # the shipped outlines
         both = " and ".join(sorted(resolutions))

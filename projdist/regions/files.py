@@ -178,9 +178,8 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, k
     if wkb is None:  # a table
         raise ValueError(f"{text} It has no geometries.")
     rows = zip(*values, strict=True) if len(values) else ((),) * len(geometries)
-    names = [str(field) for field in meta["fields"]]
-    fields = [dict(zip(names, row, strict=True)) for row in rows]
-    return ReadShapes([_shape(*pair) for pair in zip(geometries, fields, strict=True)], crs, meta["crs"] or None)
+    fields = [dict(zip(map(str, meta["fields"]), row, strict=True)) for row in rows]
+    return ReadShapes(list(map(_shape, geometries, fields)), crs, meta["crs"] or None)
 
 
 @contextlib.contextmanager

@@ -215,8 +215,7 @@ class Polygons:
         gaps = starts - np.maximum.accumulate(extents[order, 2])
         widest = int(np.argmax(gaps))
         if gaps[widest] > _GAP and widest < len(gaps) - 1:
-            beyond = extents[:, 0] < starts[widest]
-            edges[beyond[polygon[ring]], 0::2] += 360.0
+            edges[(extents[:, 0] < starts[widest])[polygon[ring]], 0::2] += 360.0
         return edges
 
     @functools.cached_property

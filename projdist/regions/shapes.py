@@ -164,8 +164,7 @@ def _polygons(
             one_by_one = [earth.planar([ring]) for ring in rings]
             corners = [shapely.get_coordinates(one.exterior) for one in one_by_one]
             # Areas of rings that cross themselves count with their winding numbers.
-            areas = [abs(area_km2(np.hstack([ring[:-1], ring[1:]]), ellipsoid or WGS84)) for ring in corners]
-            shell, *holes = areas
+            shell, *holes = (abs(area_km2(np.hstack([ring[:-1], ring[1:]]), ellipsoid or WGS84)) for ring in corners)
             after = Polygons(earth.merged([repaired]), "", ellipsoid=ellipsoid or WGS84).area_km2
             change = after - (shell - sum(holes))
             if abs(change) > _CHANGED * after:

@@ -107,8 +107,7 @@ class Record:
 
     def _table(self) -> Any:
         """The table as columns by name or as a list of rows, with unrounded numbers."""
-        columns = values_of(self, columns=True)
-        return {name: values.ravel() for name, values in columns.items()} or [self._flat()]
+        return {name: values.ravel() for name, values in values_of(self, columns=True).items()} or [self._flat()]
 
     def _flat(self) -> dict[str, Any]:
         """One row of a table: the values that are texts or numbers, not converted."""

@@ -47,8 +47,7 @@ class PreparedArea:
             for k in range(_TILES):
                 strip = clipped(polygons, lons[k], south, lons[k + 1], north)
                 if not strip.is_empty:
-                    sides = pairwise(lats)
-                    tiles += [clipped(strip, lons[k], low, lons[k + 1], high) for low, high in sides]
+                    tiles += [clipped(strip, lons[k], low, lons[k + 1], high) for low, high in pairwise(lats)]
         # A coast that a tile's side cuts many times may cross itself there.
         tiles = [tile if tile.is_valid else shapely.make_valid(tile) for tile in tiles if not tile.is_empty]
         pairs = ((turn, tile) for turn in _TURNS for tile in tiles if abs(tile.centroid.x + turn) < _REACH)
@@ -70,8 +69,7 @@ class PreparedArea:
 
         def pixel(points: FloatArray) -> IntArray:
             """Column and row of points in the grid, whose rim stands for everything outside."""
-            inner = np.floor((points - start) * (pixels / size))
-            return np.clip(inner, -1.0, pixels).astype(int) + 1
+            return np.clip(np.floor((points - start) * (pixels / size)), -1.0, pixels).astype(int) + 1
 
         covered = np.zeros(pixels.astype(int) + 3, dtype=int)
         first, end = pixel(self.steps.min(axis=1)), pixel(self.steps.max(axis=1)) + 1
@@ -120,8 +118,7 @@ def _in_cells(
     lon, lat = surface.lonlat()
     xy = np.column_stack([surface.x, surface.y])
     lons, lats = lon[cells.T], lat[cells.T]
-    first = wrapped(lons[0])
-    lons = first + (np.mod(lons - lons[0] + 180.0, 360.0) - 180.0)
+    lons = wrapped(lons[0]) + (np.mod(lons - lons[0] + 180.0, 360.0) - 180.0)
     near = area.may_border(lons, lats)
     near = near[np.abs(lats[:, near]).max(axis=0) <= area.end]
     corners = np.stack([lons[:, near].T, lats[:, near].T], axis=-1)
@@ -132,8 +129,7 @@ def _in_cells(
     on_border[border] = True
     cell, tile = area.tiles.query(shapes, predicate="intersects")
     valid = shapely.make_valid(shapes) if torn else shapes
-    pieces = _parts_of(area.tiles.geometries[tile], valid[cell])
-    parts, owner = shapely.get_parts(pieces, return_index=True)
+    parts, owner = shapely.get_parts(_parts_of(area.tiles.geometries[tile], valid[cell]), return_index=True)
     parts, owner = shapely.get_parts(parts, return_index=True)[0], cell[owner]
     keep = shapely.area(parts) > 0
     rings, owner = shapely.get_exterior_ring(parts[keep]), owner[keep]

@@ -78,8 +78,7 @@ def _regional(surface: Surface, region: Region) -> Surface:
     else:
         ground = _surroundings(part)
     size = max(extent[1] - extent[0], extent[3] - extent[2])
-    border = project_lines(ground.domain, lines, size)
-    return replace(part, border=tuple(border), ground=ground)
+    return replace(part, border=tuple(project_lines(ground.domain, lines, size)), ground=ground)
 
 
 def _lies_apart(part: Surface) -> bool:

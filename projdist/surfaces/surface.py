@@ -352,8 +352,7 @@ class _Builder:
             if not (np.isfinite(steps).any() and np.nanmedian(steps) < 1e-5 * self._size):
                 edges.append((0, self.across, self.in_rows[j], node[j], np.roll(node[j], -1)))
         if not self.wraps:
-            last = self.columns - 1
-            edges += [(1, self.along, self.in_columns[:, i], node[:-1, i], node[1:, i]) for i in (0, last)]
+            edges += [(1, self.along, self.in_columns[:, i], node[:-1, i], node[1:, i]) for i in (0, self.columns - 1)]
         for group, table, links, start, stop in edges:
             for link, one, other in zip(links.tolist(), start.tolist(), stop.tolist(), strict=False):
                 if not table.torn[link]:

@@ -100,8 +100,7 @@ def adjust(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[FloatArr
         damping = 0.1 * damping if damping > _WEAKEST else 0.0
     if not np.isfinite(cost):
         raise ValueError("Invalid correspondences. They do not determine the maps of the images.")
-    points = sum(len(link.xi) for link in links)
-    return M, float(np.sqrt(cost / (2.0 * points))), normal
+    return M, float(np.sqrt(cost / (2.0 * sum(len(link.xi) for link in links)))), normal
 
 
 # A link in one direction: the images from and to, the map S, the points x, their images z, and the errors.

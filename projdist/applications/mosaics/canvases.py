@@ -272,8 +272,7 @@ def mean_georeference(canvas: Canvas, sizes: FloatArray, sheets: Sequence[Georef
     gaps = there - target - (here - middle) @ A.T
     matrix = np.eye(3)
     matrix[:2, :2], matrix[:2, 2] = A, target - A @ middle
-    rms = float(np.sqrt((gaps**2).sum(axis=1).mean()))
-    return Georeference(matrix, names.pop() if names else "", rms, len(given))
+    return Georeference(matrix, names.pop() if names else "", float(np.sqrt((gaps**2).sum(axis=1).mean())), len(given))
 
 
 def world_file(path: AnyPath) -> Path:

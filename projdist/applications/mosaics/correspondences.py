@@ -363,8 +363,7 @@ def _guided(one: Link, S: FloatArray, a: _Features, b: _Features) -> Link | None
     from scipy.spatial import KDTree  # scipy is slow to load, and few need it
 
     predicted = places(S[None], a.places[None])[0]
-    near = np.isfinite(predicted).all(axis=1) & (np.abs(predicted) < 1e6).all(axis=1)
-    numbers = np.flatnonzero(near)
+    numbers = np.flatnonzero((np.abs(predicted) < 1e6).all(axis=1))
     around = KDTree(b.places).query_ball_point(predicted[numbers], _AROUND * one.reduction)
     first = np.repeat(numbers, [len(those) for those in around])
     second = np.array([other for those in around for other in those], dtype=int)

@@ -123,8 +123,7 @@ def _feasible_line(H: FloatArray, sizes: FloatArray) -> FloatArray | None:
     scale = np.abs(rows).max(axis=0)
     rows = rows / scale
     least, mean = np.hstack([-rows, np.ones((len(rows), 1))]), np.append(rows.mean(axis=0), 0.0)[None]
-    none = np.zeros(len(rows))
-    found = linprog([0.0, 0.0, 0.0, -1.0], least, none, mean, [1.0], bounds=(None, None), method="highs")
+    found = linprog([0.0, 0.0, 0.0, -1.0], least, np.zeros(len(rows)), mean, [1.0], bounds=(None, None), method="highs")
     if found.status != 0 or found.x is None or found.x[3] <= 0:
         return None
     return np.asarray(found.x[:3]) / scale

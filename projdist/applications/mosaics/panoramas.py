@@ -60,8 +60,7 @@ class Panorama(registration.ImageAnswer):
     @property
     def views(self) -> tuple[Camera, ...]:
         """The cameras of `images` on the sphere."""
-        sizes = self.points.sizes[self.images].tolist()
-        given = zip(self.rotations, self.cameras.focals, sizes, strict=True)
+        given = zip(self.rotations, self.cameras.focals, self.points.sizes[self.images].tolist(), strict=True)
         return tuple(Camera(R, float(f), (w, h)) for R, f, (w, h) in given)
 
     @property
@@ -290,8 +289,7 @@ def _start(group: registration.MatchedImages, tolerance: float) -> tuple[float, 
         cost += np.minimum(there**2 + back**2, (_CAP * tolerance) ** 2).sum(axis=-1)
         maps.append(S)
     best = int(cost.argmin())
-    turned = [pair._replace(S=S[best]) for pair, S in zip(group.pairs, maps, strict=True)]
-    return float(f[best]), turned
+    return float(f[best]), [pair._replace(S=S[best]) for pair, S in zip(group.pairs, maps, strict=True)]
 
 
 def _directions(x: FloatArray, f: FloatArray) -> FloatArray:

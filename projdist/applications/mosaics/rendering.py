@@ -103,8 +103,7 @@ class _MultiBand(Blender):
         for band in reversed(range(_BANDS + 1)):
             level = self._sums[band] / (self._weights[band] + _LITTLE)[..., None]
             found = level if band == _BANDS else level + cv2.pyrUp(found, dstsize=level.shape[1::-1])
-        seen = np.asarray(self._weights[0][:height, :width] > _LITTLE)
-        return np.ascontiguousarray(found[:height, :width]), seen
+        return np.ascontiguousarray(found[:height, :width]), np.asarray(self._weights[0][:height, :width] > _LITTLE)
 
 
 BLENDERS: dict[str, Callable[[Box], Blender]] = {"multiband": _MultiBand, "feather": _Feather, "none": _Overlay}
@@ -236,8 +235,7 @@ def _tile(tile: Box, canvas: canvases.AnyCanvas, boxes: Sequence[Box], seams: Se
         part = _common(box, around)
         if part[0] < part[2] and part[1] < part[3]:
             piece = canvas.warped(seams.store.read(number), number, part)
-            even = seams.even(number, piece, canvas.scale)
-            pieces[number] = piece._replace(pixels=Pixels(even, piece.pixels.mask))
+            pieces[number] = piece._replace(pixels=Pixels(seams.even(number, piece, canvas.scale), piece.pixels.mask))
     masks = seams.cut(pieces, canvas)
     blender = BLENDERS[blend](around)
     for number, piece in pieces.items():
@@ -248,8 +246,7 @@ def _tile(tile: Box, canvas: canvases.AnyCanvas, boxes: Sequence[Box], seams: Se
     drawn[..., :3] = np.clip(np.rint(colours, out=colours), 0, most, out=colours)
     drawn[..., 3] = most
     drawn[~seen] = 0
-    inside = slice(top - around[1], bottom - around[1]), slice(left - around[0], right - around[0])
-    return np.asarray(drawn[inside])
+    return drawn[top - around[1] : bottom - around[1], left - around[0] : right - around[0]]
 
 
 _FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}

@@ -102,8 +102,7 @@ class OldMap(Answer):
         nearest = ((self.nodes[folded][:, None] - points.old) ** 2).sum(axis=-1).argmin(axis=1)
         share = np.bincount(nearest, self.weights[folded], len(points.old))
         at_points = np.isnan(self.local_jacobian(points.old)[:, 0, 0])
-        order = np.argsort(-share, kind="stable")
-        return tuple(points.names[k] for k in order if share[k] > 0 or at_points[k])
+        return tuple(points.names[k] for k in np.argsort(-share, kind="stable") if share[k] > 0 or at_points[k])
 
     @property
     def outliers(self) -> tuple[str, ...]:
@@ -166,9 +165,8 @@ class OldMap(Answer):
     def statistics(self) -> dict[str, dict[str, float]]:
         """Percentiles of the measures after the MDT, by area on the old map."""
         J, weights = self._known()
-        shares = [*_SHARES.values()]
         return {
-            name: dict(zip(_SHARES, numerics.quantiles(measure(J), weights, shares), strict=True))
+            name: dict(zip(_SHARES, numerics.quantiles(measure(J), weights, [*_SHARES.values()]), strict=True))
             for name, measure in LOCAL_MEASURES.items()
         }
 
@@ -348,8 +346,7 @@ def hull_nodes(points: FloatArray, rows: int = _ROWS) -> tuple[FloatArray, Float
     right = np.where(nx > 0, bound, np.inf).min(axis=1)
     x = left[:, None] + (right - left)[:, None] * (np.arange(rows) + 0.5) / rows
     weights = np.repeat(np.maximum(right - left, 0.0), rows)
-    nodes = np.stack([x.ravel(), np.repeat(y, rows)], axis=-1)
-    return nodes, weights / weights.sum(), float(hull.volume)
+    return np.stack([x.ravel(), np.repeat(y, rows)], axis=-1), weights / weights.sum(), float(hull.volume)
 
 
 def _rms(residuals: FloatArray) -> float:
@@ -408,7 +405,6 @@ def _pieces(places: FloatArray, values: FloatArray, triangles: AnyArray, level: 
     """Segments (m, 2, 2) where a level crosses triangles, which end at the same points as those of their neighbours."""
     sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=-1)
     above = values[sides] >= level
-    crossed = above[..., 0] != above[..., 1]
-    one, other = np.moveaxis(sides[crossed], -1, 0)
+    one, other = np.moveaxis(sides[above[..., 0] != above[..., 1]], -1, 0)
     share = (level - values[one]) / (values[other] - values[one])
     return np.asarray((places[one] + share[:, None] * (places[other] - places[one])).reshape(-1, 2, 2))

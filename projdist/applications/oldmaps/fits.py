@@ -111,13 +111,11 @@ class Fit:
 
     def __call__(self, old: FloatArray) -> FloatArray:
         """True places (m, 2) of places on the old map."""
-        u = self.plane(old)
-        return np.concatenate([self.terms.values(part) @ self.coefficients for part in self._parts(u)])
+        return np.concatenate([self.terms.values(part) @ self.coefficients for part in self._parts(self.plane(old))])
 
     def jacobian(self, old: FloatArray) -> FloatArray:
         """Derivatives (m, 2, 2) of the true place by the place on the old map, at places (m, 2)."""
-        u = self.plane(old)
-        found = [self.terms.gradients(part).swapaxes(1, 2) @ self.coefficients for part in self._parts(u)]
+        found = [self.terms.gradients(part).swapaxes(1, 2) @ self.coefficients for part in self._parts(self.plane(old))]
         return np.asarray(np.concatenate(found).swapaxes(1, 2) @ self.plane.matrix)
 
     def standard_error(self, old: FloatArray, by_jacobian: FloatArray) -> float:
@@ -384,8 +382,7 @@ class _ReducedSpline:
         own = square / diagonal
         freedom = len(self._z) - len(self._out) - self._flat - 1
         kept = np.vdot(self._z, self._product) - np.vdot(self._z[self._out], self._product[self._out])
-        rest = np.maximum(kept.real - own, 0.0)
-        return _Residuals(own / diagonal, rest / freedom / diagonal, freedom)
+        return _Residuals(own / diagonal, np.maximum(kept.real - own, 0.0) / freedom / diagonal, freedom)
 
 
 def _fitting(points: ControlPoints, kept: BoolArray) -> BoolArray:

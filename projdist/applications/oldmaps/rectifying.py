@@ -166,8 +166,7 @@ def _read(path: AnyPath, found: OldMap, coarser: int) -> tuple[AnyArray, Affine]
         size = image.size
         if image.mode.startswith("I"):
             image = Image.fromarray(np.clip(np.asarray(image).astype(np.int64) // 257, 0, 255).astype(np.uint8))
-        plain = image.convert("L" if image.mode in _GREY else "RGB")
-        pixels = np.asarray(plain.reduce(coarser))
+        pixels = np.asarray(image.convert("L" if image.mode in _GREY else "RGB").reduce(coarser))
     left, right, bottom, top = scan_extent(found, *size, text)
     spread = np.array([size[0] / (right - left), size[1] / (bottom - top)]) / coarser
     return np.atleast_3d(pixels), Affine(np.diag(spread), -0.5 - spread * [left, top])

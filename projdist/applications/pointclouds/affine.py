@@ -101,8 +101,7 @@ def rank(points: FloatArray, weights: FloatArray) -> int:
     """Number of dimensions that points (M, n) with weights (M,) above 0 span beyond rounding."""
     if not len(points):
         return 0
-    centre = weights @ points / weights.sum()
-    extents = np.linalg.svd(np.sqrt(weights)[:, None] * (points - centre), compute_uv=False)
+    extents = np.linalg.svd(np.sqrt(weights)[:, None] * (points - (weights @ points / weights.sum())), compute_uv=False)
     rounding = _ROUNDING * np.abs(points).max() * np.sqrt(weights.sum())
     return int(np.sum(extents > max(_FLAT * extents[0], rounding)))
 
@@ -180,18 +179,15 @@ def _wrong_rows(
     root = np.sqrt(weights / weights.mean())[:, None]
     scale = float(np.linalg.norm(points - points.mean(axis=0), axis=1).mean())
     X, points = root * np.column_stack([np.ones(len(place)), place]), root * points
-    squares = _robust_squares(X, points, scale)
-    bad = squares > chi2.isf(level, n)
-    everything = np.ones(len(points), dtype=bool)
-    _, distances = _left_out_squares(X, points, everything, scale)
+    bad = _robust_squares(X, points, scale) > chi2.isf(level, n)
+    _, distances = _left_out_squares(X, points, np.ones(len(points), dtype=bool), scale)
     for _ in range(_STEPS):
         kept = ~bad
         if kept.sum() < 2 * n + 3:
             return np.zeros(len(points), dtype=bool), distances / root[:, 0]
         statistic, distances = _left_out_squares(X, points, kept, scale)
         freedom = kept.sum() - kept.astype(int) - (n + 1)  # of the covariance, without the point itself
-        F = statistic * (freedom - n + 1) / (n * freedom)
-        found = f.sf(F, n, freedom - n + 1) < level
+        found = f.sf(statistic * (freedom - n + 1) / (n * freedom), n, freedom - n + 1) < level
         # Points that are near enough come back; of the kept points only the worst is dropped at a time.
         worst = found & kept
         if worst.any():
@@ -206,8 +202,7 @@ def _wrong_rows(
 def _left_out_squares(X: FloatArray, y: FloatArray, kept: BoolArray, scale: float) -> tuple[FloatArray, FloatArray]:
     """Hotelling's T^2 and distance of each point from the fit to the kept points without it."""
     Q, R = np.linalg.qr(X[kept])
-    beta = np.linalg.solve(R, Q.T @ y[kept])
-    residual = y - X @ beta
+    residual = y - X @ np.linalg.solve(R, Q.T @ y[kept])
     leverage = np.sum(np.linalg.solve(R.T, X.T) ** 2, axis=0)
     leverage = np.minimum(leverage, np.where(kept, 1.0 - 1e-9, np.inf))
     n, count = y.shape[1], int(kept.sum())
@@ -240,8 +235,7 @@ def _robust_squares(X: FloatArray, y: FloatArray, scale: float) -> FloatArray:
             # Half of normal errors are below the median of chi^2; a fit of p parameters to m points makes them smaller.
             sigma2 = np.median(squares) / half * len(y) / (len(y) - X.shape[1])
             squares = squares / max(sigma2, 1e-300)
-            u = squares / (_KERNEL**2 * n)
-            again = np.maximum(1.0 - u, 0.0) ** 2
+            again = np.maximum(1.0 - squares / (_KERNEL**2 * n), 0.0) ** 2
             inside = residual * np.sqrt(again)[:, None]
             covariance = inside.T @ inside / max(again.sum(), 1.0) + (_RESIDUAL_ROUNDING * scale) ** 2 * np.eye(n)
         if step > _STEPS and np.abs(again - w).max() < _SAME:

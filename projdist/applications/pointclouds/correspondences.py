@@ -307,8 +307,7 @@ def read_weights(path: AnyPath) -> WeightsFile:
         if len(row) < width or not is_number(row[-1]):
             raise ValueError(f"{text} Line {line} must end with a number.")
         numbers.append(number_of(row[-1]))
-    ids = tuple(row[0].strip() for _, row in rows) if width == 2 else None
-    return WeightsFile(Path(path), np.array(numbers), ids)
+    return WeightsFile(Path(path), np.array(numbers), tuple(row[0].strip() for _, row in rows) if width == 2 else None)
 
 
 def column_weights(clouds: Sequence[CloudFile], column: str, correspond: str) -> list[FloatArray]:

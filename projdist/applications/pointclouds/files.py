@@ -221,8 +221,7 @@ def _records(
     if not is_ascii:
         size = count * dtype.itemsize
         if len(data) < start + size:
-            what = "vertices do" if named == "Vertex" else "points do"
-            raise CloudError(f"It ends before its {count} {what}.")
+            raise CloudError(f"It ends before its {count} {'vertices' if named == 'Vertex' else 'points'} do.")
         return Records(data[:start], np.frombuffer(data, dtype, count, start), data[start + size :], False)
     # A header may claim more points than there are lines.
     content = data[start:]
