@@ -195,20 +195,16 @@ def topology(what: str, resolution: str) -> Topology:
 @GEOS_ARITHMETIC
 def decoded(outlines: Iterable[Outline], arcs: Sequence[FloatArray]) -> shapely.MultiPolygon:
     """Outlines as plane polygons, cut at the antimeridian and closed along the poles."""
-    parts: list[shapely.Polygon] = []
-    for polygon in as_stored(outlines, arcs):
-        parts.extend(cut_at_antimeridian(polygon if polygon.is_valid else shapely.make_valid(polygon)))
+    valid = (one if one.is_valid else shapely.make_valid(one) for one in as_stored(outlines, arcs))
     # Polygons that share an edge at the antimeridian are valid only when merged.
-    return merged(parts)
+    return merged([part for one in valid for part in cut_at_antimeridian(one)])
 
 
 def as_stored(outlines: Iterable[Outline], arcs: Sequence[FloatArray]) -> Iterator[shapely.Polygon]:
     """The polygons of outlines, closed along the poles, with unwrapped longitudes; some cross themselves."""
     for rings in (rings for one in outlines for rings in one.polygons):
-        points: list[FloatArray] = []
-        for ring in rings:
-            parts = [arcs[index] if index >= 0 else arcs[~index][::-1] for index in ring]
-            points.append(unwrapped(np.concatenate([parts[0], *(part[1:] for part in parts[1:])])))
+        lines = ([arcs[index] if index >= 0 else arcs[~index][::-1] for index in ring] for ring in rings)
+        points = [unwrapped(np.concatenate([first, *(line[1:] for line in rest)])) for first, *rest in lines]
         # A tiny ring round the pole may precede Antarctica's coast as if it were the shell.
         shell, *holes = (ring for ring in points if np.abs(ring[:, 1]).min() < POLE_CAP)
         yield shapely.Polygon(closed_round_pole(shell), [beside(hole, shell) for hole in holes])

@@ -205,17 +205,14 @@ def _words(E: FloatArray) -> str:
     if ratio > 1.0 - _PURE:
         return "size"
     if ratio < _PURE - 1.0:
-        folded = (turned + 45.0) % 90.0 - 45.0
-        if abs(folded) <= _ALONG:
-            return "shape"
-        return "shear" if abs(folded) >= 45.0 - _ALONG else f"shape at {folded:.0f}°"
-    along, across = _direction(turned), _direction(turned + 90.0)
+        return _named(turned, 45.0, ("shape", "shear", "shape at"))
+    along, across = (_named(angle, 90.0, ("horizontal", "vertical", "along")) for angle in (turned, turned + 90.0))
     return along if abs(ratio) <= _PURE else f"{along} 1, {across} {ratio:.2f}".replace("-0.", "\N{MINUS SIGN}0.")
 
 
-def _direction(degrees: float) -> str:
-    """A direction by its angle from the x axis, anticlockwise."""
-    folded = (degrees + 90.0) % 180.0 - 90.0
+def _named(degrees: float, half: float, words: tuple[str, str, str]) -> str:
+    """The word for angles near 0, near `half` the period, or between them, with the angle."""
+    folded = (degrees + half) % (2.0 * half) - half
     if abs(folded) <= _ALONG:
-        return "horizontal"
-    return "vertical" if abs(folded) >= 90.0 - _ALONG else f"along {folded:.0f}°"
+        return words[0]
+    return words[1] if abs(folded) >= half - _ALONG else f"{words[2]} {folded:.0f}°"

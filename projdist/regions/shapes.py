@@ -172,9 +172,8 @@ def _polygons(
     if not pieces:
         raise ValueError(f"{text} Its polygons have no area.")
     notes = [f"{empty} feature(s) have no geometry, and are left out."] if empty else []
-    for changed, what in zip(changes, _REPAIRED, strict=True):
-        if changed:
-            notes.append(f"{len(changed)} {what}; the area changed by {sum(changed):+.6g} km2.")
+    repairs = zip(changes, _REPAIRED, strict=True)
+    notes += [f"{len(some)} {what}; the area changed by {sum(some):+.6g} km2." for some, what in repairs if some]
     widths = np.concatenate([np.abs(np.diff(ring[:, 0])) for rings in polygons for ring in rings])
     wide = int(np.sum((widths > _WIDE) & (widths < _WIDER)))
     if wide:

@@ -134,10 +134,8 @@ def _in_cells(
     keep = shapely.area(parts) > 0
     rings, owner = shapely.get_exterior_ring(parts[keep]), owner[keep]
     points, ring = shapely.get_coordinates(rings, return_index=True)
-    if torn:
-        image = np.full(points.shape, np.nan)
-    else:
-        image = np.column_stack(surface.domain(wrapped(points[:, 0]), points[:, 1]))
+    x, y = np.full(points.T.shape, np.nan) if torn else surface.domain(wrapped(points[:, 0]), points[:, 1])
+    image = np.column_stack([x, y])
     starts = np.searchsorted(ring, np.arange(owner.size))
     places, polygons = (np.split(values, starts)[1:] for values in (points, image))
     for number in np.unique(ring[np.isnan(image[:, 0])]):

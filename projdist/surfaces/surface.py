@@ -218,10 +218,8 @@ def _grid(domain: Domain, frame: TurnedFrame, step: float | None) -> tuple[Float
     rows = max(int(np.ceil(height / step)), 8)
     # The edges of a region are sampled from just inside, so that `contains` does not depend on rounding.
     inset = max(1e-9 * max(width, height), 1e-12)
-    if wraps:
-        u = west + (np.arange(columns) + _OFFSET) * (width / columns)
-    else:
-        u = np.concatenate([[inset], (np.arange(columns) + _OFFSET) * (width / columns), [width - inset]]) + west
+    across = (np.arange(columns) + _OFFSET) * (width / columns)
+    u = west + (across if wraps else np.concatenate([[inset], across, [width - inset]]))
     v = np.concatenate([[inset], (np.arange(rows) + _OFFSET) * (height / rows), [height - inset]]) + south
     pole = POLE if frame.axes is None else _TURNED_POLE
     return np.asarray(u), np.clip(v, -pole, pole), wraps

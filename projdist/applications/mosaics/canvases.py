@@ -93,9 +93,7 @@ class Camera(NamedTuple):
     def sees(self, directions: FloatArray) -> BoolArray:
         """True for vectors (..., 3) inside the image."""
         x = self.pixels(directions)
-        with np.errstate(invalid="ignore"):
-            inside = np.asarray((x >= 0) & (x <= np.array(self.size)))
-        return np.asarray(inside.all(axis=-1))
+        return np.asarray(((x >= 0) & (x <= np.array(self.size))).all(axis=-1))
 
 
 def angles_of(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
