@@ -46,7 +46,7 @@ class _Rim(NamedTuple):
 class Cap(Unclipped):
     """The points within a geodesic distance `radius_km` of a centre, on an ellipsoid.
 
-    Without an `ellipsoid` the maps that are measured on it decide: another body's own, or for the Earth WGS 84, or the
+    Without an `ellipsoid` it is on that of the maps measured on it: another body's own, or for the Earth WGS 84, or the
     mean sphere if all maps are of spheres.
     """
 

@@ -35,7 +35,7 @@ class Cells(NamedTuple):
     area: FloatArray
 
     def take(self, kept: BoolArray) -> Cells:
-        """The cells of a mask."""
+        """The cells that a mask keeps."""
         parts: list[Any] = [values[kept] for values in self]
         return Cells(*parts)
 
@@ -102,7 +102,7 @@ class _Parts:
     gates: _Gates
 
     def take(self, kept: BoolArray) -> _Parts:
-        """The cells of a mask."""
+        """The cells that a mask keeps."""
         number = np.cumsum(kept) - 1
         within, beside = kept[self.cell], kept[self.gates.cell]
         gates = _Gates(number[self.gates.cell[beside]], self.gates.lat[beside], self.gates.change[beside])

@@ -52,7 +52,7 @@ _LONGEST = 20_000  # characters: twenty times a list of all countries, and fast 
 _LONGEST_NAME = 300
 # The longest paths of any system; the text of a CRS may be longer.
 _LONGEST_BY_KIND = {"file": 4500, "geodesic": 4500, "points": 4500, "crs": _LONGEST, "polygon": _LONGEST}
-_DEEPEST = 50  # brackets in brackets
+_DEEPEST = 50  # nested brackets
 
 _METHODS = ("panels", "chart", "clip", "bounds")  # of a region, perhaps of another package
 
@@ -61,7 +61,7 @@ _WORDS = ("globe", "land", "ocean")
 _SUFFIX = re.compile(r"@(all|main)(?::([^@&()\s]*))?(?=[@&)\s]|$)", re.IGNORECASE)
 # No names: texts with signs of a path, numbers (codes stand behind their kind) or only signs, halves of a combination.
 _NO_NAME = re.compile(r"[:/\\]|^[\d\W]*$|^\s*[&+-]|[&+-]\s*$")
-_PLACE = re.compile(r"(globe|land|ocean)$|(country|continent|area|state):[^&+-]+$", re.IGNORECASE)  # by its name
+_PLACE = re.compile(r"(globe|land|ocean)$|(country|continent|area|state):[^&+-]+$", re.IGNORECASE)  # of a place
 _OPERATOR = re.compile(r"\s+([&+-])(?=\s|$)")
 
 

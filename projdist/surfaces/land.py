@@ -169,8 +169,9 @@ def clipped(polygons: shapely.Geometry, *box: float) -> shapely.Geometry:
 # ---- land ----------------------------------------------------------------------------------------
 
 _FINEST = "10m"
-_POLAR = 86.0  # degrees; no coast lies beyond
-_WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0  # degrees
+_POLAR = 86.0  # degrees of latitude beyond which there is no coast
+# Degrees: sizes of regions beyond which coasts are coarse, below which they are fine, and up to which they may be.
+_WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0
 # The name of polygons, functions for them and for the lines around them, and the latitude beyond which there are none.
 _AREAS = {"coast": ("land", land, coastlines, _POLAR), "shores": ("lakes", lakes, shores, 90.0)}
 

@@ -22,7 +22,7 @@ _AROUND = 0.05  # margin, of the extent of the images' points
 # Directions are interpolated between pixels this far apart, in radians: the error is at most its square over eight, in
 # radii, a fiftieth of a pixel of a picture with 1500 per radian.
 _STEP, _LARGEST_STEP = 0.01, 16
-_UNBENT = 1e-3  # by which an interpolated unit vector may be shorter than 1; across a cut it is much shorter
+_UNBENT = 1e-3  # by which the square of an interpolated unit vector may be below 1; across a cut it is far below
 
 
 def canvas_size(extent: FloatArray, most_pixels: float) -> tuple[int, int, float, str]:
@@ -66,7 +66,7 @@ class Canvas(NamedTuple):
         return Piece(box[:2], Pixels(colours, mask))
 
     def cropped(self, box: Box) -> Canvas:
-        """The canvas of a box."""
+        """The canvas cut to a box."""
         left, top, right, bottom = box
         return self._replace(width=right - left, height=bottom - top, matrices=shift(-left, -top) @ self.matrices)
 
@@ -154,7 +154,7 @@ class SphereCanvas:
         return Piece(box[:2], Pixels(colours, mask))
 
     def cropped(self, box: Box) -> SphereCanvas:
-        """The canvas of a box."""
+        """The canvas cut to a box."""
         left, top, right, bottom = box
         origin = self.origin[0] + left * self.pixel, self.origin[1] - top * self.pixel
         return replace(self, width=right - left, height=bottom - top, origin=origin)

@@ -280,7 +280,7 @@ class Piece(NamedTuple):
     pixels: Pixels
 
     def window(self, left: int, top: int) -> tuple[slice, slice]:
-        """Its slices of an array that begins at (left, top)."""
+        """Slices of the piece in an array that begins at (left, top)."""
         height, width = self.pixels.mask.shape
         x, y = self.corner[0] - left, self.corner[1] - top
         return slice(y, y + height), slice(x, x + width)

@@ -36,7 +36,7 @@ class Match(NamedTuple):
 class ConnectedImages:
     """A group of images that common points connect."""
 
-    images: list[int]  # numbers
+    images: list[int]  # their numbers
     components: list[list[int]]  # all groups of two or more connected images, the largest first
     left_out: list[int]  # numbers of the other images
     matches: list[Match]  # of all pairs
