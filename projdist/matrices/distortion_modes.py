@@ -179,9 +179,8 @@ def _aligned(vectors: FloatArray, rms: FloatArray) -> FloatArray:
     if not none.any():
         return vectors
     spanned = vectors[:, ~none]
-    rest = np.eye(len(rms)) - spanned @ spanned.T
     chosen: list[FloatArray] = []
-    for column in rest.T:
+    for column in (np.eye(len(rms)) - spanned @ spanned.T).T:
         left = column - sum((one * (one @ column) for one in chosen), np.zeros(len(rms)))
         if np.linalg.norm(left) > 1e-6 and len(chosen) < none.sum():
             chosen.append(left / np.linalg.norm(left))

@@ -260,9 +260,8 @@ def _descend(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple
 def _steps(view: _View, w: FloatArray) -> list[FloatArray]:
     """Steps to try: Newton's if it exists, and Weiszfeld's corrected for curvature."""
     pull, ratio = view.pull, np.divide(w, view.far, out=np.zeros_like(w), where=view.far > 0)
-    bend = whitened_sets.bend(view.spread)
     length = 1.0 - view.held / float(np.linalg.norm(pull))
-    weiszfeld = pull * (length / float(ratio @ bend))
+    weiszfeld = pull * (length / float(ratio @ whitened_sets.bend(view.spread)))
     if view.held > 0 or view.Z.shape[-1] > _WHOLE:
         return [weiszfeld]
     newton = _newton(view, ratio)
@@ -296,9 +295,8 @@ def _newton(view: _View, ratio: FloatArray) -> FloatArray | None:
     values, vectors = np.linalg.eigh(hessian)
     if not values[0] > _FLAT * values[-1]:
         return None
-    coordinates = vectors @ ((view.pull[i, j] * root) @ vectors / values) / root
     V = np.zeros((n, n))
-    V[i, j] = V[j, i] = coordinates
+    V[i, j] = V[j, i] = vectors @ ((view.pull[i, j] * root) @ vectors / values) / root
     size = float(np.linalg.norm(V))
     return V if size <= 1.0 else V / size
 

@@ -186,11 +186,10 @@ def turns(w: FloatArray) -> FloatArray:
     """The rotations (..., 3, 3) about vectors w (..., 3) by their lengths in radians: the exponential of [w]_x."""
     # By Rodrigues' formula, I + sin(t)/t W + (1 - cos(t))/t^2 W^2 with t = |w|, the second factor without cancellation.
     t = np.linalg.norm(w, axis=-1)[..., None, None]
-    half = 0.5 * t
     x, y, z = np.moveaxis(w, -1, 0)
     none = np.zeros_like(x)
     W = np.stack([none, -z, y, z, none, -x, -y, x, none], axis=-1).reshape(*w.shape, 3)
-    return np.asarray(np.eye(3) + np.sinc(t / np.pi) * W + 0.5 * np.sinc(half / np.pi) ** 2 * (W @ W))
+    return np.asarray(np.eye(3) + np.sinc(t / np.pi) * W + 0.5 * np.sinc(0.5 * t / np.pi) ** 2 * (W @ W))
 
 
 def _orientation(A: FloatArray, what: str) -> FloatArray:

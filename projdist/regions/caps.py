@@ -232,9 +232,8 @@ def reaches(ellipsoid: Ellipsoid, lon: ArrayLike, lat: ArrayLike, azimuth: Array
         low, high = np.where(length < metres, reach, low), np.where(length < metres, high, reach)
         meridian, vertical = ellipsoid.radii(points.lat)
         east, north = np.sin(_DEGREE * course), np.cos(_DEGREE * course)
-        slope = vertical * points.east_v * east + meridian * points.north_v * north
         with np.errstate(divide="ignore", invalid="ignore"):
-            better = reach + (metres - length) / slope
+            better = reach + (metres - length) / (vertical * points.east_v * east + meridian * points.north_v * north)
         better = np.where((low < better) & (better < high), better, 0.5 * (low + high))
         moved, reach = np.abs(better - reach).max(initial=0.0), better
         if moved < _RESOLVED:

@@ -242,10 +242,9 @@ def _refined(S: FloatArray, xi: FloatArray, xj: FloatArray, agree: BoolArray, mo
         return None
     try:
         # The plane is that of image j, which comes first.
-        maps = adjust(Chart(model), np.stack([np.eye(3), S]), [Link(0, 1, xj[agree], xi[agree])])[0]
+        return adjust(Chart(model), np.stack([np.eye(3), S]), [Link(0, 1, xj[agree], xi[agree])])[0][1]
     except ValueError:
         return None
-    return maps[1]
 
 
 def _sampled(xi: FloatArray, xj: FloatArray, model: str, tolerance: float) -> tuple[FloatArray | None, BoolArray]:

@@ -142,9 +142,8 @@ class SphereCanvas:
     def warped(self, pixels: Pixels, number: int, box: Box) -> Piece:
         """An image drawn in a box of the canvas."""
         cv2 = opencv()
-        camera = self.cameras[number]
         pixels, factor = reduced(pixels, self.scale)
-        x = camera.pixels(self._rays(box)) * factor
+        x = self.cameras[number].pixels(self._rays(box)) * factor
         known = np.asarray(np.isfinite(x).all(axis=-1))
         places = np.where(known[..., None], x, -1e4).astype(np.float32)
         # OpenCV counts from the middle of the first pixel.

@@ -37,9 +37,8 @@ def fit(x: FloatArray, y: FloatArray, model: str) -> FloatArray:
     rows = [x1, zero, -y[..., :1] * x1], [zero, x1, -y[..., 1:] * x1]
     A = np.concatenate([np.concatenate(parts, axis=-1) for parts in rows], axis=-2)
     columns = [0, 1, 2, 3, 4, 5, 8] if model == "affine" else list(range(9))
-    vector = np.linalg.svd(np.linalg.qr(A[..., columns], mode="r"))[2][..., -1, :]
     H = np.zeros((*x.shape[:-2], 9))
-    H[..., columns] = vector
+    H[..., columns] = np.linalg.svd(np.linalg.qr(A[..., columns], mode="r"))[2][..., -1, :]
     return normalised(H.reshape(*x.shape[:-2], 3, 3), x)
 
 

@@ -391,9 +391,8 @@ def _fitting(points: ControlPoints, kept: BoolArray) -> BoolArray:
     out, count = np.flatnonzero(~kept), int(kept.sum())
     residuals = []
     for order in _ORDERS:
-        smoothing = SplineModes(u[kept], order).cross_validated(z[kept])
         spline = SplineModes(u, order)
-        root = spline.root(smoothing)
+        root = spline.root(SplineModes(u[kept], order).cross_validated(z[kept]))
         product = root @ (root.T @ z)
         # Block by block: the residuals of all these points from the spline through the others.
         covariance = np.linalg.inv(root[out] @ root[out].T)
