@@ -288,10 +288,7 @@ def _boxes() -> dict[str, FloatArray]:
     used: dict[str, list[int]] = {}
     for one in outlines:
         used.setdefault(one.key, []).extend(one.arcs)
-    return {
-        key: np.concatenate([low[some].min(axis=0) - _MARGIN, high[some].max(axis=0) + _MARGIN])
-        for key, some in used.items()
-    }
+    return {key: np.append(low[n].min(axis=0) - _MARGIN, high[n].max(axis=0) + _MARGIN) for key, n in used.items()}
 
 
 @functools.cache

@@ -312,11 +312,9 @@ def newton_in_plane(points: FloatArray, w: FloatArray, start: FloatArray | None 
         last = bool((expected <= floor).all()) or count == _NEWTON_STEPS
         if not last:
             found = _moments(plane, centre)
+            size = _SQRT2 * np.hypot(*found.gradient)
             # Rounding of the points and of the centre.
-            size, floor = (
-                _SQRT2 * np.hypot(*found.gradient),
-                4.0 * whitened_sets.EPS * (found.cosh + np.abs(centre[0] / centre[1])),
-            )
+            floor = 4.0 * whitened_sets.EPS * (found.cosh + np.abs(centre[0] / centre[1]))
             last = bool((settled(size, previous, floor) | ~active).all())
         if last:
             size = _SQRT2 * np.hypot(*_distances(plane, centre, squares))

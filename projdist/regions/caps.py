@@ -164,13 +164,11 @@ class Cap(Unclipped):
             inside = v < round_to
             distance, stretch, turn = np.where(inside, v, distance), np.where(inside, 1.0, stretch), turn * ~inside
         points = _about(self.lon, self.lat, u, distance)
-        return ChartPoints(
-            points.lon,
-            points.lat,
-            points.east_u + turn * points.east_v,
-            stretch * points.east_v,
-            points.north_u + turn * points.north_v,
-            stretch * points.north_v,
+        return points._replace(
+            east_u=points.east_u + turn * points.east_v,
+            east_v=stretch * points.east_v,
+            north_u=points.north_u + turn * points.north_v,
+            north_v=stretch * points.north_v,
         )
 
     # ---- the rim ------------------------------------------------------------------------

@@ -205,10 +205,8 @@ def _panels(region: Region) -> _Parts:
     patch, rectangle = region.panels()
     ends = np.sort([_latitudes(patch, rectangle[:, 2]), _latitudes(patch, rectangle[:, 3])], axis=0)
     whole = regions.polygons.Clip(region.edges, np.empty((0, 2)))
-    found = [
-        regions.polygons.clip(whole, u0, u1, south, north)
-        for (u0, u1, _, _), south, north in zip(rectangle.tolist(), *ends.tolist(), strict=True)
-    ]
+    sides = zip(rectangle.tolist(), *ends.tolist(), strict=True)
+    found = [regions.polygons.clip(whole, u0, u1, south, north) for (u0, u1, _, _), south, north in sides]
     edges, gates = (np.concatenate([part[k] for part in found]) for k in (0, 1))
     cell, beside = (np.repeat(np.arange(len(patch)), [len(part[k]) for part in found]) for k in (0, 1))
     return _Parts(patch, rectangle, edges, cell, _Gates.of(beside, *gates.T).merged())

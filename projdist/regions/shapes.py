@@ -93,9 +93,7 @@ def points_from_file(path: Path, layer: str, name: str, column: str = "weight") 
         raise ValueError(f"{text} It must hold points; it holds {', '.join(sorted(wrong)) or 'nothing'}.")
     lonlat = np.full((len(shapes), 2), np.nan)
     there = np.array([bool(shape.kind and shape.coordinates != []) for shape in shapes])
-    lonlat[there] = files.positions(
-        [shape.coordinates for shape, known in zip(shapes, there, strict=True) if known], text
-    )
+    lonlat[there] = files.positions([shapes[k].coordinates for k in np.flatnonzero(there)], text)
     if transform is not None:
         lonlat = np.column_stack(transform(*lonlat.T))
     fields = [shape.fields for shape in shapes]

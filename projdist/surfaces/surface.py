@@ -28,10 +28,8 @@ class TurnedFrame:
             return u, v
         u, v = np.radians(u), np.radians(v)
         point = np.stack([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)], axis=-1) @ self.axes.T
-        return (
-            np.degrees(np.arctan2(point[..., 1], point[..., 0])),
-            np.degrees(np.arctan2(point[..., 2], np.hypot(point[..., 0], point[..., 1]))),
-        )
+        x, y, z = np.moveaxis(point, -1, 0)
+        return np.degrees(np.arctan2(y, x)), np.degrees(np.arctan2(z, np.hypot(x, y)))
 
 
 _SINGULAR = 1e4  # of the median scale, 1e-3 degrees from the point, where one over the distance is 57,000

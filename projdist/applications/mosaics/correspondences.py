@@ -340,10 +340,8 @@ def _refined(pictures: Sequence[Picture], found: Sequence[Link], steps: _Steps) 
     maps = [_map_of(one, pictures) if one.reduction > 1.0 else None for one in found]
     larger = {image for one, S in zip(found, maps, strict=True) if S is not None for image in (one.i, one.j)}
     fine = {image: _features(pictures[image], _FINE, _FINE_FEATURES) for image in steps.of(sorted(larger))}
-    return [
-        one if S is None else _guided(one, S, fine[one.i], fine[one.j]) or one
-        for one, S in zip(found, maps, strict=True)
-    ]
+    both = zip(found, maps, strict=True)
+    return [one if S is None else _guided(one, S, fine[one.i], fine[one.j]) or one for one, S in both]
 
 
 def _map_of(one: Link, pictures: Sequence[Picture]) -> FloatArray | None:

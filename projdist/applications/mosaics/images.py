@@ -211,11 +211,8 @@ class Picture:
         """
         if self.together[0] is not self:
             return self.together[0].levels
-        ends = [
-            (float(values.min()), float(values.max()))
-            for deep in (picture._deep() for picture in self.together)
-            if len(values := deep.values[deep.seen])
-        ]
+        images = (picture._deep() for picture in self.together)
+        ends = [(float(seen.min()), float(seen.max())) for one in images if len(seen := one.values[one.seen])]
         low, high = (min(low for low, _ in ends), max(high for _, high in ends)) if ends else (0.0, 1.0)
         if low >= 0.0 and all(picture.is_whole for picture in self.together):
             return 0.0, float(2 ** max(8, int(high).bit_length()) - 1)

@@ -305,10 +305,8 @@ def _adjusted(
     # Links that the chains miss by far, as around the horizon, are left out at first. It ends when no points change.
     links = group.links
     gaps = _gaps(M, links)
-    chosen = [
-        some & (np.median(gap[some]) < _FAR) & (gap < np.inf)
-        for gap, (_, some) in zip(gaps, group.agreeing, strict=True)
-    ]
+    both = zip(gaps, group.agreeing, strict=True)
+    chosen = [some & (np.median(gap[some]) < _FAR) & (gap < np.inf) for gap, (_, some) in both]
     for _ in range(10):
         kept = [link.chosen(some) for link, some in zip(links, chosen, strict=True) if some.sum() > 1]
         # All images must be in one group.
