@@ -207,11 +207,6 @@ class _View(NamedTuple):
         """The norm of the least subgradient."""
         return max(float(np.linalg.norm(self.pull)) - self.held, 0.0)
 
-    @property
-    def is_least(self) -> bool:
-        """True if T is the median to rounding."""
-        return self.size <= self.floor
-
 
 def medians(A: FloatArray, w: FloatArray, start: FloatArray, noise: float = 0.0) -> frechet.Mean:
     """Medians of sets A (B, N, n, n) with weights w (B, N) of sum 1, from a start T (B, n, n)."""
@@ -240,9 +235,9 @@ def _descend(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple
             tried = nearest
             there = lower_factor(A[nearest])
             other = _look(A, w, there)
-            if other.total <= view.total * (1.0 + EPS) or (other.held > 0 and other.is_least):
+            if other.total <= view.total * (1.0 + EPS) or (other.held > 0 and other.size <= other.floor):
                 T, view = there, other
-                if view.held > 0 and view.is_least:
+                if view.held > 0 and view.size <= view.floor:
                     return T, count
         for V in _steps(view, w):
             there = T @ symmetric_exp(0.5 * V)[0]
