@@ -158,7 +158,7 @@ def _minimax(counted: _Counted, start: FloatArray, effort: _Effort) -> FloatArra
         value = float(terms.max(axis=-1).sum())
         while radius > effort.step:
             step, promised = _linear_step(terms, slopes, found, radius)
-            if value - promised < max(effort.gain, _ROUNDING) * abs(value):
+            if value - promised <= max(effort.gain, _ROUNDING) * abs(value):
                 return found
             tried = np.clip(found + step, 0.0, 1.0)
             there = counted.terms(tried)
