@@ -135,14 +135,12 @@ def wrapped(lon: ArrayLike) -> FloatArray:
 
 def chord_angle(one: FloatArray, other: FloatArray) -> FloatArray:
     """Angles in radians between unit vectors (3, ...), exact to rounding if small and to 1e-8 near half a turn."""
-    square = np.square(one[0] - other[0])
-    square += np.square(one[1] - other[1])
-    square += np.square(one[2] - other[2])
+    square = sum(np.square(a - b) for a, b in zip(one, other, strict=True))
     return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(square), 1.0)))
 
 
 class Discontinuities(NamedTuple):
-    """Where a map is torn or bent: along parallels, and along meridians by hemisphere, in degrees."""
+    """Lines along which a map is torn or bent: parallels, and meridians by hemisphere, in degrees."""
 
     parallels: tuple[float, ...]
     northern: tuple[float, ...]

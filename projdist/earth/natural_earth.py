@@ -275,7 +275,7 @@ def near(outline: shapely.MultiPolygon, lon: FloatArray, lat: FloatArray, degree
 
 
 def countries_about(lon: FloatArray, lat: FloatArray) -> dict[str, BoolArray]:
-    """For each country whose box holds any of the points their mask, by key; no geometry is decoded."""
+    """Masks of the points in the box of each country that has any, by key; no geometry is decoded."""
     within = ((key, (lon >= w) & (lon <= e) & (lat >= s) & (lat <= n)) for key, (w, s, e, n) in _boxes().items())
     return {key: points for key, points in within if points.any()}
 

@@ -99,7 +99,7 @@ def _orthonormal(value: Any, before: Any, root: FloatArray, degree: int) -> tupl
 
 
 def _steps(degree: int) -> list[tuple[int, int]]:
-    """For each polynomial but the first the variable and the earlier polynomial whose product it is made from."""
+    """The variable and the earlier polynomial whose product each polynomial but the first is made from."""
     # Those of a degree are x times all of the degree below, and y times the last of these.
     steps, first = [], 0
     for d in range(1, degree + 1):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,8 +36,7 @@ class Cells(NamedTuple):
 
     def take(self, kept: BoolArray) -> Cells:
         """The cells that a mask keeps."""
-        parts: list[Any] = [values[kept] for values in self]
-        return Cells(*parts)
+        return Cells._make(values[kept] for values in self)
 
     def joined(self, other: Cells) -> Cells:
         """These cells and others."""

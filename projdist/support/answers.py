@@ -23,7 +23,7 @@ _BAR = "background: linear-gradient(90deg, #c2d8ec {share:.0f}%, transparent {sh
 
 
 class FieldSchema(NamedTuple):
-    """How JSON and tables show a field of a result, in the terms of `schema`."""
+    """The form of a result's field in JSON and tables, in the terms of `schema`."""
 
     key: str = ""
     of: str | Sequence[str] | Mapping[str, str] = ""

@@ -217,7 +217,7 @@ def estimated(points: Correspondences, link: Link, tolerance: float, model: str)
 
 
 def links_of(points: Correspondences, tolerance: float) -> list[Link]:
-    """For each pair of images i < j the common points, in coordinates from the images' middles, in `points.unit`."""
+    """The common points of each pair of images i < j, counted from the images' middles in `points.unit`."""
     if not tolerance > 0:
         raise ValueError(f"Invalid tolerance {tolerance}. It must be a number of pixels above 0.")
     links: list[Link] = []

@@ -71,7 +71,7 @@ class Registration(Answer):
 
     @property
     def worst(self) -> list[list[WrongPoint]]:
-        """For each cloud the points farthest from the places that the others give them, at most five."""
+        """The points of each cloud farthest from the places that the others give them, at most five."""
         orders = np.argsort(-np.nan_to_num(self.left_out_distances, nan=-1.0), axis=1, kind="stable")[:, :5]
         return [
             [WrongPoint(name, self.point_names[k], float(far[k])) for k in order if np.isfinite(far[k])]
@@ -85,7 +85,7 @@ class Registration(Answer):
 
     @property
     def modes(self) -> Modes:
-        """How the clouds differ in size, proportions and shear: the principal components of their matrices."""
+        """Differences of the clouds in size, proportions and shear: the principal components of their matrices."""
         return modes(self.matrices)
 
     @property
@@ -115,7 +115,7 @@ class Registration(Answer):
 
     @property
     def frames(self) -> dict[str, tuple[str | None, float]]:
-        """For each frame the cloud that it belongs to, None for the MDT, and the sum of Dist_F^2."""
+        """The cloud that each frame belongs to, None for the MDT, and the sum of Dist_F^2 in it."""
         references = _references(self.sums).items()
         return {**{name: (self.names[k], float(self.sums[k])) for name, k in references}, "mdt": (None, self.mdt_sum)}
 
