@@ -25,25 +25,20 @@ _TOO_FAR = "Invalid matrices. They lie so far apart that their squares leave the
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class MDT(Answer):
-    """A mean distorting transformation and its accuracy.
+    """A mean distorting transformation and its accuracy, in numbers, or arrays (...) for leading axes.
 
-    `T`: shape (..., n, n), lower triangular with a positive diagonal. `distances`: Dist_F(T^-1 A_i)^2, shape (..., N).
-    The others are numbers, or of shape (...) for the leading axes. `cost`: the weighted mean of `distances`.
-    `gradient_norm`: that of the weighted mean of ln(T^-1 A_i A_i^T T^-T), which vanishes at the MDT and bounds the
-    Fisher distance from it. `iterations`: the steps taken. `floor`: what rounding may leave of the gradient, some n eps
-    times the mean of cosh ln cond(T^-1 A_i). The rounding of A and T themselves comes on top: eps times the condition
-    of T, in which the scales of its rows do not count. Of the method "median" `cost` is the weighted mean of Dist_F,
-    `gradient_norm` that of the weighted mean of the unit directions to the matrices, less the weight of what lies at T,
-    and `unique` is False where others are as good: then T is in their middle.
+    The rounding of A and T themselves comes on top of `floor`: eps times the condition of T, in which the scales of its
+    rows do not count. Of the method "median" `cost` is the weighted mean of Dist_F, and `gradient_norm` that of the
+    weighted mean of the unit directions to the matrices, less the weight of those at T.
     """
 
-    T: FloatArray
-    cost: Any
-    gradient_norm: Any
-    iterations: Any
-    floor: Any
-    unique: Any
-    distances: FloatArray
+    T: FloatArray  #: (..., n, n), lower triangular with a positive diagonal
+    cost: Any  #: the weighted mean of `distances`
+    gradient_norm: Any  #: of the weighted mean of ln(T^-1 A_i A_i^T T^-T), 0 at the MDT; bounds the distance from it
+    iterations: Any  #: number of steps
+    floor: Any  #: bound of the gradient's rounding, some n eps times the mean of cosh ln cond(T^-1 A_i)
+    unique: Any  #: False if other medians are as good: then T is in their middle
+    distances: FloatArray  #: (..., N), Dist_F(T^-1 A_i)^2
 
     def _line(self) -> str:
         T = np.array2string(np.asarray(self.T), precision=4, threshold=16).replace("\n", "")

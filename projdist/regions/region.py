@@ -396,21 +396,20 @@ class TurnedGlobe(Unclipped):
 
 @dataclass(frozen=True, eq=False)
 class PointSet:
-    """Points in degrees with weights of any sum, and optional heights in metres; all of shape (n,).
+    """Points with weights; a set of them has no area.
 
-    `name` is the region as text for `get_region`. A set has no area; its `ellipsoid` is that of its body, None for any.
     If the points sample something larger, `coarse` is a sparser sample of it: the difference of means between the two
     bounds the error of sampling.
     """
 
-    lon: FloatArray
+    lon: FloatArray  # (n,), degrees
     lat: FloatArray
-    weight: FloatArray
-    name: str = "points"
-    height: FloatArray | None = None
+    weight: FloatArray  # (n,), of any sum
+    name: str = "points"  # the region as text for `get_region`
+    height: FloatArray | None = None  # (n,), metres
     notes: tuple[str, ...] = ()
     coarse: PointSet | None = None
-    ellipsoid: Ellipsoid | None = None
+    ellipsoid: Ellipsoid | None = None  # of the body; None: any
 
     far, area_km2, edges = "", 0.0, np.empty((0, 4))  # points have no parts, area or edges
 

@@ -28,21 +28,19 @@ _SAME_SHAPE = 0.01  # largest difference of shape, as a reduced image has whole 
 
 @dataclass(frozen=True, kw_only=True)
 class Correspondences:
-    """Points `xi` of images i, shape (n, 2), and the corresponding points `xj` of images j.
+    """Corresponding points of images, in pixels, x to the right and y down; an image covers 0 to its width and height.
 
-    In pixels, x to the right and y down; an image covers 0 to its width and 0 to its height. `i`, `j`: numbers of
-    images, from 0. `sizes`: widths and heights of all images, shape (N, 2). `names`: of all images, or None.
-    `reductions`: for points found in reduced images the factor of reduction, (n,), by default 1. Raises ValueError,
-    with the number of the row, for invalid numbers of images, images paired with themselves, and infinite values.
+    Raises ValueError, with the number of the row, for invalid numbers of images, images paired with themselves, and
+    infinite values.
     """
 
-    i: IntArray
-    j: IntArray
-    xi: FloatArray
-    xj: FloatArray
-    sizes: FloatArray
-    names: tuple[str, ...] | None = None
-    reductions: FloatArray | None = None
+    i: IntArray  #: (n,), numbers of images, from 0
+    j: IntArray  #: (n,), numbers of the images paired with them
+    xi: FloatArray  #: (n, 2), points of the images i
+    xj: FloatArray  #: (n, 2), the corresponding points of the images j
+    sizes: FloatArray  #: (N, 2), widths and heights of all images
+    names: tuple[str, ...] | None = None  #: of all images
+    reductions: FloatArray | None = None  #: (n,), factors by which images were reduced to find the points, by default 1
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "i", np.asarray(self.i, dtype=int))

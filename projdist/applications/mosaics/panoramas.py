@@ -34,13 +34,12 @@ _SEVERAL = 2.0  # times: a fit worse by this gives a note
 class Panorama(registration.ImageAnswer):
     """Images of a camera that only turns, on the sphere that it sees.
 
-    Longitudes increase to the right from 0 in the middle, latitudes upwards. `cameras`: as found, in the directions of
-    the first one; `rotations` (n, 3, 3): from each camera's right, down and forward to those at 0, 0 of the level
-    panorama. It is also a region, the part of the sphere that it shows: `projdist.optimize("auto", found)`.
+    Longitudes increase to the right from 0 in the middle, latitudes upwards. It is also a region, the part of the
+    sphere that it shows: `projdist.optimize("auto", found)`.
     """
 
-    cameras: registration.Cameras
-    rotations: FloatArray
+    cameras: registration.Cameras  #: in the directions of the first one
+    rotations: FloatArray  #: (n, 3, 3), from each camera's right, down and forward to those at 0, 0 when level
 
     @property
     def _found(self) -> registration.Cameras:
