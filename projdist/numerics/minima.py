@@ -239,9 +239,8 @@ def least_range(
 ) -> tuple[FloatArray, FloatArray]:
     """The x (m,) that gives values + columns x (n, m) about the least range, and the weights (n,) that prove it.
 
-    The positive weights sum to 1, the negative ones to -1, and all are about orthogonal to the columns, so that their
-    sum of products with the values is the range. A column that is not orthogonal to them would reduce it. `likely`:
-    numbers of rows that may get weights.
+    The positive weights sum to 1, the negative ones to -1, and all are about orthogonal to the columns: times values
+    they give the range. A column that is not orthogonal to them would reduce it. `likely`: rows that may get weights.
     """
     some = np.linspace(0, len(values) - 1, _ENOUGH_ROWS + 8 * columns.shape[1]).astype(int)
     seen = np.union1d(some, np.asarray(likely, dtype=int))

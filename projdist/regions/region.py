@@ -248,16 +248,13 @@ def _between_sides(sides: Sides, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
 
 @dataclass(frozen=True)
 class Box(Unclipped):
-    """The box between two meridians and two parallels; west > east crosses the antimeridian.
-
-    `ellipsoid` is that of its body; None fits any body, and the area is then on WGS 84.
-    """
+    """The box between two meridians and two parallels; west > east crosses the antimeridian."""
 
     west: float
     south: float
     east: float
     north: float
-    ellipsoid: Ellipsoid | None = field(default=None, compare=False)
+    ellipsoid: Ellipsoid | None = field(default=None, compare=False)  # of its body; None: any, the area is on WGS 84
 
     @classmethod
     def between(cls, bounds: Sides, ellipsoid: Ellipsoid | None = None) -> Box:

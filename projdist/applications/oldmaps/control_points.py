@@ -36,17 +36,13 @@ _THIN = 1e-9  # of their length: points within a strip this narrow lie on one li
 
 @dataclass(frozen=True, eq=False)
 class ControlPoints:
-    """Points (n, 2) on the old map, in any unit, and their true places in metres of a plane with x east and y north.
+    """Places on an old map and in truth; raises ValueError for fewer than three points, and for points on one line."""
 
-    `names` are unique; `note` is a remark on doubtful points; `crs` is the CRS of the true places, if known. Raises
-    ValueError for fewer than three points, and for points on one line.
-    """
-
-    old: FloatArray
-    new: FloatArray
-    names: tuple[str, ...] = ()
-    note: str = ""
-    crs: projections.Projection | None = None
+    old: FloatArray  #: (n, 2), on the old map, in any unit
+    new: FloatArray  #: (n, 2), true places, in metres of a plane with x east and y north
+    names: tuple[str, ...] = ()  #: unique; by default numbers
+    note: str = ""  #: remark on doubtful points
+    crs: projections.Projection | None = None  #: of the true places, if known
 
     def __post_init__(self) -> None:
         old, new = np.asarray(self.old, dtype=float), np.asarray(self.new, dtype=float)
