@@ -28,7 +28,7 @@ _FLAT = 0.02  # of the semi-minor axis: a circle whose image is this close to it
 _TRIALS = 15  # of sizes
 _SEEN, _LEAST_SEEN = 1.6, 1e-9  # scale up to which ellipses are exaggerated; smallest logarithm that is no rounding
 _ROUND = 1e-9  # relative difference of axes below which an ellipse is a circle, which has no longest axis
-_FEW = 9  # points in a region: fewer are too few
+_FEW = 9  # points in a region: to fewer those nearest to its border are added
 _AT_ONCE = 500_000  # points on the ground; 100 MB
 
 

@@ -23,8 +23,8 @@ from projdist.projections import ProjectedCrs, Projection, ProjectionLike, proje
 from projdist.support import check_choice
 
 _ARC = 40  # edges of an outline for each side of an image
-# Eigenvalues of the cameras' right directions with which these determine the vertical: the second, a share of the
-# number of images, for turns by some degrees, and the first, a share of the second.
+# The cameras' right directions give the vertical if the second eigenvalue of their scatter exceeds a share of their
+# number, as it does after turns by some degrees, and the first is below a share of the second.
 _TURNED, _LEVEL = 1e-3, 0.25
 _NO_MIDDLE = 0.05  # length of the mean direction below which there is no middle, as all around the horizon
 _SEVERAL = 2.0  # times: a fit worse by this gives a note

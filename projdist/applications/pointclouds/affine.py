@@ -37,7 +37,7 @@ class AffineFit(Affine):
 
 
 class WhitenedPoints(NamedTuple):
-    """Weighted points (M, n), which less their centre and times the roots of their weights are basis @ root."""
+    """Weighted points (M, n), factored: the roots of the weights times (points - centre) are basis @ root."""
 
     centre: FloatArray  # (n,)
     basis: FloatArray  # (M, n), with orthonormal columns
