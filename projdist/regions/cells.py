@@ -70,7 +70,7 @@ class _Gates(NamedTuple):
 
     @staticmethod
     def of(cell: IntArray, lat0: FloatArray, lat1: FloatArray) -> _Gates:
-        """Gates of intervals from latitudes to latitudes."""
+        """Gates of intervals between two latitudes each."""
         one = np.ones(cell.size)
         return _Gates(np.tile(cell, 2), np.concatenate([lat0, lat1]), np.concatenate([one, -one]))
 
