@@ -61,7 +61,7 @@ _WORDS = ("globe", "land", "ocean")
 _SUFFIX = re.compile(r"@(all|main)(?::([^@&()\s]*))?(?=[@&)\s]|$)", re.IGNORECASE)
 # No names: texts with signs of a path, numbers (codes stand behind their kind) or only signs, halves of a combination.
 _NO_NAME = re.compile(r"[:/\\]|^[\d\W]*$|^\s*[&+-]|[&+-]\s*$")
-_PLACE = re.compile(r"(globe|land|ocean)$|(country|continent|area|state):[^&+-]+$", re.IGNORECASE)  # a place by its name
+_PLACE = re.compile(r"(globe|land|ocean)$|(country|continent|area|state):[^&+-]+$", re.IGNORECASE)  # by name
 _OPERATOR = re.compile(r"\s+([&+-])(?=\s|$)")
 
 
@@ -297,7 +297,7 @@ def _with_blanks(text: str) -> str:
 
 
 def _unknown_in(text: str) -> str:
-    """`XX` of `DE+XX`, the first part that is no place; the text itself if all or none are places, or for a path."""
+    """`XX` of `DE+XX`, the first part that is no place; the text itself if all or none are, or for a path."""
     pieces = [piece.strip() for piece in re.split("[&+-]", text)]
     unknown = [piece for piece in pieces if not _PLACE.match(_with_kind(piece))]
     is_path = not all(pieces) or any(re.search(r"[./\\]", piece) for piece in unknown)
