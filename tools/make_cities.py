@@ -18,7 +18,8 @@ from scipy.spatial import cKDTree
 
 DATA = Path(__file__).parents[1] / "projdist" / "data"
 RADIUS = 6371.0  # km
-# A town is left out within so many km of one that is better known: no suburbs, and the list is as dense as maps are.
+# A town is left out within so many km of a better known one of its country: no suburbs, and the list is as dense as
+# maps are. Towns on both sides of a border stay, as El Paso and Ciudad Juárez.
 APART = {100_000: 12.0, 15_000: 25.0, 1: 80.0}  # by people
 NEIGHBOURS = 64  # are looked at for a better known town; further ones are found one by one
 # As they are called in English, or at all, where GeoNames has an administrative or another language's name.
@@ -29,6 +30,7 @@ NAMES = {
     "Downtown": "Diego Garcia",
     "Gasteiz / Vitoria": "Vitoria-Gasteiz",
     "Gent": "Ghent",
+    "Heroica Matamoros": "Matamoros",
     "Kalibo (poblacion)": "Kalibo",
     "Köln": "Cologne",
     "Laguna del Rey (Químicas del Rey)": "Laguna del Rey",
@@ -49,15 +51,21 @@ CAPITALS = {
     "PW": "Melekeok Village",
 }  # where the package names what is none, or no more
 
+MISPLACED = {"Sarupathar"}  # which lies in Assam, and not where GeoNames has it, in Myanmar
+
 Town = dict[str, Any]
 
 
 def main(folder: Path) -> None:
     """Write the towns, the better known first."""
-    towns = [town for town in read(folder / "cities500.json") if town["population"] > 0]
+    towns = [town for town in read(folder / "cities500.json") if town["population"] and town["name"] not in MISPLACED]
     towns.sort(key=lambda town: (-renown(town), town["geonameid"]))
     seats = capitals(read(folder / "countries.json"), towns)
-    kept = np.array([town["geonameid"] in seats for town in towns]) | stand_apart(towns)
+    kept = np.array([town["geonameid"] in seats for town in towns])
+    country = np.array([town["countrycode"] for town in towns])
+    for code in np.unique(country):
+        there = np.flatnonzero(country == code)
+        kept[there] |= stand_apart([towns[k] for k in there])
     with (DATA / "cities.csv").open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(["name", "lon", "lat", "population", "country", "capital"])

@@ -273,6 +273,7 @@ _LOCATOR = 0.17  # of the smaller side
 
 _CITIES_PER_INCH = 1.1  # of the sum of a picture's sides
 _ABOUT = [(0.0, 0.0), *((0.1 * east, 0.1 * north) for east in (-1, 1) for north in (-1, 1))]  # coarse coasts miss some
+_ITS_OWN = 0.05  # of the region's towns, at least, are in each of its countries
 _MAIN = 3  # cities that labels of isolines give way to
 _ALONG = 8  # points along a name
 _APART = 0.12  # of the smaller side: cities are no closer
@@ -471,8 +472,10 @@ def _in_order(surface: Surface) -> tuple[FloatArray, IntArray]:
     share = np.column_stack([(x - west) / (east - west), (y - south) / (north - south)])
     with np.errstate(invalid="ignore"):
         seen = np.asarray((share > 0.01) & (share < 0.99)).all(axis=1)
-    near = [surface.domain.region.contains(known.lon + east, known.lat + north) for east, north in _ABOUT]
-    inside = np.logical_or.reduce(near)
+    within, *about = (surface.domain.region.contains(known.lon + east, known.lat + north) for east, north in _ABOUT)
+    # Towns a little outside of coarse coasts are the region's, those beyond a border are not.
+    countries, towns = np.unique(known.country[within], return_counts=True)
+    inside = within | (np.any(about, axis=0) & np.isin(known.country, countries[towns >= _ITS_OWN * within.sum()]))
     return share, np.concatenate([np.flatnonzero(seen & inside), np.flatnonzero(seen & ~inside)])
 
 

@@ -177,6 +177,18 @@ def test_a_country_is_placed() -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
+def test_towns_are_the_regions_own_before_those_beyond_a_border() -> None:
+    """El Paso stands on a map of Texas, and not Ciudad Juárez, which is larger; Helsinki on Finland's coarse coast."""
+    found = {
+        region: {text.get_text() for text in labelled(plots.tissot_figure(crs, region=region), "city")}
+        for crs, region in (("EPSG:3081", "state:TX"), ("EPSG:3067", "country:FI"))
+    }
+    assert {"El Paso", "Laredo", "Brownsville"} <= found["state:TX"]
+    assert "Helsinki" in found["country:FI"]
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_cells")
 @pytest.mark.parametrize(("crs", "region"), [("EPSG:3857", "country:BE"), ("EPSG:26913", "state:CO")])
 def test_a_locator_covers_none_of_the_region(crs: str, region: str) -> None:
     """Belgium has a corner that is free, Colorado has none, and no locator."""
