@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from gis_files import some_slow
 from PIL import Image
 from public_calls import CALLS, geoaxes
 from tables import each
@@ -32,8 +31,8 @@ MEMBER = {"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapp
 CRS = {"type": "name", "properties": {"name": "EPSG:3395"}}
 HALVES = shapely.MultiPolygon([shapely.box(8, 48, 8.1, 48.2), shapely.box(8.1, 48, 8.2, 48.2)])
 # What goes through doors of their own: numbers, a geometry, one in another CRS.
-DOORS = {"bounds": BOUNDS, "geometry": SQUARE, "GeoDataFrame": MERCATOR}
-KINDS = ["box:8,48,8.2,48.2", BOX, *DOORS.values(), list(BOUNDS), np.array(BOUNDS), HALVES, DEGREES]
+DOORS = (BOUNDS, SQUARE, MERCATOR)
+KINDS = ["box:8,48,8.2,48.2", BOX, *DOORS, list(BOUNDS), np.array(BOUNDS), HALVES, DEGREES]
 KINDS += [{"type": "FeatureCollection", "crs": CRS, "features": [MEMBER]}]
 KINDS += [shapely.geometry.mapping(SQUARE), geopandas.GeoSeries([SQUARE])]
 SLOW = ("ldp", "optimize", "recommend", "design", "distance_distortion", "great_circle_bending", "mean_map")
@@ -119,20 +118,19 @@ def test_all_kinds_are_one_region(kind: Any) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", some_slow(sorted(ANSWERS), {*SLOW[:4]}))
+@pytest.mark.parametrize("name", sorted(ANSWERS))
 def test_answers_are_of_the_region(name: str) -> None:
     """Whatever it was given as; what takes seconds is tried with what is least like text."""
-    for kind in [MERCATOR] if name in SLOW else DOORS.values():
+    for kind in [MERCATOR] if name in SLOW else DOORS:
         assert answer(name, kind).region.area_km2 == pytest.approx(BOX.area_km2, rel=1e-8)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("doors", some_slow(["GeoDataFrame", "bounds geometry"], {"bounds geometry"}))
-@pytest.mark.parametrize("name", some_slow(OTHERS, {*LONG, *DRAWN_TWICE, "plots.morph", "field_of"}))
+@pytest.mark.parametrize("name", OTHERS)
 @pytest.mark.usefixtures("few_cells")
-def test_pictures_and_files_are_of_the_region(name: str, doors: str, tmp_path: Path) -> None:
+def test_pictures_and_files_are_of_the_region(name: str, tmp_path: Path) -> None:
     """They reach as far as those of the box."""
-    expected, *others = (OTHERS[name](kind, tmp_path) for kind in (BOX, *(DOORS[door] for door in doors.split())))
+    expected, *others = (OTHERS[name](kind, tmp_path) for kind in (BOX, *DOORS))
     for other in others:
         np.testing.assert_allclose(other, expected, rtol=1e-6)
 

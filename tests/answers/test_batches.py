@@ -16,7 +16,6 @@ import pyproj
 import pytest
 from batch_functions import always_killed, name_of, once_killed, slow
 from dask_clusters import dask_cluster
-from gis_files import some_slow
 from refusals import refuses
 from tables import each
 
@@ -46,7 +45,7 @@ def serial():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("executor", [None, *some_slow(BUSY, BUSY)], ids=["here", *BUSY])
+@pytest.mark.parametrize("executor", [None, *BUSY], ids=["here", *BUSY])
 def test_answers_are_those_of_one(serial, executor):
     """To the last digit and in order, with what is told on the way; a frame has the rows, their region before them."""
     workers = ThreadPoolExecutor(3) if executor == "threads" else executor

@@ -38,7 +38,7 @@ def seen_by(R, f):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SETS)
-@pytest.mark.parametrize("focal", ["common", pytest.param("free", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("focal", ["common", "free"])
 def test_exact_points_give_the_cameras(name, focal):
     """From points without error rotations and focal lengths come back to rounding."""
     R, f = turned(name)

@@ -9,7 +9,6 @@ import pytest
 import shapely
 from commands import QUICK, run
 from full_disks import room_for
-from gis_files import some_slow
 
 from projdist.applications.mosaics.rendering import save_mosaic
 
@@ -33,7 +32,6 @@ COMMANDS = {
     "check": (["check", "DATA.gpkg", "--crs", "EPSG:3857"], (".gpkg", ".geojson", ".html")),
 }
 CASES = [name + suffix for name, (_, suffixes) in COMMANDS.items() for suffix in suffixes]
-SLOW = {"picture.svg", "picture.pdf", "compare.html", "tissot.geojson", "morph.gif"}
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +56,7 @@ def files_in(folder: Path) -> dict[str, bytes]:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
-@pytest.mark.parametrize("case", some_slow(CASES, SLOW))
+@pytest.mark.parametrize("case", CASES)
 def test_full_disk(case: str, data: Path, tmp_path: Path) -> None:
     """Where half the file has room, or all but the last byte, the old files stay."""
     name, suffix = Path(case).stem, Path(case).suffix

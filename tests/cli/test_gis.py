@@ -31,11 +31,11 @@ def points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-SIZES = [("--size 40", (40, 40)), ("--size 40x30", (30, 40)), ("--resolution 2 --grid lonlat", (20, 20))]
-
-
 @pytest.mark.slow
-@each(("options", "shape"), [*SIZES, pytest.param("--resolution 100000", None, marks=pytest.mark.slow)])
+@each(("options", "shape"), [
+    ("--size 40", (40, 40)), ("--size 40x30", (30, 40)), ("--resolution 2 --grid lonlat", (20, 20)),
+    ("--resolution 100000", None),
+])  # fmt: skip
 def test_heatmap_as_a_raster(options: str, shape: tuple[int, int] | None, tmp_path: Path) -> None:
     """One band a measure, in their order, of the pixels asked for; the path is printed."""
     path, words = tmp_path / "x.tif", ["heatmap", "eqc", *BOX, "-m", "omega,s", "-m", "h", *options.split()]

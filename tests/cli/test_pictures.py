@@ -38,12 +38,9 @@ def check_picture(path: Path, size: tuple[float, float] | None = None, dpi: floa
             assert [float(x) for x in box[1].split()][2:] == [72 * x for x in size]
 
 
-SLOWLY = [
-    pytest.param(*case, marks=pytest.mark.slow) for case in (("heatmap", "svg"), ("heatmap", "pdf"), ("tissot", "png"))
-]
-
-
-@pytest.mark.parametrize(("command", "suffix"), [("heatmap", "PNG"), *SLOWLY])
+@pytest.mark.parametrize(
+    ("command", "suffix"), [("heatmap", "PNG"), ("heatmap", "svg"), ("heatmap", "pdf"), ("tissot", "png")]
+)
 @pytest.mark.usefixtures("few_cells")
 def test_pictures(command: str, suffix: str, tmp_path: Path) -> None:
     """PNG, SVG and PDF by suffix, of the size and dots asked for; the error and the path are printed."""

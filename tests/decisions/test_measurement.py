@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from gis_files import some_slow
 from jacobians import m_of, q_of
 from samples import turned
 from tables import each
@@ -28,7 +27,6 @@ KNOWN = {
     "EPSG:32632": "conformal", "EPSG:2056": "conformal", "EPSG:3035": "equal-area", "EPSG:9191": "equal-area",
     CASSINI: "equidistant",
 }  # fmt: skip
-SOME = {"gott-elliptical", "EPSG:2326", "EPSG:3857"}
 
 
 def kept(names: str) -> tuple[str, ...]:
@@ -36,7 +34,7 @@ def kept(names: str) -> tuple[str, ...]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("given", some_slow(KNOWN, set(KNOWN) - SOME))
+@pytest.mark.parametrize("given", KNOWN)
 def test_what_is_kept(given: str) -> None:
     """As measured it is what the literature says, also where PROJ's own iterations leave 1e-6."""
     found = info(given, "cap:10,50,100")

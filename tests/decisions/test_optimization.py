@@ -282,7 +282,7 @@ EUROPE = "(continent:Europe + country:RU + country:CY + country:N. Cyprus - coun
 @pytest.mark.slow
 @each(("region", "printed"), [
     ("country:US & box:-125,24,-66,50", 0.003129), (AFRICA, 0.01124), ("country:CA", 0.00527),
-    pytest.param(EUROPE, 0.00635, marks=pytest.mark.slow),
+    (EUROPE, 0.00635),
 ])  # fmt: skip
 def test_countries_of_limits(region: str, printed: float) -> None:
     """What prototypes on another base and other nodes had at degree 8."""

@@ -252,7 +252,7 @@ def part_of(home, region):
     (USA, "box:-83.5,39.5,-82.5,40.5", "", False),  # a tenth of it
     (USA, "state:AK", "Alaska", False), (USA, "state:HI", "Hawaii", True),
     (USA, "box:-161,18,-154,23", "", True),  # most of it is sea
-    *(pytest.param(USA, f"country:US@{part}", "", False, marks=pytest.mark.slow) for part in ("main", "all")),
+    *((USA, f"country:US@{part}", "", False) for part in ("main", "all")),
     (SPAIN, "country:ES & box:-18.5,27,-13,30", "", True),
     (SPAIN, "country:ES & box:0,38,5,41", "", False),  # the Balearic Islands are near
     ("Germany", "country:DE", "", False),

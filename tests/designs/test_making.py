@@ -42,7 +42,7 @@ def cap(angle: float, lat: float = 0.0) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("angle", [10.0, 30.0, 60.0])
+@pytest.mark.parametrize("angle", CAPS)
 def test_caps_by_the_euler_lagrange_equation(angle: float) -> None:
     found = design(cap(angle), degree=9, base=SPHERICAL.format("laea", 0, 0), against=(), background=0.0)
     assert abs(found.airy_kavrayskiy - CAPS[angle]) < CUBATURE
@@ -51,7 +51,7 @@ def test_caps_by_the_euler_lagrange_equation(angle: float) -> None:
 
 
 @pytest.mark.slow
-@each("angle", [10.0, *(pytest.param(angle, marks=pytest.mark.slow) for angle in (30.0, 60.0))])
+@each("angle", CAPS)
 def test_the_best_conformal_map_of_a_cap(angle: float) -> None:
     """It is stereographic in the best scale, from whatever conformal base, with its origin in the middle."""
     # Scales are c / s, s = cos^2(rho / 2) of the distance rho, of which areas are even: ln c is the mean of ln s.
@@ -278,9 +278,7 @@ def test_regions_around_a_pole(region: str, kind: str, criterion: str) -> None:
 
 @pytest.mark.slow
 @each(("base", "middle", "degree"), [
-    ("+proj=laea +lat_0=51 +lon_0=10 +ellps=GRS80", 10.0, 5),
-    pytest.param("EPSG:3035", 10.0, 3, marks=pytest.mark.slow),
-    pytest.param("EPSG:25832", 9.0, 3, marks=pytest.mark.slow),
+    ("+proj=laea +lat_0=51 +lon_0=10 +ellps=GRS80", 10.0, 5), ("EPSG:3035", 10.0, 3), ("EPSG:25832", 9.0, 3),
 ])  # fmt: skip
 def test_symmetric_maps(base: str, middle: float, degree: int) -> None:
     """About the base's own meridian, wherever its coordinates begin, which is straight up without a word."""

@@ -6,7 +6,6 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
-from gis_files import some_slow
 from refusals import refuses
 from tables import each
 
@@ -65,7 +64,7 @@ CROSSED = {"643": 17_098_000.0, "124": 9_985_000.0, "578": 385_000.0}
 
 
 @pytest.mark.slow
-@each("key", some_slow(AREAS | CROSSED, {"643", "124"}))
+@each("key", AREAS | CROSSED)
 def test_areas_of_countries_at_the_finest_scale(key: str) -> None:
     """To 1.5 %, lakes and leased places included; to 2 % where rounding made rings cross."""
     area = country(key, "10m")

@@ -26,14 +26,10 @@ REGIONS = [GLOBE, Box(170.0, 20.0, -150.0, 88.0), Cap(10.0, 50.0, 3000.0), get_r
 CHARTED = [("+proj=wintri +R=6371000", "box:-60,-50,70,60"), ("+proj=merc +ellps=bessel", "cap:10,50,3000")]
 CHARTED += [("+proj=stere +lat_0=90 +ellps=WGS84", "cap:5,70,900")]
 ROUNDING = 1e-12  # of sums over 10^5 nodes, on either side
-# Slow where a singular point or a seam off the panels' sides makes a case cost a good part of a second.
-COSTLY = {case for case in CASES if case.endswith(("-equatorial", "-oblique"))}
-COSTLY |= {"stere-polar", *(case.id for case in TORN)}
-ALL = [*itertools.product(CASES, TOLERANCES)]
 
 
 @pytest.mark.slow
-@each(("case_id", "tolerance"), [pytest.param(*one, marks=SLOW) if one[0] in COSTLY else one for one in ALL])
+@each(("case_id", "tolerance"), itertools.product(CASES, TOLERANCES))
 def test_errors_and_their_estimates(case_id, tolerance):
     """The errors differ from the truth by three estimates at most, and these are the tolerance, or PROJ's floor."""
     found, truth, floor = summary_of(case_id, tolerance), truth_of(case_id), FLOORS.get(case_id, 0.0)

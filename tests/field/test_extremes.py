@@ -20,17 +20,13 @@ from projdist.field.extreme_bounds import Polynomials
 from projdist.numerics.polynomials import NODES
 from projdist.support import Notice
 
-SLOW = pytest.mark.slow
 UNBOUNDED = [("mercator", name) for name in ("s", "fisher", "flexion")]
 UNBOUNDED += [("mollweide", name) for name in ("a", "k", "fisher")]
 UNBOUNDED += [("mercator", "k"), ("plate-carree", "k"), ("plate-carree", "s"), ("equal-earth", "a")]
 LAEA = "+proj=laea +lat_0=3.7 +lon_0=100"
-ARCHIPELAGOS = [("country:MV", "merc"), ("country:PW", LAEA)]
-OTHERS = [("country:MV", LAEA), ("country:PW", "merc"), ("country:MH", "merc"), ("country:MH", LAEA)]
+ARCHIPELAGOS = [*itertools.product(("country:MV", "country:PW", "country:MH"), ("merc", LAEA))]
 BONNE = f"+proj=bonne +lat_1={{}} +R={R}"
 POLAR = ["cap:0,90,289", "cap:0,90,400", "cap:0,90,1000", "box:-180,80,180,90"]
-BONNES = [(60, POLAR[0]), (86.9998, POLAR[1])]
-REST = [pair for pair in itertools.product((60, 86.9998, 87), POLAR) if pair not in BONNES]
 OUTLINES = ["plate-carree", "robinson", "mollweide"]
 UNITS = {"omega": 100.0, "scale_error_ppm": 1e6, "areal_error_ppm": 1e6, "flexion": 100.0}
 
@@ -90,11 +86,11 @@ MAXIMA = [
     (SHEARED.format(170), "box:170,10,200,60", "omega", omega_of(SHEAR), 2e-8, (-160, 60), 1e-6),
     (SHEARED.format(-200), "box:-200,10,-170,60", "omega", omega_of(SHEAR), 2e-8, (-170, 60), 1e-6),
     too_large(0.9996, "box:-2.413,-60.23,2.413,-15.62", 2.413, -15.62),
-    pytest.param(*too_large(0.9996, "box:-2.31,-60,2.31,60", 2.31, 0), marks=SLOW),
-    pytest.param(*too_large(0.9996, "box:-2.336,4.34,2.336,64.08", 2.336, 4.34), marks=SLOW),
+    too_large(0.9996, "box:-2.31,-60,2.31,60", 2.31, 0),
+    too_large(0.9996, "box:-2.336,4.34,2.336,64.08", 2.336, 4.34),
     too_large(0.9996, "box:-3.017,39.69,3.017,80", 3.017, 39.69),
     too_large(0.9996, "box:-3,0,3,84", 3, 0),  # a zone of UTM
-    pytest.param(*too_large(0.99992365, "box:-1,-80,1,80", 1, 0), marks=SLOW),
+    too_large(0.99992365, "box:-1,-80,1,80", 1, 0),
     # Albers's map between close parallels on the ellipsoid: the side beyond them, not the middle, errs most.
     (AEA, "box:-20,-46.974,11,-44.82", "a", BESIDE, 1e-10, (None, -46.974), 1e-4),
     # The maximum is flat: 1e-11 of the value is 1e-4 degrees.
@@ -117,7 +113,7 @@ MAXIMA = [
     (f"+proj=laea +lat_0=20 +lon_0=8 +R={R}", "cap:8,20,2000", "a", 1 / math.cos(1e6 / R), 1e-9, NOWHERE, 0.0),
     (f"+proj=stere +R={R}", "cap:0,0,3000", "s", sec(math.degrees(ANGLE / 2)) ** 4, 2e-9, NOWHERE, 0.0),
     # Of a box that reaches beyond the horizon only the part on this side counts: b is cos c, and c is nearly 45.
-    pytest.param(f"+proj=ortho +R={R}", "box:45,-30,135,30", "b", math.sqrt(0.5), 7e-10, (45, 0), 1e-3, marks=SLOW),
+    (f"+proj=ortho +R={R}", "box:45,-30,135,30", "b", math.sqrt(0.5), 7e-10, (45, 0), 1e-3),
     # Mercator's scale in a country is largest at its vertex farthest from the equator.
     *((f"+proj=merc +R={R}", region, "k", sec(lat), 1e-8 * sec(lat), NOWHERE, 0.0) for region, lat in COUNTRIES),
     # What is nothing but rounding is small: omega of a conformal map, the areal error of an equal-area one.
@@ -168,7 +164,7 @@ def test_unbounded(projection, measure):
     assert abs(found.lat) > 89
 
 
-@SLOW
+@pytest.mark.slow
 @pytest.mark.parametrize("projection", [*OUTLINES, "winkel-tripel", "eckert-4", "equal-earth", "kavrayskiy-7"])
 def test_errors_at_pole_lines(projection):
     """Towards a pole that is a line, or an end of Mollweide's, omega comes to 180 degrees: as its error says."""
@@ -234,7 +230,7 @@ def test_ends_without_bound():
 
 
 @pytest.mark.slow
-@each(("region", "projection"), [*ARCHIPELAGOS, *(pytest.param(*pair, marks=SLOW) for pair in OTHERS)])
+@each(("region", "projection"), ARCHIPELAGOS)
 def test_islands_between_the_nodes(region, projection):
     """The extremes of scales that grow to one side are on a coast, also where no node falls on an island."""
     place = get_region(region)
@@ -246,7 +242,7 @@ def test_islands_between_the_nodes(region, projection):
     assert place.contains(*found["b"].min_at)
 
 
-@SLOW
+@pytest.mark.slow
 def test_a_side_against_a_ridge_inside():
     """Krovak's least area is on a box's side, where the cone that has the least scales all along leaves it."""
     west, south, east, north = 9.775005, 47.503207, 21.248525, 52.687228
@@ -261,7 +257,7 @@ def test_a_side_against_a_ridge_inside():
 
 
 @pytest.mark.slow
-@each(("lat_1", "region"), [*BONNES, *(pytest.param(*pair, marks=SLOW) for pair in REST)])
+@each(("lat_1", "region"), [*itertools.product((60, 86.9998, 87), POLAR)])
 def test_limits_at_the_pole_of_bonnes_map(lat_1, region):
     """The shear lam (sin phi - cos phi / rho) nears pi where the antimeridian meets the pole."""
     # Where rho at the pole is 300 m, as for 87 degrees, scales grow as if without bound down to 1e-3 degrees.
@@ -357,7 +353,7 @@ def brute_force(projection, region, measure, sign):
     return max(best)
 
 
-@SLOW
+@pytest.mark.slow
 @ANYWHERE
 @pytest.mark.parametrize("seed", some(range(80), 4))
 def test_errors_of_random_regions(seed):
@@ -373,7 +369,7 @@ def test_errors_of_random_regions(seed):
         assert brute_force(projection, region, measure, sign) <= sign * value + 3.0 * error + rounding
 
 
-@SLOW
+@pytest.mark.slow
 @ANYWHERE
 @pytest.mark.parametrize("seed", [0, 1, 3, 4, 5, 7, 8, 9])  # 2 and 6 are caps of ESRI:54030 that cost 40 s
 def test_the_answer_does_not_depend_on_what_else_is_asked(seed):

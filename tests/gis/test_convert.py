@@ -9,7 +9,7 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
-from gis_files import from_origin, some_slow, write_layer, write_raster
+from gis_files import from_origin, write_layer, write_raster
 from refusals import refuses
 from tables import each
 
@@ -47,7 +47,7 @@ def coordinates(path: Path) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("suffix", some_slow([*DRAWN, ".parquet"], {*DRAWN}))
+@pytest.mark.parametrize("suffix", [*DRAWN, ".parquet"])
 def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
     """They are where the projection has them, in files of all formats, and come back; WKT 1 has WKT 2 beside it."""
     new, back = tmp_path / f"new{suffix}", tmp_path / "back.gpkg"
@@ -67,7 +67,7 @@ def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("suffix", some_slow(DRAWN, {".fgb", ".shp", ".geojson"}))
+@pytest.mark.parametrize("suffix", DRAWN)
 def test_files_in_it_are_data_like_others(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
     """As GDAL's WKT 1 of the CRS is read as it was: by factors and check."""
     new = gis.convert(points, made, tmp_path / f"new{suffix}").path

@@ -7,7 +7,7 @@ import numpy as np
 import pyproj
 import pytest
 from commands import HIDDEN
-from gis_files import greenwich_degrees, some_slow
+from gis_files import greenwich_degrees
 from refusals import refuses
 from tables import each, some
 
@@ -215,7 +215,7 @@ ARRAYS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("projection", some_slow(ARRAYS, set(ARRAYS) - {"EPSG:27572"}))
+@pytest.mark.parametrize("projection", ARRAYS)
 def test_arrays_are_the_raster(projection: str, tmp_path: Path) -> None:
     """Values, coordinates of centres, CRS and transformation are those that rasterio reads of the GeoTIFF."""
     names = ["omega", "scale_error_ppm"]

@@ -9,7 +9,6 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
-from gis_files import some_slow
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from refusals import refuses
@@ -41,7 +40,7 @@ def grid(west: float, south: float, east: float, north: float) -> tuple[np.ndarr
     return lon.ravel(), lat.ravel()
 
 
-@pytest.mark.parametrize("name", some_slow(WORLD, set(WORLD) - {"igh"}))
+@pytest.mark.parametrize("name", WORLD)
 def test_world_maps_have_the_coordinates_of_proj(name: str) -> None:
     """Longitudes and latitudes are taken for the map's own; all images lie within the edge of the map."""
     found, (lon, lat) = to_cartopy(name), grid(-180.0, -90.0, 180.0, 90.0)
@@ -58,7 +57,7 @@ def test_world_maps_have_the_coordinates_of_proj(name: str) -> None:
     assert found.y_limits[0] < truth[:, 1].min() < truth[:, 1].max() < found.y_limits[1]
 
 
-@pytest.mark.parametrize("name", some_slow(PARTS, {"EPSG:3035", "EPSG:2263"}))
+@pytest.mark.parametrize("name", PARTS)
 def test_crs_have_their_own_coordinates(name: str) -> None:
     """In their own unit, easting first, within the area of use."""
     found, (lon, lat) = to_cartopy(name), grid(*PARTS[name])

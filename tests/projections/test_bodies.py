@@ -139,7 +139,7 @@ POINTS = np.array([30.0, -20.0, 3.0]), np.array([10.0, 50.0, 47.0])
 
 
 @pytest.mark.slow
-@each("code", [codes("lcc")[0], *(pytest.param(code, marks=pytest.mark.slow) for code in codes("south"))])
+@each("code", [codes("lcc")[0], *codes("south")])
 def test_inverses_and_exports_agree(code):
     """Inverse, graticule, pipeline, WKT and composition are those of the map with longitudes east."""
     projection = make(code)
@@ -197,7 +197,7 @@ def square_file(path, crs, places):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [OGRAPHIC, pytest.param(OCENTRIC, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", [OGRAPHIC, OCENTRIC])
 def test_files_are_of_their_body(tmp_path, kind):
     """A file in a CRS of Mars is a region of Mars, at geodetic latitudes: of the area of GeographicLib's polygon."""
     code = codes("lcc")[kind]

@@ -68,7 +68,7 @@ def test_what_has_no_parameters_is_known() -> None:
 
 
 @pytest.mark.slow
-@each("text", mostly_slow(MAPS, 8))
+@each("text", MAPS)
 def test_ranges_and_defaults(text) -> None:
     """PROJ has a map at the ends and in the middle, and each parameter changes it, not only its place in the plane.
 

@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from projection_points import make, message, mostly_slow
+from projection_points import make, message
 from pyproj import CRS, Transformer
 from pyproj.database import query_crs_info
 from pyproj.enums import PJType
@@ -157,7 +157,7 @@ PAIRS = [(method, spelling) for spelling in SPELLINGS for method in METHODS if (
 
 
 @pytest.mark.slow
-@each(("method", "spelling"), mostly_slow(PAIRS[::3], 13))
+@each(("method", "spelling"), PAIRS[::3])
 def test_one_map_by_any_spelling(method, spelling):
     """Parameters as any program calls them make the map of the PROJ string, in WKT 1 and 2, without a word."""
     stated = {kind: SPELLINGS[spelling][kind] for kind in kinds_of(method)}
@@ -340,7 +340,7 @@ def test_round_brackets_and_degrees_with_few_digits():
 
 
 CODES = ["EPSG:25832", "EPSG:2154", "ESRI:102003", "IGNF:LAMB93", "IAU_2015:49910", "EPSG:4258"]
-MINE = [pytest.param(code, "A map of mine", marks=pytest.mark.slow) for code in CODES[1:]]
+MINE = [(code, "A map of mine") for code in CODES]
 
 
 def without_id(code, **others):
@@ -348,7 +348,7 @@ def without_id(code, **others):
 
 
 @pytest.mark.slow
-@each(("code", "name"), [*((code, "") for code in CODES), (CODES[0], "unknown"), (CODES[0], "A map of mine"), *MINE])
+@each(("code", "name"), [*((code, "") for code in CODES), (CODES[0], "unknown"), *MINE])
 def test_the_code_of_a_crs_is_that_which_proj_is_sure_of(code, name):
     """By its id, by its registered name, and none for another name, for which PROJ would search its whole database."""
     assert registered_code(CRS(code)) == code

@@ -177,9 +177,8 @@ SPOILT = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 255)), max_size=6)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["gpkg", "shp", "fgb"])
-@pytest.mark.parametrize("examples", [5, pytest.param(100, marks=pytest.mark.slow)])
-def test_spoilt_files(tmp_path: Path, suffix: str, examples: int) -> None:
-    @settings(max_examples=examples, suppress_health_check=FILES_STAY)
+def test_spoilt_files(tmp_path: Path, suffix: str) -> None:
+    @settings(max_examples=100, suppress_health_check=FILES_STAY)
     @given(spoils=SPOILT, word=st.sampled_from(["file", "geodesic", "points"]))
     def check(spoils: list[tuple[float, int]], word: str) -> None:
         content = bytearray(vector_file(tmp_path / f"whole.{suffix}"))

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import scipy.integrate
 import shapely
-from gis_files import some_slow
 from refusals import refuses
 from region_texts import geodesic_area, square
 from tables import each
@@ -219,15 +218,12 @@ def test_an_edge_from_one_end_of_the_earth_to_the_other():
 
 
 COUNTRIES = "AQ AR AU BR CA CH CL CN DE FJ FR GL ID IN JP NO NZ RU US ZA".split()
-MANY_VERTICES = {"AU", "BR", "CA", "CL", "CN", "GL", "ID", "NO", "RU"}
-
-
 # Thousands of km^2, CIA World Factbook (land and inland water); the data is generalised.
 PUBLISHED = {"CA": 9985, "RU": 17098, "AU": 7741, "CH": 41.3, "FR": 644, "FJ": 18.3, "NZ": 269, "BR": 8516, "DE": 357}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("code", some_slow(COUNTRIES, MANY_VERTICES))
+@pytest.mark.parametrize("code", COUNTRIES)
 def test_areas_of_countries(code):
     """The weights of a country add up to its area by geodesics between many points of its edges, on WGS 84."""
     region = get_region(f"country:{code}")

@@ -7,7 +7,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from gis_files import some_slow
 from public_calls import CALLS
 from tables import each
 
@@ -27,7 +26,7 @@ def cells_of(text):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", some_slow(NAMES, {"ldp"}))
+@pytest.mark.parametrize("name", NAMES)
 def test_an_answer_in_a_line_and_in_a_table(name):
     """The line names the class; the table has a cell for each name in each row."""
     answer = getattr(projdist, name)(**CALLS[name]())

@@ -67,12 +67,12 @@ def factors_of(four: np.ndarray) -> dict[str, float]:
 
 
 # With the share of the area where the stated error is below 1e-3: all but beside poles, cuts and kinks.
-SLOW_CASES = [
+CASES = [
+    ("EPSG:3035", "country:DE", 1.0),
     *(("winkel-tripel", "globe", 0.94), ("mercator", "globe", 0.95), ("stereographic@90,0", "globe", 0.95)),
     *(("mollweide+lon_0=100", "globe", 0.95), ("ortho@30,100", "globe", 0.9), ("isea", "globe", 0.2)),
     *(("goode-homolosine", "globe", 0.8), ("EPSG:2056", "country:CH", 1.0), ("EPSG:2048", "box:16,-35,22,-30", 1.0)),
 ]
-CASES = [("EPSG:3035", "country:DE", 1.0), *(pytest.param(*case, marks=pytest.mark.slow) for case in SLOW_CASES)]
 
 
 @pytest.mark.slow
@@ -130,7 +130,7 @@ def test_figures_beside_cuts_are_those_of_the_map(given: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("given", ["winkel-tripel", pytest.param("EPSG:2048", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("given", ["winkel-tripel", "EPSG:2048"])
 def test_places_are_those_of_the_map(given: str) -> None:
     region = "globe" if given == "winkel-tripel" else "box:16,-35,22,-30"
     frame = drawn(given, region)

@@ -39,9 +39,7 @@ OFTEN = 0.9  # of the nodes; beside tears and where a map ends, differences are 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.* outside its area of use")
-@pytest.mark.parametrize(
-    ("given", "region"), [*CASES[::2], *(pytest.param(*case, marks=pytest.mark.slow) for case in CASES[1::2] + FURTHER)]
-)
+@pytest.mark.parametrize(("given", "region"), CASES + FURTHER)
 def test_derivatives_are_about_those_of_the_map(given: str, region: str) -> None:
     projection = Projection.from_user_input(given)
     header, arrays = Previewer().frame(projection, region, tunable(given).centre)
@@ -52,9 +50,7 @@ def test_derivatives_are_about_those_of_the_map(given: str, region: str) -> None
 
 
 @pytest.mark.slow
-@each(
-    ("given", "region"), [*CASES[:5], FURTHER[0], *(pytest.param(*one, marks=pytest.mark.slow) for one in FURTHER[1:])]
-)
+@each(("given", "region"), CASES[:5] + FURTHER)
 def test_the_figure_is_about_right(given: str, region: str) -> None:
     header, _ = Previewer().frame(Projection.from_user_input(given), region, tunable(given).centre)
     true = projdist.sample(given, region, tolerance=1e-3).airy_kavrayskiy
