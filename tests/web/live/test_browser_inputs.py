@@ -1,5 +1,6 @@
 """The live page in a browser: parameters that are set, projections that are typed, regions that are drawn."""
 
+import json
 import time
 
 import pytest
@@ -8,19 +9,22 @@ from browser_pages import GERMANY, Opener, check_told, press
 pytestmark = pytest.mark.slow
 
 
-@pytest.mark.parametrize(("given", "name", "value"), [
-    ("+proj=lcc +lat_1=30 +lat_2=60", "lat_1", "44"), ("+proj=omerc +lonc=10 +lat_0=50 +alpha=30", "alpha", "60"),
-    ("+proj=nsper +h=5000000", "h", "9000000"), ("+proj=natearth2", "lon_0", "25"),
-], ids=str)  # fmt: skip
-def test_number_boxes_set_parameters(given: str, name: str, value: str, live: Opener) -> None:
-    page = live(given, region=GERMANY)
-    number = page.page.locator(f"input[type=number][data-name={name}]")
-    number.fill(value)
-    definition = page.settled()["map"][0]
-    assert f"+{name}={value}" in definition
-    assert page.page.locator(f"input[type=range][data-name={name}]").input_value() == value
-    page.page.mouse.move(*page.place(0.5, 0.5))
-    check_told(definition, page.told())
+NUMBERS = {
+    "+proj=lcc +lat_1=30 +lat_2=60": ("lat_1", "44"), "+proj=omerc +lonc=10 +lat_0=50 +alpha=30": ("alpha", "60"),
+    "+proj=nsper +h=5000000": ("h", "9000000"), "+proj=natearth2": ("lon_0", "25"),
+}  # fmt: skip
+
+
+def test_number_boxes_set_parameters(live: Opener) -> None:
+    page = live(*NUMBERS, region=GERMANY)
+    for number, (name, value) in enumerate(NUMBERS.values()):
+        page.card(number).locator(f"input[type=number][data-name={name}]").fill(value)
+    maps = page.settled()["map"]
+    for number, (name, value) in enumerate(NUMBERS.values()):
+        assert f"+{name}={value}" in maps[number]
+        assert page.card(number).locator(f"input[type=range][data-name={name}]").input_value() == value
+        page.map(number).hover()
+        check_told(maps[number], page.told(number))
 
 
 def test_sliders_turn_with_the_keys(live: Opener) -> None:
@@ -59,41 +63,42 @@ WKT += 'PARAMETER["Scale factor at natural origin",1]],CS[Cartesian,2],AXIS["e",
 WKT += 'LENGTHUNIT["metre",1]]'
 
 
-@pytest.mark.parametrize(("typed", "shown"), [
-    ("mollweide", "Mollweide"), ("EPSG:2154", "EPSG:2154"), ("+proj=lcc +lat_1=44 +lat_2=49 +lon_0=3", "Lambert"),
-    ("  +proj=eqc   +lat_ts=40 ", "qui"), (WKT, "x"),
-], ids=lambda text: str(text)[:20])  # fmt: skip
-def test_projections_are_typed(typed: str, shown: str, live: Opener) -> None:
+def test_projections_are_typed(live: Opener) -> None:
     page = live("robinson", region="country:FR")
-    before = page.picture()
-    page.write(".name input", typed)
-    page.rest()
-    page.until("document.querySelector('.card h2').textContent !== 'Robinson'")
-    page.rest()
-    assert shown in page.page.locator(".card h2").inner_text()
-    assert page.picture() != before
-    assert page.said() == ""
+    heading = page.page.locator(".card h2")
+    for typed, shown in (
+        ("mollweide", "Mollweide"), ("EPSG:2154", "EPSG:2154"), ("+proj=lcc +lat_1=44 +lat_2=49 +lon_0=3", "Lambert"),
+        ("  +proj=eqc   +lat_ts=40 ", "qui"), (WKT, "x"),
+    ):  # fmt: skip
+        before, title = page.picture(), heading.inner_text()
+        page.write(".name input", typed)
+        page.until(f"document.querySelector('.card h2').textContent !== {title!r}")
+        page.rest()
+        assert shown in heading.inner_text()
+        assert page.picture() != before
+        assert page.said() == ""
 
 
-@pytest.mark.parametrize("typed", [
-    "robinsn", "EPSG:1", "+proj=nix", "+proj=lcc, +lat_1=4,", "file.prj", "+proj=hgridshift +grids=/etc/passwd",
-])  # fmt: skip
-def test_a_wrong_projection_is_said_at_its_map(typed: str, live: Opener) -> None:
+def test_a_wrong_projection_is_said_at_its_map(live: Opener) -> None:
     """The picture before stays, with its own figures, in the address, too, and can be dragged on."""
-    page = live("robinson", "mollweide", region=GERMANY)
-    before = page.picture()
-    page.write(".name input", typed)
-    page.until("document.querySelector('.card .said').textContent !== ''")
-    assert "nvalid" in page.said()
-    assert page.said(1) == ""
+    page, shown = live("robinson", "mollweide", region=GERMANY), "robinson"
     name = page.page.locator(".name input").first
-    assert (name.get_attribute("aria-invalid"), name.input_value(), page.picture()) == ("true", typed, before)
-    page.page.mouse.move(*page.place(0.5, 0.5))
-    check_told("robinson", page.told())
-    page.map().focus()
-    page.page.keyboard.press("Alt+ArrowRight")
-    assert "robin" in page.settled()["map"][0]
-    assert page.said() == ""
+    for typed in (
+        "robinsn", "EPSG:1", "+proj=nix", "+proj=lcc, +lat_1=4,", "file.prj", "+proj=hgridshift +grids=/etc/passwd",
+    ):  # fmt: skip
+        before = page.picture()
+        page.write(".name input", typed)
+        page.until("document.querySelector('.card .said').textContent !== ''")
+        assert "nvalid" in page.said()
+        assert page.said(1) == ""
+        assert (name.get_attribute("aria-invalid"), name.input_value(), page.picture()) == ("true", typed, before)
+        page.page.mouse.move(*page.place(0.5, 0.5))
+        check_told(shown, page.told())
+        page.map().focus()
+        page.page.keyboard.press("Alt+ArrowRight")
+        shown = page.settled()["map"][0]
+        assert "robin" in shown
+        assert page.said() == ""
 
 
 def test_regions_are_typed_and_chosen(live: Opener) -> None:
@@ -107,16 +112,17 @@ def test_regions_are_typed_and_chosen(live: Opener) -> None:
     page.until("document.querySelector('.figures').textContent.includes('Ohio')")
 
 
-@pytest.mark.parametrize("typed", ["country:Atlantis", "box:1,2", "file:/etc/passwd", "nowhere"])
-def test_a_wrong_region_is_said_beside_it(typed: str, live: Opener) -> None:
+def test_a_wrong_region_is_said_beside_it(live: Opener) -> None:
     page = live("robinson", region=GERMANY)
-    before = page.picture()
-    page.write("#region", typed)
-    page.until("document.getElementById('status').textContent !== ''")
-    assert "nvalid" in page.page.locator("#status").inner_text()
-    assert page.page.locator("#region").get_attribute("aria-invalid") is not None
-    assert page.picture() == before
-    assert page.settled()["region"] == [GERMANY]
+    before, said, status = page.picture(), "", page.page.locator("#status")
+    for typed in ("country:Atlantis", "box:1,2", "file:/etc/passwd", "nowhere"):
+        page.write("#region", typed)
+        page.until(f"!['', {json.dumps(said)}].includes(document.getElementById('status').textContent)")
+        said = status.inner_text()
+        assert "nvalid" in said
+        assert page.page.locator("#region").get_attribute("aria-invalid") is not None
+        assert page.picture() == before
+        assert page.settled()["region"] == [GERMANY]
 
 
 def test_a_box_is_drawn(live: Opener) -> None:

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from browser_pages import GERMANY, Live, Opener, check_told, press
+from browser_pages import GERMANY, SETTLED, Live, Opener, check_told, press
 
 pytestmark = pytest.mark.slow
 
@@ -83,39 +83,44 @@ def test_two_pages_do_not_know_of_each_other(live: Opener) -> None:
         check_told(definition, page.told())
 
 
-@pytest.mark.parametrize("screen", [
-    {}, {"color_scheme": "dark"}, {"viewport": {"width": 390, "height": 800}}, {"forced_colors": "active"},
-    {"reduced_motion": "reduce"},
-], ids=str)  # fmt: skip
-def test_the_page_is_accessible(screen: dict[str, Any], live: Opener, axe: Callable[[Any], list[str]]) -> None:
+CONTROLS = """[...document.querySelectorAll('button, input, select, summary, canvas.map, pre, circle[role=button]')]
+    .filter((one) => one.checkVisibility() && !one.disabled).length"""
+FOCUSED = """(() => {
+    const one = document.activeElement, all = [...document.querySelectorAll("*")];
+    const { outlineStyle, outlineWidth } = getComputedStyle(one);
+    return [all.indexOf(one), one.tagName, outlineStyle !== "none" && parseFloat(outlineWidth) >= 1];
+})()"""
+USUAL: Any = {"color_scheme": "light", "forced_colors": "none", "reduced_motion": "no-preference"}
+OTHERS = {"color_scheme": "dark"}, {"forced_colors": "active"}, {"reduced_motion": "reduce"}
+
+
+@pytest.mark.parametrize(("width", "screens"), [(1200, ({}, *OTHERS)), (390, ({},))], ids=str)
+def test_the_page_is_accessible(
+    width: int, screens: tuple[dict[str, str], ...], live: Opener, axe: Callable[[Any], list[str]]
+) -> None:
     """With all panels open; every control has its turn with Tab, and is seen to; nothing is wider than the screen."""
-    page = live("robinson", "EPSG:3035", region="country:LU", **screen)
+    page = live("robinson", "EPSG:3035", region="country:LU", viewport={"width": width, "height": 800}, **USUAL)
     press(page, "Find the best CRSs")
     page.until("document.querySelectorAll('.best tbody tr').length > 0", 120.0)
     page.page.evaluate("document.querySelectorAll('details').forEach((one) => (one.open = true))")
     page.until("document.querySelectorAll('.copied').length >= 6")
-    assert axe(page.page) == []
-    assert page.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    controls = page.page.evaluate(
-        "[...document.querySelectorAll('button, input, select, summary, canvas.map, pre, circle[role=button]')]"
-        ".filter((one) => one.checkVisibility() && !one.disabled).length"
-    )
-    page.page.locator("h1").click()
-    reached = set()
-    for _ in range(controls + 30):
-        page.page.keyboard.press("Tab")
-        found = page.page.evaluate(
-            """(() => {
-                const one = document.activeElement, all = [...document.querySelectorAll("*")];
-                const { outlineStyle, outlineWidth } = getComputedStyle(one);
-                return [all.indexOf(one), one.tagName, outlineStyle !== "none" && parseFloat(outlineWidth) >= 1];
-            })()"""
-        )
-        if found[1] == "BODY":
-            break
-        assert found[2], found
-        reached.add(found[0])
-    assert len(reached) >= controls
+    for screen in screens:
+        page.page.emulate_media(**USUAL | screen)
+        page.rest()
+        time.sleep(SETTLED)
+        assert axe(page.page) == []
+        assert page.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        controls = page.page.evaluate(CONTROLS)
+        page.page.locator("h1").click()
+        reached = set()
+        for _ in range(controls + 30):
+            page.page.keyboard.press("Tab")
+            number, name, is_seen = page.page.evaluate(FOCUSED)
+            if name == "BODY":
+                break
+            assert is_seen, (number, name, screen)
+            reached.add(number)
+        assert len(reached) >= controls
 
 
 def test_nothing_is_said_while_the_mouse_moves(live: Opener) -> None:
