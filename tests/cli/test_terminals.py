@@ -4,12 +4,11 @@ import os
 import re
 import shutil
 import struct
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from command_lines import FAROES, LINES, write_files
+from commands import told
 from rich.cells import cell_len
 from tables import some
 
@@ -115,7 +114,7 @@ def test_there_is_a_line_of_every_command() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SOME)
-def test_every_command_in_a_terminal(name: str, files: Path, tmp_path: Path) -> None:
+def test_every_command_in_a_terminal(name: str, files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Exit code and figures are those of a pipe; lines fit; no codes in a file, nor where they are not wanted.
 
     The kinds of terminals take turns, and with them a file, of which a terminal only shows the messages.
@@ -127,23 +126,24 @@ def test_every_command_in_a_terminal(name: str, files: Path, tmp_path: Path) -> 
         words = (words[0], "--details", *words[1:])
     if words and words[0] in COMMANDS:
         words = (words[0], "--quiet", *words[1:])
-    command, folder = [sys.executable, "-m", "projdist", *words], next(folders)
-    piped = subprocess.run(command, capture_output=True, text=True, cwd=folder, check=False)
+    folder = next(folders)
+    monkeypatch.chdir(folder)
+    code, out, err = told(*words)  # a pipe is no terminal, and needs no process of its own
     written = {path.name: path.read_bytes() for path in folder.glob("*.txt")}
     turn = SOME.index(name) % (len(TERMINALS) + 1)
     for columns, environment in [*TERMINALS.items()][turn : turn + 1]:
         folder = next(folders)
         screen = in_terminal(*words, columns=columns, folder=folder, **environment)
-        assert screen.code == piped.returncode, (columns, screen.text)
+        assert screen.code == code, (columns, screen.text)
         check_screen(screen, columns)
-        assert figures(screen.text) == figures(piped.stdout + piped.stderr)
+        assert figures(screen.text) == figures(out + err)
         assert screen.colours == [] or not environment
         assert {path.name: path.read_bytes() for path in folder.glob("*.txt")} == written
     if turn < len(TERMINALS):
         return
     folder = next(folders)
     screen = in_terminal(*words, folder=folder, stdout=folder / "stdout")
-    assert (folder / "stdout").read_text() == piped.stdout
-    assert screen.code == piped.returncode
-    assert " ".join(screen.text.split()) == " ".join(piped.stderr.split())
+    assert (folder / "stdout").read_text() == out
+    assert screen.code == code
+    assert " ".join(screen.text.split()) == " ".join(err.split())
     check_screen(screen, 80)
