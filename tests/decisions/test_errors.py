@@ -125,7 +125,7 @@ def test_longitudes_from_anywhere(west):
 def test_most_of_the_earth_from_east_of_greenwich(crs):
     """Bounds from 170 to 370 are those of the part that they go round, also in what is recommended for it."""
     wide = frame(*(box(lon, 40, lon + 20, 50) for lon in range(170, 351, 20)))
-    found = projdist.check(wide, crs, limit=1)
+    found = projdist.check(wide, crs, purpose="equal-area", limit=1)
     assert found.region.bounds == pytest.approx((170, 40, 370, 50))
     assert (found.overall.measured, found.overall.undrawn) == (9, 1)
     assert found.recommended is not None

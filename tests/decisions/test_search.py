@@ -185,11 +185,12 @@ def test_progress_and_an_executor():
 
 # The Alps, concave, with a hole; GeoJSON.
 ALPS = [[5.5, 43.8], [8, 44.2], [8.2, 45.6], [12, 45.8], [14.5, 46.2], [16, 47.7], [10, 47.5], [6.5, 46.5], [5.5, 43.8]]
+AROUND_POLE = "box:-180,-90,180,-60"
 HOLE = [[10, 46.2], [11, 46.2], [11, 46.9], [10, 46.9], [10, 46.2]]
 # By either criterion; by the largest scale not the globe, of which nearly all maps have none.
 REGIONS = {
     "airy_kavrayskiy": [
-        GERMANY, "box:158,62,-170,70", "box:-180,-90,180,-60", "country:FJ",
+        GERMANY, "box:158,62,-170,70", AROUND_POLE, "country:FJ",
         {"type": "Polygon", "coordinates": [ALPS, HOLE]},
     ],
     "max_scale_error_ppm": [
@@ -209,14 +210,15 @@ FIRST = {
 def test_brute_force(criterion, region):
     """The five best are those of measuring every candidate in full, in the same order; some are known to be first."""
     # Searches for largest values in ESRI's maps of the world, torn at 180 degrees, take minutes, and never rank.
-    authorities = ["EPSG", "ESRI"] if criterion == "airy_kavrayskiy" else ["EPSG"]
+    # Around a pole all of ESRI's maps take three quarters of the time.
+    authorities = ["EPSG", "ESRI"] if region != AROUND_POLE and criterion == "airy_kavrayskiy" else ["EPSG"]
     best, every = (recommend(region, criterion=criterion, authorities=authorities, limit=limit) for limit in (5, None))
     assert len(every.results) > len(best.results)
     assert best.to_dict()["results"] == every.to_dict()["results"][:5]  # as there NaN equals NaN
     first = best.results[0]
     assert first.code == FIRST.get(str(region), first.code)
     assert region != "box:158,62,-170,70" or first.share > 0.99
-    if region == "box:-180,-90,180,-60":
+    if region == AROUND_POLE:
         azimuthal = {"Azimuthal Equidistant", "Lambert Azimuthal Equal Area", "Polar Stereographic"}
         assert {one.method.partition(" (")[0] for one in best.results} <= azimuthal
 
