@@ -40,7 +40,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "morph": ("morph", "robin", "moll", "-r", EUROPE, "-o", "film.gif", "--frames", "3", "--dpi", "30"),
     "recommend": ("recommend", FAROES, "--authority", "EPSG", "--datum", "FD54"),
     "recommend_picture": (
-        *("recommend", FAROES, "--authority", "EPSG", "--datum", "ETRS89", "--custom", "--purpose", "conformal"),
+        *("recommend", FAROES, "--authority", "EPSG", "--datum", "FD54", "--custom", "--purpose", "conformal"),
         *("-o", "best.png", "--dpi", "30"),
     ),
     "recommend_regions": ("recommend", "--regions", FAROES, "--authority", "EPSG", "--datum", "FD54"),

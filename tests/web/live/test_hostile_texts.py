@@ -73,7 +73,7 @@ def test_the_system_is_asked_for_no_file(how: str, tmp_path: Path) -> None:
     """By its own words, as PROJ's may be incomplete; behind open policy it is."""
     log = tmp_path / "calls"
     before = ("strace", "-f", "-s", "300", "-e", "trace=%file,%network", "-o", str(log))
-    outcomes(*((TEXTS[::40], []) if how == "closed" else ([], TEXTS[::40])), tmp_path, before)
+    outcomes(*((TEXTS[::80], []) if how == "closed" else ([], TEXTS[::80])), tmp_path, before)
     lines = log.read_text(errors="replace").splitlines()
     asked = [line for line in lines if MARK in line and "inotify_add_watch" not in line]
     assert bool(asked) == (how == "open"), asked[:5]

@@ -341,7 +341,7 @@ messages = st.one_of(
 @pytest.mark.slow
 def test_no_message_ends_the_server(site: LiveSite) -> None:
 
-    @settings(max_examples=1_000)
+    @settings(max_examples=300)
     @given(messages)
     def swallow(message: str | bytes) -> None:
         told: list[bytes] = []
