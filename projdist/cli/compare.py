@@ -22,13 +22,13 @@ _CONVENTION = (
     "Scaled: after the best uniform scale; affine: after the best linear map (MDT).",
 )
 _AK = "airy_kavrayskiy"
-_LEAST_SHARE = 0.005  # of a map's distortion: modes that have less are not shown
+_LEAST_SHARE = 0.005  # of a map's distortion; modes with less are not shown
 _LAST_OF_INDICES = 1e-5
 _MAP = Column("projection", of=lambda row: say.label_of(row["projection"], row["name"]), left=True)
 _COVERAGE = replace(SHARED["coverage"], only=lambda share: share < say.WHOLE)
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 PLOTS = ("maps", *DISTRIBUTIONS, "modes", "space")
-_DRAWN = 4  # maps in the picture and the heading that name them
+_DRAWN = 4  # maps in the suggested picture, and in a heading that names them
 _GROUPS = ", ".join(answers.GROUPS)
 
 
@@ -107,7 +107,7 @@ def compare_command(
 
 
 def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: str, tolerance: float) -> Report:
-    """Report of a comparison by the names of its measures, its order, and the tolerance asked for."""
+    """Report of a comparison with these measures, sort key and tolerance."""
     if not found.results:
         return Report(title="No projection could be measured.", data=found.to_dict, header=["projection"])
     first, rows = measures[0] if measures else "fisher", found.plain_rows()
@@ -146,13 +146,13 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
 
 
 def _heading(found: answers.Comparison) -> str:
-    """The maps' names, or their number where they are many."""
+    """The maps' names, or their number if they are many."""
     names = [say.spoken(one.given, one.projection.name) for one in found.results]
     return support.listed(names, "and") if len(names) <= _DRAWN else f"Distortion of {len(names)} maps"
 
 
 def least_distorting(found: answers.Comparison, column: str = "") -> Iterator[str]:
-    """The least distorting map, by how much more the others distort, and the first by another column."""
+    """Sentences: the map that distorts least, how much more the others do, and the first by another column."""
     best = min(found.results, key=lambda one: one.airy_kavrayskiy)
     place, others = say.region_words(found.region), [one for one in found.results if one is not best]
     names = {id(one): say.spoken(one.given, one.projection.name) for one in found.results}
@@ -221,7 +221,7 @@ def _notes(found: answers.Comparison, rows: Sequence[Row], measures: Sequence[st
 
 
 def _rounded_index(value: float, error: float | None) -> str:
-    """At most five decimals, as published indices have two to four; a larger error in brackets, of the last digit."""
+    """Index with at most five decimals (published ones have two to four); a larger error in brackets."""
     if error is None or not error > _LAST_OF_INDICES:
         return say.rounded(value, _LAST_OF_INDICES)
     decimals = max(0, math.ceil(-math.log10(error)))
@@ -231,13 +231,13 @@ def _rounded_index(value: float, error: float | None) -> str:
 # ---- many regions --------------------------------------------------------------------------------
 
 
-_NO_FIGURE = ("given", "name")  # orders by which no map is the best
+_NO_FIGURE = ("given", "name")  # sort keys that rank no map as the best
 
 
 def _compare_regions(
     given: Sequence[str], areas: Sequence[answers.Area], options: Mapping[str, Any], sort: str, work: RegionalWork
 ) -> None:
-    """Compare maps over regions, and report the best of each."""
+    """Compare maps over each region, and report the best."""
     with refusing():
         indices = answers.get_indices(options["indices"])
         column = answers.sort_column(sort, options["measures"], [index.name for index in indices])

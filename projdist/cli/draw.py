@@ -21,7 +21,7 @@ from projdist.cli.report import drawing, emit, notes_text, takes_blocks, tell_wr
 from projdist.cli.wording import certain
 
 _TOLERANCE = 1e-5  # titles show three decimals
-_MOST_PIXELS = 1e8  # along a side; how many there may be in all is for the raster to say
+_MOST_PIXELS = 1e8  # along a side; `gis.raster` limits the number of all
 _MOST_LEVELS = 100
 
 
@@ -163,7 +163,7 @@ def _draw(
     shown = plots.CONTEXTS[-1] if context is None else opt.choice("context", context, plots.CONTEXTS)
     other = options.get("against")
     others = [] if other is None else [other]
-    area = opt.region_of(region, [*given, *(one.definition for one in others)])  # a region that all have
+    area = opt.region_of(region, [*given, *(one.definition for one in others)])  # one for all maps
     with refusing(), progress_bar("maps measured") as progress:
         found = answers.compare([*given, *others], area, sort="given", tolerance=_TOLERANCE, progress=progress)
     drawn = [one for one in found.results if one.projection is not other]
@@ -195,26 +195,19 @@ def morph_command(
     names = opt.measure_names(measure or ["fisher"])
     if len(names) > 1:
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. An animation shows one.")
-    count, length = opt.whole_number("frames", frames, 2, 500), opt.number("seconds", seconds, 0.1, 600)
-    dots = opt.number("dpi", dpi, 10, 1200)
-    room, area = opt.size_of(size, dots), opt.region_of(region, [first, second])
-    look = pictured.look()
+    options: dict[str, Any] = {
+        "measure": names[0],
+        "frames": opt.whole_number("frames", frames, 2, 500),
+        "seconds": opt.number("seconds", seconds, 0.1, 600),
+        "dpi": (dots := opt.number("dpi", dpi, 10, 1200)),
+        "size": opt.size_of(size, dots),
+        "region": opt.region_of(region, [first, second]),
+        "look": pictured.look(),
+    }
     with refusing():
         maps = projections.Projection.from_user_input(first), projections.Projection.from_user_input(second)
     with drawing(path), progress_bar("frames") as progress:
-        plots.morph(
-            *maps,
-            path,
-            measure=names[0],
-            region=area,
-            frames=count,
-            seconds=length,
-            size=room or (7.0, 4.6),
-            dpi=dots,
-            overwrite=pictured.overwrite,
-            progress=progress,
-            look=look,
-        )
+        plots.morph(*maps, path, **options, overwrite=pictured.overwrite, progress=progress)
     tell_written(path)
 
 
@@ -252,7 +245,7 @@ def explore_command(
     with contextlib.closing(web.LiveSite(start, web.InputPolicy(frozenset([*given, text])))) as site:
         address = site.url(listening.getsockname()[1])
         emit(f"{address}\n", None)
-        if not no_browser:  # one in the terminal does not return before it is closed
+        if not no_browser:  # a browser in the terminal returns only when it is closed
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
         web.serve(site, listening)
 
@@ -263,9 +256,9 @@ def explore_command(
 _WIDEST, _HIGHEST = 64, 18  # characters
 _NARROWEST = 16
 _TALL = 2.0  # a character's height over its width
-_TRIANGLES = 16_000  # of a map: some fifteen for each character
+_TRIANGLES = 16_000  # of a map, about fifteen per character
 _PPM_OF_A_PER_CENT = 1e4
-_LAND = 0.02  # of the characters, from which on land is told from sea
+_LAND = 0.02  # share of the characters from which on land is told from sea
 
 
 def sketch_of(projection: projections.Projection, region: regions.Place, output: Path | None = None) -> list[str]:
@@ -282,7 +275,7 @@ def sketch_of(projection: projections.Projection, region: regions.Place, output:
     step = np.sqrt(surfaces.longitude_width(place.bounds) * longest * (north - south) / (_TRIANGLES / 2))
     try:
         surface = surfaces.surface_of(projection, place, float(step))
-    except ValueError:  # nothing of it is drawn, and the figures say so
+    except ValueError:  # no part of it is on the map
         return []
     return _drawn(*_in_characters(surface, place, widest), unicode=takes_blocks(output))
 
@@ -290,7 +283,7 @@ def sketch_of(projection: projections.Projection, region: regions.Place, output:
 def _in_characters(
     surface: surfaces.Surface, region: regions.Place, widest: int
 ) -> tuple[BoolArray, FloatArray, BoolArray]:
-    """Per character (rows, columns): on the map, mean scale error, mostly land."""
+    """For each character (rows, columns): whether it is on the map, its mean scale error, whether it is mostly land."""
     lon, lat = (values[surface.source] for values in surface.lonlat())
     measured = surfaces.field(surface, matrices.get_measure("scale_error_ppm"))
     triangles = surface.triangles[np.isfinite(measured[surface.triangles]).all(axis=1)]
@@ -311,7 +304,7 @@ def _in_characters(
         total = np.bincount(place, weights=values, minlength=count.size)
         return np.divide(total, count, out=np.full(count.size, np.nan), where=count > 0).reshape(rows, columns)
 
-    land = np.ones(len(triangles))  # as all is on other bodies
+    land = np.ones(len(triangles))  # other bodies have no sea
     if not surface.domain.projection.is_of_another_body:
         resolution = surfaces.coast_resolution(surface)
         outline = earth.polygons_within("land", surface.domain.region.bounds, resolution)

@@ -23,10 +23,10 @@ from projdist.cli.wording import distance_error, errors_text, fixed, label_of, p
 _DECIMALS = {"x": 3, "y": 3, "omega": 6, "theta": 6, "convergence": 6}
 _PROFILE_DECIMALS = _DECIMALS | {"azimuth": 4, "height": 3}
 _MOST_DECIMALS = 8
-_TRUE = 1e-9  # a scale error that is rounding
+_TRUE = 1e-9  # a scale error, or a convergence in degrees, that is only rounding
 _SCALES = ("a", "b", "s", "omega")
 _SHOWN = 10  # points
-_LONGEST = 80  # characters of what is quoted in a message
+_LONGEST = 80  # characters of a quotation in a message
 _TABLE_SUFFIXES = (".parquet", ".gpkg", ".geojson")  # of binary and GIS files, which cannot be printed
 _SUFFIXES = (".csv", *_TABLE_SUFFIXES)
 
@@ -117,13 +117,13 @@ def factors_report(found: Mapping[str, Any], header: Sequence[str]) -> Report:
 
 
 def _wanted(key: str) -> int:
-    """The place of a column where there is no room for all: measures that were asked for come before the usual."""
+    """Sort key of a column where there is no room for all: requested measures come before the usual ones."""
     usual = ("x", "y", "h", "k", "convergence", "omega", "s", "a", "b", "theta", "fisher", "quality")
     return usual.index(key) + 1 if key in usual else 0
 
 
 def _factors_answer(rows: Sequence[Mapping[str, Any]], label: str) -> Iterator[str]:
-    """The largest errors at the points, or the ranges of measures that were asked for."""
+    """Sentences: the largest errors at the points, points without scales, and grid north at a single point."""
     given, rows = len(rows), [row for row in rows if all(isinstance(row.get(key), float) for key in _SCALES)]
 
     def largest(error: Callable[[Mapping[str, Any]], float]) -> float:
@@ -380,7 +380,7 @@ def profile_command(
 
 
 def _profile_answer(found: answers.Profile, label: str) -> Iterator[str]:
-    """How much too long or too short the line is on the map."""
+    """Sentences: how much too long or too short the line is on the map, and its length on the ground."""
     error = found.mean_scale - 1.0
     longer = f"{distance_error(abs(error))} too {'long' if error > 0.0 else 'short'} on average"
     if abs(error) <= _TRUE:
