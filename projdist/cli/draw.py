@@ -270,11 +270,8 @@ def sketch_of(projection: projections.Projection, region: regions.Place, output:
     if not region.area_km2 or widest < _NARROWEST:
         return []
     place = surfaces.shown_part(region)
-    _, south, _, north = place.bounds
-    longest = np.cos(np.radians(max(south, -north, 0.0)))
-    step = np.sqrt(surfaces.longitude_width(place.bounds) * longest * (north - south) / (_TRIANGLES / 2))
     try:
-        surface = surfaces.surface_of(projection, place, float(step))
+        surface = surfaces.surface_of(projection, place, web.cell_step(place.bounds, _TRIANGLES / 2))
     except ValueError:  # no part of it is on the map
         return []
     return _drawn(*_in_characters(surface, place, widest), unicode=takes_blocks(output))

@@ -28,7 +28,7 @@ _EXPORT = re.compile(r"^export ((?:async )?function|class|const) (\w+)", re.MULT
 
 def bundled(files: Mapping[str, str], entry: str) -> str:
     """An ES module bundled with its imports from `files`, texts by name (`frames.js`), each in its own scope."""
-    # Imports must be of names in braces, with a semicolon, exports of functions, classes and constants where made.
+    # Imports must have names in braces and a semicolon; exports must be functions, classes or constants where declared.
     order: list[str] = []
     _visit(files, entry.removesuffix(".js"), order)
     scopes = [_scope(name, files[f"{name}.js"]) for name in order[:-1]]
@@ -81,7 +81,7 @@ SHOWN_MEASURES = tuple(name for names in GROUPS.values() for name in names)
 MOST_MAPS = 6
 """Largest number of maps on a page."""
 
-_NODES = 10_000  # of a map: what is between them is interpolated
+_NODES = 10_000  # of a map, between which pages interpolate
 _COLOURS = 256
 
 
@@ -105,10 +105,11 @@ def draw_maps(
     height: float = 0.0,
     marks: Mapping[str, Any] | None = None,
 ) -> Maps:
-    """Maps of the first `MOST_MAPS` projections over a region, None for the area of use or the globe.
+    """Maps of the first `MOST_MAPS` projections over a region, by default the area of use or the globe.
 
-    `measure` is shown first, or fisher if the page does not have it. A projection that shows no part of the region is
-    noted. Scales are at an ellipsoidal height in metres; `marks` are geometries in longitude and latitude, by name.
+    `measure` is shown first, or fisher if the page does not have it. Projections that show no part of the region are
+    left out, with a note. Scales are at an ellipsoidal `height` in metres; `marks` are geometries in longitude and
+    latitude, by name.
     """
     name = matrices.get_measure(measure).name
     maps = [Projection.from_user_input(projection) for projection in projections[:MOST_MAPS]]
@@ -116,7 +117,7 @@ def draw_maps(
     step = cell_step(place.bounds)
     count = len(projections)
     notes = [f"These are the maps of the first {MOST_MAPS} of {count}."] if count > MOST_MAPS else []
-    drawn, values, weights = [], [], []
+    frames, shown, values, weights = [], [], [], []
     for projection, title in zip(maps, titles, strict=False):
         try:
             surface = surfaces.surface_of(projection, place, step)
@@ -124,24 +125,24 @@ def draw_maps(
             notes.append(str(error))
             continue
         header, arrays, J = frame_of(surface, title, height=height, marks=marks)
-        block = b64encode(zlib.compress(packed(header, arrays), 9)).decode("ascii")
-        drawn.append((title, block))
+        frames.append(b64encode(zlib.compress(packed(header, arrays), 9)).decode("ascii"))
+        shown.append(title)
         values.append(J)
         weights.append(surface.weights)
     return Maps(
-        titles=tuple(title for title, _ in drawn),
-        frames=tuple(frame for _, frame in drawn),
+        titles=tuple(shown),
+        frames=tuple(frames),
         scales=tuple(colour_scales(values, weights)),
         measure=name if name in SHOWN_MEASURES else SHOWN_MEASURES[0],
         notes=tuple(notes),
     )
 
 
-def cell_step(bounds: surfaces.Bounds) -> float:
-    """Cell size in degrees that gives a region about `_NODES` nodes."""
+def cell_step(bounds: surfaces.Bounds, nodes: float = _NODES) -> float:
+    """Cell size in degrees for about so many nodes within bounds."""
     _, south, _, north = bounds
     longest = np.cos(np.radians(max(south, -north, 0.0)))
-    return float(np.sqrt(surfaces.longitude_width(bounds) * longest * (north - south) / _NODES))
+    return float(np.sqrt(surfaces.longitude_width(bounds) * longest * (north - south) / nodes))
 
 
 def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]) -> Iterator[dict[str, Any]]:
@@ -151,14 +152,13 @@ def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]
     for group, name in ((group, name) for group, names in GROUPS.items() for name in names):
         measure = matrices.get_measure(name)
         scale = plots.ColourScale.of(measure, [measure(J) for J in jacobians], weights)
-        low, high = scale.limits
         colours = scale.colours(np.linspace(0.0, 1.0, _COLOURS), bytes=True)[:, :3]
         yield {
             "name": name,
             "group": group,
             "label": scale.label,
             "kind": measure.kind,
-            "limits": [low, high],
+            "limits": [*scale.limits],
             "levels": scale.levels.tolist(),
             "labels": scale.labels,
             "extend": scale.extend,
@@ -168,7 +168,7 @@ def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]
 
 # ---- page ----------------------------------------------------------------------------------------
 
-# In this order: modules use names of earlier ones only.
+# In the order of their dependence.
 _MAP_SCRIPTS = ("frames.js", "measures.js", "sheets.js", "drawing.js", "maps.js")
 _SCRIPTS = ("tables.js", "page.js")
 _FEW_LINES = 8
@@ -192,7 +192,7 @@ class PageTable:
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """Content of a page; `copies` are texts to copy, by title, `signed` what is filled in by hand."""
+    """Content of a page; `copies` are texts to copy, by title, `signed` labels of blanks to fill in by hand."""
 
     title: str
     lead: Sequence[str] = ()

@@ -1,4 +1,4 @@
-"""Server of the live page, for browsers on this machine that have the token of its address."""
+"""Server of the live page, for browsers on this machine that know the token in its address."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ HOST = "127.0.0.1"
 _NAMES = ("127.0.0.1", "localhost", "[::1]")
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 _PATIENCE = 10.0  # seconds for the first message
-_HTTP = 80  # the port that addresses leave out
-_GRACE = 1  # second for pages to hear that the server ends
-_NO_TOKEN, _TOO_MANY = 4401, 4429  # why a connection is closed
+_HTTP = 80  # port that addresses may leave out
+_GRACE = 1  # second in which pages are told that the server ends
+_NO_TOKEN, _TOO_MANY = 4401, 4429  # codes for closing a connection
 _MOST_PAGES = 24
-_MOST_UNREAD = 256  # answers to a page that does not read them
+_MOST_UNREAD = 256  # answers that a page has not read
 _PAUSE = 0.02  # seconds
 
 Scope = dict[str, Any]
@@ -138,7 +138,7 @@ class LiveSite:
             for task in tasks:
                 task.cancel()
         for task in done:
-            task.result()  # which tells what has gone wrong
+            task.result()  # raises what has gone wrong
 
     async def _listen(
         self, page: int, socket: Any, waiting: asyncio.Queue[bytes | str], told: Callable[[bytes], None]
@@ -146,7 +146,7 @@ class LiveSite:
         """Receive requests of a page until it is closed, pausing while many answers are unread."""
         while (message := await socket.receive())["type"] != "websocket.disconnect":
             self._take(page, message, told)
-            await asyncio.sleep(0)  # for what was told to wait
+            await asyncio.sleep(0)  # so that answers are queued
             while waiting.qsize() > _MOST_UNREAD // 2:
                 await asyncio.sleep(_PAUSE)
 
@@ -195,7 +195,7 @@ async def _send_all(socket: Any, waiting: asyncio.Queue[bytes | str]) -> None:
         while True:
             block = await waiting.get()
             await (socket.send_text(block) if isinstance(block, str) else socket.send_bytes(block))
-            await asyncio.sleep(0)  # for the loop to hear that the page has left, before asyncio says so
+            await asyncio.sleep(0)  # so that the loop notices that the page has left, before asyncio warns
 
 
 def _guarded(app: App, port: int) -> App:

@@ -15,7 +15,6 @@ from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from types import TracebackType
 from typing import Any, Generic, TypeVar
 
 from projdist import support
@@ -23,10 +22,10 @@ from projdist.web.live.dispatcher import LARGEST_FILE, Dispatcher, InputPolicy, 
 from projdist.web.live.handlers import Progress
 
 MOST_OF_PAGE = 48
-"""Waiting tasks of a page; six maps need at most twenty-four of one worker."""
+"""Largest number of waiting tasks of a page; six maps need at most twenty-four of one worker."""
 
 MOST_OF_ALL = 480
-"""Tasks of all pages."""
+"""Largest number of waiting tasks of all pages."""
 
 _Waiting = TypeVar("_Waiting")
 
@@ -89,10 +88,10 @@ LIMITS = {"preview": 5.0, "picture": 60.0, "figures": 120.0, "long": 600.0}
 
 _POLL, _WATCH = 0.2, 1.0  # seconds
 _STARTING = threading.Lock()
-_TRIES = 2  # a process may be killed from outside
-_PATIENCE = 30.0  # seconds for a process to start, which are not counted
+_TRIES = 2  # of a task whose process is killed from outside
+_PATIENCE = 30.0  # seconds for a process to start, in addition to the limit
 _FAILED = "This failed, and should not have: the terminal where the page was started says why."
-_READY, _REPLY, _PROGRESS, _CRASH = "ready", "reply", "progress", "crash"  # what comes from it
+_READY, _REPLY, _PROGRESS, _CRASH = "ready", "reply", "progress", "crash"  # kinds of a process's messages
 
 Told = Callable[[bytes], None]
 
@@ -109,7 +108,7 @@ class _Task:
 
 
 class Worker:
-    """A process that answers requests one by one, of each key only the newest."""
+    """A process that answers requests one by one; of waiting ones with the same key only the newest."""
 
     def __init__(self, name: str, policy: InputPolicy, limit: float | None = None) -> None:
         self._name, self._policy, self._variables = name, policy, policy.environment()
@@ -197,13 +196,13 @@ class Worker:
                         return bytes(content[0])
                     if kind == _CRASH:  # an unexpected exception, whose traceback goes to the terminal
                         self._end()
-                        logging.getLogger(__name__).error(content[0])  # to standard error, if nobody says otherwise
+                        logging.getLogger(__name__).error(content[0])  # by default to standard error
                         return failed(task.request, _FAILED)
                     if kind == _READY:
                         self._ready, until = True, time.monotonic() + self._limit
                     elif not task.dropped.is_set():
                         task.told(reply(task.request, {"progress": content}))
-                elif not process.is_alive():  # those it has started may hold its end of the connection
+                elif not process.is_alive():  # its children may hold the connection open
                     break
                 if task.dropped.is_set():
                     break
@@ -219,7 +218,7 @@ class Worker:
         """The process and its connection, started if needed."""
         if self._process is not None and self._process[0].is_alive():
             return self._process
-        if self._process is not None:  # it was killed while it had nothing to do
+        if self._process is not None:  # it was killed while idle
             self._process[1].close()
         context = multiprocessing.get_context("spawn")
         connection, other = context.Pipe()
@@ -240,7 +239,7 @@ class Worker:
         process, connection = self._process
         self._process = None
         if process.pid is not None and hasattr(os, "killpg"):
-            with contextlib.suppress(ProcessLookupError):  # it has no group of its own yet, or none any more
+            with contextlib.suppress(ProcessLookupError):  # it has no group of its own yet, or no longer
                 os.killpg(process.pid, signal.SIGKILL)
         process.kill()
         process.join(timeout=5.0)
@@ -265,35 +264,19 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
 
 
 def serve_requests(connection: Connection, policy: InputPolicy, parent: int) -> None:
-    """Answer requests until the connection is closed."""
+    """Answer requests until the connection is closed; an unexpected exception ends the process."""
     _leave_with(parent)
     dispatcher = Dispatcher(policy)
-
-    def crash(error: Exception) -> None:
-        connection.send((_CRASH, "".join(traceback.format_exception(error))))
-
-    with contextlib.suppress(EOFError, OSError):  # nobody asks, or listens, any more
+    with contextlib.suppress(EOFError, OSError):  # the other end is closed
         connection.send((_READY,))
         while True:
-            request, answer = connection.recv(), None
-            with _reporting(crash):  # what nobody foresaw ends the process
+            request = connection.recv()
+            try:
                 answer = dispatcher.answer(request, lambda done, of: connection.send((_PROGRESS, done, of)))
-            if answer is None:
+            except Exception as error:  # noqa: BLE001 whatever it is, the parent reports it
+                connection.send((_CRASH, "".join(traceback.format_exception(error))))
                 return
             connection.send((_REPLY, answer))
-
-
-def _reporting(report: Callable[[Exception], None]) -> contextlib.ExitStack:
-    """Context that ends at any exception, and reports it."""
-
-    def leave(_: type[BaseException] | None, error: BaseException | None, __: TracebackType | None) -> bool:
-        if isinstance(error, Exception):
-            report(error)
-        return isinstance(error, Exception)
-
-    stack = contextlib.ExitStack()
-    stack.push(leave)
-    return stack
 
 
 def _leave_with(parent: int) -> None:
@@ -318,15 +301,12 @@ _ANSWERING = threading.Lock()
 
 
 def answered(dispatcher: Dispatcher, request: Request, progress: Progress = lambda done, of: None) -> bytes:
-    """Reply of a dispatcher in the kernel, also to exceptions of the user's functions."""
-    replies: list[bytes] = []
-
-    def fail(error: Exception) -> None:
-        replies.append(failed(request, support.one_line(f"{type(error).__name__}: {error}")))
-
-    with _ANSWERING, _reporting(fail):
-        replies.append(dispatcher.answer(request, progress))
-    return replies[0]
+    """Reply of a dispatcher in the kernel; exceptions of the user's functions become failures."""
+    with _ANSWERING:
+        try:
+            return dispatcher.answer(request, progress)
+        except Exception as error:  # noqa: BLE001 a user's function may raise anything
+            return failed(request, support.one_line(f"{type(error).__name__}: {error}"))
 
 
 class Stopped(ValueError):
