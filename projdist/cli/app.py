@@ -17,6 +17,7 @@ from collections import UserDict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields, is_dataclass
 from importlib import import_module
+from importlib.resources import files
 from typing import Annotated, Any, get_type_hints
 
 import typer
@@ -98,43 +99,9 @@ def _name(argument: Any) -> str:
 
 
 ASKED = "PROJDIST_COMPLETE"
-"""Environment variable by which a completion script asks for candidates for the last word."""
+"""Environment variable by which the scripts `completion.SHELL` ask for candidates for the last word."""
 
-_BASH = f"""\
-# eval "$(projdist completion bash)" in ~/.bashrc
-_projdist_completion() {{
-    local IFS=$'\\n'
-    COMPREPLY=($({ASKED}=1 "$1" "${{COMP_WORDS[@]:1:COMP_CWORD}}" 2>/dev/null))
-    if [[ ${{#COMPREPLY[@]}} == 1 && ${{COMPREPLY[0]}} == *: ]]; then
-        compopt -o nospace
-    fi
-}}
-complete -o bashdefault -o default -F _projdist_completion projdist
-"""
-_ZSH = f"""\
-#compdef projdist
-# eval "$(projdist completion zsh)" in ~/.zshrc, below compinit
-_projdist() {{
-    local -a found
-    found=("${{(@f)$({ASKED}=1 "${{words[1]}}" "${{(@)words[2,CURRENT]}}" 2>/dev/null)}}")
-    if [[ -n "${{found[1]}}" ]]; then
-        compadd -S '' -- ${{(M)found:#*:}}
-        compadd -- ${{found:#*:}}
-    else
-        _files
-    fi
-}}
-compdef _projdist projdist
-"""
-_FISH = f"""\
-# projdist completion fish > ~/.config/fish/completions/projdist.fish
-function __projdist_completion
-    set -l given (commandline -opc) (commandline -ct)
-    {ASKED}=1 $given[1] $given[2..] 2>/dev/null
-end
-complete -c projdist -a '(__projdist_completion)'
-"""
-_SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
+_SHELLS = ("bash", "zsh", "fish")  # each with a script completion.SHELL
 _REGIONS = (
     *("globe", "land", "ocean", "box:", "cap:", "country:", "continent:", "area:", "state:", "crs:", "file:"),
     *("polygon:", "geodesic:", "points:"),
@@ -146,9 +113,9 @@ def completion_command(
     shell: Annotated[str, typer.Argument(metavar="bash|zsh|fish", help="The shell that the script is for.")],
 ) -> None:
     """Print the script that completes commands, options and names in a shell; its first lines say where it goes."""
-    if shell not in _SCRIPTS:
+    if shell not in _SHELLS:
         refuse(f"Invalid shell '{shell}'. It must be bash, zsh or fish.")
-    sys.stdout.write(_SCRIPTS[shell])
+    sys.stdout.write((files("projdist") / "cli" / f"completion.{shell}").read_text(encoding="utf-8"))
 
 
 def candidates(commands: Any, words: Sequence[str]) -> list[str]:

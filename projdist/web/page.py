@@ -11,6 +11,7 @@ import zlib
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from string import Template
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -213,26 +214,8 @@ def page_html(page: Page) -> str:
     )
     title = html.escape(page.title or "projdist")
     body = "\n".join(_body(page))
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="generator" content="projdist">
-<meta name="color-scheme" content="light dark">
-<title>{title}</title>
-<style>{style}</style>
-</head>
-<body>
-<main>
-<h1>{title}</h1>
-{body}
-</main>
-<script type="module">{script}</script>
-</body>
-</html>
-"""
+    parts = {"policy": policy, "title": title, "style": style, "body": body, "script": script}
+    return Template(_file("page.html")).substitute(parts)
 
 
 def _script(names: Sequence[str]) -> str:
@@ -249,7 +232,7 @@ def _hash(text: str) -> str:
 def _body(page: Page) -> Iterator[str]:
     yield from (f"<p>{html.escape(line)}</p>" for line in page.lead if line)
     if page.maps is not None and page.maps.frames:
-        yield from _maps(page.maps)
+        yield _maps(page.maps)
     yield from map(_table, page.tables)
     notes = [*page.notes, *(page.maps.notes if page.maps else ())]
     items = "\n".join(f"<li>{html.escape(line)}</li>" for line in notes if line)
@@ -261,35 +244,18 @@ def _body(page: Page) -> Iterator[str]:
     yield from (_copy(name, text) for name, text in page.copies.items())
 
 
-def _maps(maps: Maps) -> Iterator[str]:
+def _maps(maps: Maps) -> str:
     """Canvases of the maps, and their data as scripts that no browser runs."""
-    yield '<section class="maps" aria-label="Maps">'
-    yield (
-        '<div class="bar" hidden><label>Measure <select id="measure"></select></label>'
-        '<div class="scale"><canvas id="scale" role="img" aria-label="Colours of the measure"></canvas></div>'
-        '<label><input type="checkbox" id="ellipses"> Indicatrices</label></div>'
+    figures = "\n".join(
+        f'<figure><figcaption id="title-{k}">{html.escape(title)}</figcaption>'
+        f'<canvas class="map" id="map-{k}" tabindex="0" role="application" aria-labelledby="title-{k}" '
+        f'aria-describedby="help"></canvas>'
+        f'<p class="told" id="told-{k}" aria-live="polite"></p></figure>'
+        for k, title in enumerate(maps.titles)
     )
-    yield '<div class="grid">'
-    for k, title in enumerate(maps.titles):
-        name = html.escape(title)
-        yield (
-            f'<figure><figcaption id="title-{k}">{name}</figcaption>'
-            f'<canvas class="map" id="map-{k}" tabindex="0" role="application" aria-labelledby="title-{k}" '
-            f'aria-describedby="help"></canvas>'
-            f'<p class="told" id="told-{k}" aria-live="polite"></p></figure>'
-        )
-    yield "</div>"
-    yield (
-        '<p id="help" class="help" hidden>Point at a map, or move with the arrow keys (faster with shift), for the '
-        "distortion there; h and k are the scales along meridian and parallel, a and b the largest and the smallest. "
-        "Figures have the digits that are certain, a span or ? where none is; ~: beside a cut, an edge or a pole.</p>"
-    )
-    yield "<noscript><p>The maps need a script, but this browser runs none. Everything else is here.</p></noscript>"
-    yield "</section>"
-    scales = {"measure": maps.measure, "scales": maps.scales}
-    yield f'<script type="application/json" id="scales">{_json(scales)}</script>'
-    for k, frame in enumerate(maps.frames):
-        yield f'<script type="text/plain" id="frame-{k}">{frame}</script>'
+    data = (f'<script type="text/plain" id="frame-{k}">{frame}</script>' for k, frame in enumerate(maps.frames))
+    scales = _json({"measure": maps.measure, "scales": maps.scales})
+    return Template(_file("maps.html")).substitute(figures=figures, scales=scales, frames="\n".join(data)).rstrip()
 
 
 def _json(value: Any) -> str:
