@@ -167,8 +167,8 @@ def _logs(values: FloatArray) -> FloatArray:
 
 
 _MOST_OMEGA, _MOST_RATIO = 40.0, 1.5
-_KNOWN = 0.1  # of the smallest areal scale: with a larger error it is unknown
-_THINNED = 2
+_KNOWN = 0.1  # relative error of the smallest areal scale, above which it is unknown
+_THINNED = 2  # every second point tells the error of a share
 
 
 def share_above_smallest(field: ScaleField, scale: float) -> numerics.Estimate:
@@ -263,9 +263,9 @@ def searched(figure: Figure) -> Callable[[ScaleField], float]:
 _COLUMNS, _ROWS = 144, 72  # cells of 2.5 degrees
 _POLE = (27.31, 63.17, 11.7)  # longitude, latitude and turn of the grid's pole: where no cut runs along its lines
 _TEAR = 5e-6  # of the semi-major axis; PROJ's goode slips by 4e-6 along the parallels where its two maps meet
-_FADING = 100.0  # tears; a cut that is narrower where it seems to end may go on for as far as the cube root of one
+_FADING = 100.0  # times _TEAR; a cut narrower than this at its end may go on, as far as the cube root of _TEAR
 _APART = 0.01  # radians; ends of cuts nearer to each other are one
-_MOST = 4000  # cells in a generation; if the map does not end in curves, their number doubles without end
+_MOST = 4000  # cells in a generation; if the map's edge is not a curve, their number doubles without end
 _SMALLEST = 1e-7  # radians; smaller cells are left out
 _STRAIGHT = 1e-6  # radians, between a piece and the sum of its parts
 _TOGETHER = 1e-6  # degrees, between the two sides of one tear
@@ -349,7 +349,7 @@ class _CutCells:
         return np.stack([u[column], u[column + 1], v[row], v[row + 1]], axis=-1)
 
     def fading(self, cells: FloatArray) -> int:
-        """Number of places where cuts end narrow, of the tiny cells in which they end."""
+        """Number of places where cuts end narrow, among the tiny cells in which they end."""
         torn, _, _, width = self._sides(cells)
         narrow = np.where(torn, width, 0.0).max(axis=1, initial=0.0) < _FADING * _TEAR
         places = self.directions(cells[narrow, 0], cells[narrow, 2])
@@ -363,7 +363,7 @@ class _CutCells:
         return torn.reshape(-1, 4), places.reshape(-1, 4, 2), once.reshape(-1, 4), width.reshape(-1, 4)
 
     def _torn(self, start: FloatArray, stop: FloatArray) -> tuple[BoolArray, FloatArray, BoolArray, FloatArray]:
-        """Which links are torn, where (n, 2), which of them just once, and the width in semi-major axes."""
+        """For each link: whether it is torn, where (n, 2), whether just once, and how wide, in semi-major axes."""
         start, stop = start.reshape(-1, 4), stop.reshape(-1, 4)
         torn, once = np.zeros((2, len(start)), dtype=bool)
         places, width = np.full((len(start), 2), np.nan), np.zeros(len(start))

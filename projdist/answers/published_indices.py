@@ -33,9 +33,9 @@ class Index:
     terms: tuple[Scales, ...] = ()  # functions of a and b whose means it needs
     second_order: tuple[str, ...] = ()  # measures of second derivatives
     band: float | None = None  # latitude north and south to which it restricts the globe
-    published_within: float | None = None  # the one of the published figures, if the index has none
-    kinked: bool = False  # the terms have kinks that move with the scale
-    figure: Figure | None = None  # the one of `FIGURES` that it is made of, if any
+    published_within: float | None = None  # latitude of the published figures, if the index itself has no band
+    kinked: bool = False  # whether the terms have kinks, which move with the scale
+    figure: Figure | None = None  # the one of `FIGURES` that it is made of
 
     @property
     def published_over(self) -> str:
@@ -235,7 +235,7 @@ class IndexSummary(support.Answer):
     values: dict[str, IndexValue] = field(metadata=support.schema("indices"))
 
     def __getitem__(self, name: str) -> IndexValue:
-        """The index of a name or symbol."""
+        """The index with a name or symbol."""
         return self.values[INDICES.named(name).name]
 
     def _line(self) -> str:

@@ -59,16 +59,12 @@ def printed(table: str) -> tuple[Printed, ...]:
     return tuple(
         Printed(
             table=table,
-            source=row["source"],
-            projection=row["projection"],
-            definition=row["definition"],
             lon=float(row.get("lon", math.nan)),
             lat=float(row.get("lat", math.nan)),
-            measure=row["measure"],
             value=float(row["value"]),
             decimals=int(row["decimals"]),
             status=row.get("status", "read"),
-            convention=row["convention"],
+            **{key: row[key] for key in ("source", "projection", "definition", "measure", "convention")},
         )
         for row in rows
         if row["name"] == table
@@ -86,7 +82,7 @@ def conventions() -> dict[str, tuple[float, str]]:
 
 # ---- figures by others' conventions --------------------------------------------------------------
 
-_COARSE = 1e-6  # of means; printed are four digits at most
+_COARSE = 1e-6  # tolerance of means; at most four digits are printed
 
 
 @functools.lru_cache(maxsize=64)
@@ -100,7 +96,7 @@ def index_figures(definition: str, region: regions.Place, symbols: tuple[str, ..
 
 
 def figure_of_others(row: Printed, value: float) -> float:
-    """The figure of a row by its convention, with our `value`; NaN if the convention gives none."""
+    """The figure of a row by its convention, NaN if that gives none; `value` is ours."""
     if row.convention in _REGIONS:
         same = (one for one in printed(row.table) if one.definition == row.definition)
         symbols = tuple(one.measure for one in same if one.convention == row.convention)
@@ -130,7 +126,7 @@ _REGIONS: dict[str, regions.Place] = {
 
 # ---- printed beside computed ---------------------------------------------------------------------
 
-_ROUNDING = 1e-9  # of half a unit of the last decimal
+_ROUNDING = 1e-9  # relative, of half a unit of the last decimal
 
 
 @dataclass(frozen=True, kw_only=True)
