@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from projdist import matrices, numerics, projections, regions
+from projdist import earth, matrices, numerics, projections, regions
 from projdist._typing import BoolArray, FloatArray
 from projdist.answers import distances
 from projdist.field import FIGURES, Extreme, Field, Figure, evaluate, find_tears
@@ -316,16 +316,13 @@ class _CutCells:
 
     def __init__(self, projection: projections.Projection) -> None:
         self.projection, self.radius = projection, projection.ellipsoid.a
-        lon, lat, _ = np.radians(_POLE)
-        up = np.array([math.cos(lat) * math.cos(lon), math.cos(lat) * math.sin(lon), math.sin(lat)])
+        up, lon = earth.unit_vectors(*_POLE[:2]), math.radians(_POLE[0])
         east = np.array([-math.sin(lon), math.cos(lon), 0.0])
         self.axes = np.stack([east, np.cross(up, east), up])
 
     def directions(self, u: FloatArray, v: FloatArray) -> FloatArray:
         """Unit vectors (..., 3)."""
-        turn, height = np.radians(u + _POLE[2]), np.radians(v)
-        local = np.stack([np.cos(height) * np.cos(turn), np.cos(height) * np.sin(turn), np.sin(height)], axis=-1)
-        return np.asarray(local @ self.axes)
+        return np.asarray(np.stack([*earth.unit_vectors(u + _POLE[2], v)], axis=-1) @ self.axes)
 
     def __call__(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         x, y, z = np.moveaxis(self.directions(u, v), -1, 0)

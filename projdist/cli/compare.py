@@ -128,6 +128,8 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
         share = Column("share", show=lambda share: f"{100.0 * share:.1f} %")
         of_modes = [_MAP, share, Column("words", "mode", left=True), Column("rms", "RMS", "{:.4f}".format)]
         tables.append(Table(modes, of_modes, "Modes, after the best linear map", keys=3))
+    names = [say.spoken(one.given, one.projection.name) for one in found.results]
+    heading = support.listed(names, "and") if len(names) <= _DRAWN else f"Distortion of {len(names)} maps"
     drawn = [one.given for one in found.results[:_DRAWN]]
     draw = shlex.join(["projdist", "compare", *drawn, "-r", found.region.name, "-o", "maps.png"])
     elsewhere = maps[0].ellipsoid.is_of_another_body or isinstance(found.region, regions.PointSet)
@@ -137,18 +139,12 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
         brief=[Table(rows, first_columns, bars=bars), *tables[1:]],
         next={draw: "To see where they distort"} | ({} if elsewhere else {advice: "For the best CRS"}),
         title=f"{found.region.name} ({say.size_text(found.region)}), by {sort}",
-        heading=f"{_heading(found)} over {say.region_words(found.region)}",
+        heading=f"{heading} over {say.region_words(found.region)}",
         tables=tables,
         notes=[*_notes(found, rows, measures, tolerance)],
         data=found.to_dict,
         maps=Mapped(maps, titles, found.region, first),
     )
-
-
-def _heading(found: answers.Comparison) -> str:
-    """The maps' names, or their number if they are many."""
-    names = [say.spoken(one.given, one.projection.name) for one in found.results]
-    return support.listed(names, "and") if len(names) <= _DRAWN else f"Distortion of {len(names)} maps"
 
 
 def least_distorting(found: answers.Comparison, column: str = "") -> Iterator[str]:

@@ -315,15 +315,13 @@ def _drawn(cells: BoolArray, values: FloatArray, land: BoolArray, *, unicode: bo
     shades, sea = ("░▒▓█", "·") if unicode else ("-+x#", ".")
     apart = land.sum() >= _LAND * cells.sum() and not (land | ~cells).all()
     shaded = land if apart else cells
-    known = values[shaded & np.isfinite(values)]
+    drawn = shaded & np.isfinite(values)
+    known = values[drawn]
     if not known.size:
         return []
     levels = np.quantile(known, [0.25, 0.5, 0.75])
-    picture = np.full(cells.shape, " ")
-    picture[cells] = sea if apart else " "
-    number = np.searchsorted(levels, values)
-    for k, shade in enumerate(shades):
-        picture[shaded & np.isfinite(values) & (number == k)] = shade
+    picture = np.where(cells & apart, sea, " ")
+    picture[drawn] = np.array([*shades])[np.searchsorted(levels, known)]
     ends = [*levels, float(known.max())]
     unit, name = (_PPM_OF_A_PER_CENT, "%") if ends[-1] >= _PPM_OF_A_PER_CENT else (1.0, "ppm")
     texts = [f"{shade} to {certain(float(f'{end / unit:.2g}'))}" for shade, end in zip(shades, ends, strict=True)]

@@ -25,6 +25,7 @@ _PROFILE_DECIMALS = _DECIMALS | {"azimuth": 4, "height": 3}
 _MOST_DECIMALS = 8
 _TRUE = 1e-9  # a scale error, or a convergence in degrees, that is only rounding
 _SCALES = ("a", "b", "s", "omega")
+_USUAL = ("x", "y", "h", "k", "convergence", "omega", "s", "a", "b", "theta", "fisher", "quality")  # after others
 _SHOWN = 10  # points
 _LONGEST = 80  # characters of a quotation in a message
 _TABLE_SUFFIXES = (".parquet", ".gpkg", ".geojson")  # of binary and GIS files, which cannot be printed
@@ -87,7 +88,9 @@ def factors_command(
         if any(points.text):
             for row, text in zip(found["results"], points.text, strict=True):
                 row["text"] = text
-        frame = None if table is None else gis.frame_of(found["results"])
+        if table is not None:
+            frame = factors.to_frame()
+            frame = frame.assign(text=points.text) if any(points.text) else frame
     if table is None:
         present(factors_report(found, header), form, path, overwrite)
     else:
@@ -105,21 +108,16 @@ def factors_report(found: Mapping[str, Any], header: Sequence[str]) -> Report:
     names = [*rows[0]]
     label, meant = label_of(found["projection"], found["name"]), label_of(found["definition"], found["name"])
     columns: list[Column] = [Column(name, show=functools.partial(_cell, name)) for name in names]
+    wanted_first = sorted(columns, key=lambda one: _USUAL.index(one.key) if one.key in _USUAL else -1)
     keys = 2 if names[:2] == ["lon", "lat"] else 1
     return Report(
         answer=[*_factors_answer(rows, spoken(found["projection"], found["name"]))],
-        brief=[Table(rows, [*sorted(columns, key=lambda one: _wanted(one.key))], keys=keys, most=_SHOWN)],
+        brief=[Table(rows, wanted_first, keys=keys, most=_SHOWN)],
         title=label if label == meant else f"{label} ({meant})",  # the definition has the ellipsoid
         tables=[Table(rows, columns, keys=keys)],
         data=lambda: found,
         header=header,
     )
-
-
-def _wanted(key: str) -> int:
-    """Sort key of a column where there is no room for all: requested measures come before the usual ones."""
-    usual = ("x", "y", "h", "k", "convergence", "omega", "s", "a", "b", "theta", "fisher", "quality")
-    return usual.index(key) + 1 if key in usual else 0
 
 
 def _factors_answer(rows: Sequence[Mapping[str, Any]], label: str) -> Iterator[str]:

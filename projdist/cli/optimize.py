@@ -221,8 +221,11 @@ def ldp_command(
         "against": against or [],
         "name": name,
         "units": opt.choice("units", units, projections.LINEAR_UNITS),
-        "geoid": _geoid(geoid, geoid_height),
     }
+    if geoid is not None and geoid_height is not None:
+        refuse("Invalid option '--geoid-height'. It cannot be used with --geoid.")
+    above = opt.number("height of the geoid", geoid_height, -120.0, 120.0, " of metres")
+    options["geoid"] = geoid if above is None else above
     unit = projections.LINEAR_UNITS[units]
     of_heights = projections.LINEAR_UNITS[opt.choice("units of heights", height_units, projections.LINEAR_UNITS)]
     for key, text in (("easting", false_easting), ("northing", false_northing)):
@@ -268,13 +271,6 @@ def ldp_command(
         signed=("Name", "Licence number", "Signature", "Date"),
     )
     present(report, *target)
-
-
-def _geoid(grid: str | None, height: str | None) -> str | float | None:
-    """A grid of geoid heights, or one geoid height in metres; None without any."""
-    if grid is not None and height is not None:
-        refuse("Invalid option '--geoid-height'. It cannot be used with --geoid.")
-    return grid if height is None else opt.number("height of the geoid", height, -120.0, 120.0, " of metres")
 
 
 def _ldp_answer(found: decisions.LDP) -> Iterator[str]:

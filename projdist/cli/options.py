@@ -323,9 +323,9 @@ class StyleOptions:
 
     def given(self, but: str = "") -> dict[str, Any]:
         """Given options by name, except `but` and `--overwrite`, which is for other files, too."""
-        words = ((one.name, getattr(self, one.name)) for one in fields(self) if one.name != "overwrite")
-        options = {f"--{name.replace('_', '-')}": word for name, word in words}
-        return {name: word for name, word in options.items() if word not in (None, False) and name != but}
+        options = {f"--{name.replace('_', '-')}": word for name, word in vars(self).items()}
+        given = {name: word for name, word in options.items() if word not in (None, False)}
+        return {name: word for name, word in given.items() if name not in ("--overwrite", but)}
 
     def look(self) -> plots.Look:
         """Style of the options; invalid ones end the command with 2."""

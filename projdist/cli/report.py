@@ -396,28 +396,23 @@ def _as_page(report: Report) -> str:
         with working("Drawing"):
             options = report.maps._asdict()
             maps = web.draw_maps(options.pop("projections"), **options)
+    made = f"Computed by projdist {__version__} with {projections.proj_version()} on {datetime.date.today():%d %B %Y}"
     return web.page_html(
         web.Page(
             title=report.heading or report.title,
             lead=[*report.answer, *report.lead],
             tables=[_page_table(table) for table in report.tables],
-            notes=[*([report.title] if report.heading else []), *report.notes, *_method()],
+            notes=[
+                *([report.title] if report.heading else []),
+                *report.notes,
+                f"{made}, from the derivatives of the maps over the region, by true area.",
+                "The distortion at a place is sqrt(ln^2 a + ln^2 b), of the largest and the smallest scale there. "
+                'Reference: D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications".',
+            ],
             copies={name: text for name, text in _copies(report) if text},
             maps=maps,
             signed=report.signed,
         )
-    )
-
-
-def _method() -> Iterator[str]:
-    """How and when the figures of a page were computed."""
-    yield (
-        f"Computed by projdist {__version__} with {projections.proj_version()} on {datetime.date.today():%d %B %Y}, "
-        "from the derivatives of the maps over the region, by true area."
-    )
-    yield (
-        "The distortion at a place is sqrt(ln^2 a + ln^2 b), of the largest and the smallest scale there. Reference: "
-        'D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications".'
     )
 
 

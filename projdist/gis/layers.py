@@ -7,6 +7,7 @@ import csv
 import json
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,16 +40,12 @@ def needed_for(thing: str) -> Iterator[None]:
 def check_libraries(path: Path) -> None:
     """Raise ImportError if a library that writes files of that suffix is missing."""
     suffix = path.suffix.lower()
+    names = ["rasterio"] if suffix in (".tif", ".tiff") else ["geopandas", "pyogrio"]
+    if suffix in (".parquet", *LAYER_SUFFIXES):  # in which some CRSs are written
+        names.append("pyarrow")
     with needed_for(f"output '{path}'"):
-        if suffix in (".tif", ".tiff"):
-            import rasterio  # noqa: F401 whether it is there
-
-            return
-        import geopandas  # noqa: F401
-        import pyogrio  # noqa: F401
-
-        if suffix in (".parquet", *LAYER_SUFFIXES):  # in which some CRSs are written
-            import pyarrow  # noqa: F401
+        for name in names:
+            import_module(name)
 
 
 def frame_of_geojson(content: bytes) -> geopandas.GeoDataFrame:

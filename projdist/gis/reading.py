@@ -7,7 +7,7 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -201,13 +201,6 @@ def save_points(projection: ProjectionLike, frame: Any, path: AnyPath, *, overwr
                 f"Invalid output '{path}'. GeoJSON is in WGS 84, to which PROJ has no way from {layer.crs.name}."
             ) from error
     return save_layer(layer, path, overwrite=overwrite)
-
-
-def frame_of(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """A frame of rows; None among numbers becomes NaN."""
-    import pandas as pd
-
-    return pd.DataFrame(list(rows))
 
 
 def plain_table(projection: ProjectionLike, frame: Any) -> pd.DataFrame:

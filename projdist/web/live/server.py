@@ -108,7 +108,7 @@ class LiveSite:
         finally:
             self.open_pages -= 1
             for worker in self.workers.values():
-                worker.leave(page)
+                worker.drop(page)
 
     async def _serve(self, page: int, socket: Any) -> None:
         """Answer a page until it is closed, or leaves too many answers unread."""

@@ -69,16 +69,12 @@ class RequestQueue(Generic[_Waiting]):
             self._lines[page] = line  # behind the others
         return task
 
-    def drop(self, page: Hashable, key: Hashable) -> None:
-        """Remove a task, if it is queued."""
+    def drop(self, page: Hashable, key: Hashable = None) -> None:
+        """Remove the task of a key, if it is queued, or without a key all tasks of a page."""
         line = self._lines.get(page, {})
         line.pop(key, None)
-        if not line:
+        if key is None or not line:
             self._lines.pop(page, None)
-
-    def leave(self, page: Hashable) -> None:
-        """Remove all tasks of a page."""
-        self._lines.pop(page, None)
 
 
 # ---- workers ---------------------------------------------------------------------------------------
@@ -132,18 +128,11 @@ class Worker:
         except TooManyRequests as error:
             told(failed(request, str(error)))
 
-    def drop(self, page: Hashable, key: Hashable) -> None:
-        """Cancel the request of a key of a page."""
+    def drop(self, page: Hashable, key: Hashable = None) -> None:
+        """Cancel the request of a key of a page, or without a key all of its requests."""
         with self._changed:
             self._waiting.drop(page, key)
-            if self._running is not None and (self._running.page, self._running.key) == (page, key):
-                self._running.dropped.set()
-
-    def leave(self, page: Hashable) -> None:
-        """Cancel all requests of a page."""
-        with self._changed:
-            self._waiting.leave(page)
-            if self._running is not None and self._running.page == page:
+            if self._running is not None and self._running.page == page and key in (None, self._running.key):
                 self._running.dropped.set()
 
     def close(self) -> None:
@@ -356,7 +345,7 @@ class Workers:
         if not self._users:
             self.close()
         for worker in self._workers.values():
-            worker.leave(user)
+            worker.drop(user)
 
     def close(self) -> None:
         """End all processes."""
