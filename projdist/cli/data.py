@@ -16,7 +16,7 @@ from projdist import decisions, gis, regions
 from projdist.cli import options as opt
 from projdist.cli.errors import fail, note, progress_bar, refuse, refusing, working
 from projdist.cli.report import Column, Mapped, Report, Table, drawing, present, tell_written
-from projdist.cli.wording import angle_error, area_error, area_text, distance_error, named, told_text
+from projdist.cli.wording import angle_error, area_error, area_text, distance_error, error_sentence, named
 
 ABOVE = 3
 """Exit code if an error is above the limit."""
@@ -142,7 +142,7 @@ def _answer(result: decisions.Check) -> Iterator[str]:
         told = {what: words(abs(error)) for what, (words, error) in figures.items() if math.isfinite(error)}
         if told:
             better = "" if one is result else "A better CRS for them, "
-            yield f"{better}{named(one.projection.label, one.projection.name)}: {told_text(told)}."
+            yield f"{better}{named(one.projection.label, one.projection.name)}: {error_sentence(told)}."
     if result.overall.undrawn:
         count = result.overall.undrawn
         yield f"{count} feature{'s' * (count > 1)} cannot be drawn in this CRS."

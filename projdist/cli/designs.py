@@ -292,9 +292,9 @@ def world_map_command(
 ) -> None:
     """Make the map of the world that distorts a region least."""
     target, drawn = opt.text_and_picture(format, output, picture, pictured, _WORLD_FORMS)
-    triangles = (
-        None if tinshift is None else opt.file_of_kind(tinshift, (".json",), pictured.overwrite, "file of triangles")
-    )
+    triangles = None
+    if tinshift is not None:
+        triangles = opt.file_of_kind(tinshift, (".json",), pictured.overwrite, "file of triangles")
     corners = opt.number("step", step, 0.2, 30.0, " of degrees")
     if weight is not None and region is None:
         refuse(f"Invalid weight '{weight}' without a region. Name one, such as globe.")
@@ -324,6 +324,11 @@ def world_map_command(
     size, energy = Column("cells", show="{0:d} x {0:d}".format), Column("energy", show="{:.6f}".format)
     at_nodes = Column("airy_kavrayskiy", "AK at nodes", "{:.6f}".format)
     best = "Airy-Kavrayskiy errors of other maps are at their best scales."
+    lead = [f"airy_kavrayskiy {say.certain(found.airy_kavrayskiy, found.error_estimate)}"]
+    lead += [] if found.symmetric == "none" else [f"Symmetric about: {found.symmetric}"]
+    lead += say.covers(found.coverage)
+    if found.mirrored:
+        lead.append(f"It turns over {say.per_cent(found.mirrored)} of the region: take more cells.")
     least, name = min(((one.airy_kavrayskiy, one.name) for one in found.standings), default=(0.0, ""))
     ratio = least / found.airy_kavrayskiy
     less = f", {say.less_text(ratio)} than on {name}" if ratio > 1.0 else ""
@@ -335,16 +340,7 @@ def world_map_command(
         ],
         next=_picture(drawn),
         title=f"{found.projection.name} ({say.size_text(found.region)})",
-        lead=[
-            f"airy_kavrayskiy {say.certain(found.airy_kavrayskiy, found.error_estimate)}",
-            *([] if found.symmetric == "none" else [f"Symmetric about: {found.symmetric}"]),
-            *say.covers(found.coverage),
-            *(
-                [f"It turns over {say.per_cent(found.mirrored)} of the region: take more cells."]
-                if found.mirrored
-                else []
-            ),
-        ],
+        lead=lead,
         tables=[
             Table(found._table(), columns),
             Table(found.refinements, [size, "unknowns", energy, at_nodes, "steps"]),

@@ -255,12 +255,8 @@ def target(
 
 def page_target(text: str | None, output: str | None, overwrite: bool, forms: Sequence[str] = FORMATS) -> Target:
     """Output of a command that prints its answer or writes it as a page; other suffixes are for pictures."""
-    stated = None if text is None else format_of(text, forms)
-    if output is None or Path(output).suffix.lower() != PAGE_SUFFIX:
-        return Target(stated or TABLE, None, overwrite)
-    if stated not in (None, HTML, DETAILS):
-        refuse(f"Invalid format '{stated}' for '{output}'. Its suffix tells the format, {HTML}.")
-    return Target(HTML, output_file(output, overwrite), overwrite)
+    is_page = output is not None and Path(output).suffix.lower() == PAGE_SUFFIX
+    return target(text, output if is_page else None, overwrite, forms)
 
 
 def output_file(text: str, overwrite: bool) -> Path:

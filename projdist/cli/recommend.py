@@ -166,7 +166,7 @@ def _report(result: decisions.Recommendation, use: _Use, mapped: Mapped, picture
 
 
 _ROWS = 3
-_TOLD = 5  # zones that are all named
+_NAMED = 5  # zones that are all named
 _BETTER = 1.5  # ratio of distortions from which on a better map is mentioned
 _VIEW = "To see where it distorts"
 
@@ -227,7 +227,7 @@ def _zones_sentence(system: decisions.ZoneSystem, words: str) -> str:
     """Sentence on zones: each with its part of the region, or the first and the last of many."""
     zones, parts = system.zones, {one.part for one in system.zones}
     names = [say.named(one.code, one.name) for one in zones]
-    if len(zones) > _TOLD:
+    if len(zones) > _NAMED:
         those = f"{len(zones)} from {names[0]} to {names[-1]}"
     elif len(parts) < len(zones):
         those = support.listed(names, "and")

@@ -229,11 +229,8 @@ def _mosaic_answer(result: dict[str, Any]) -> str:
         for frame, words in (("mdt", "their mean frame (MDT)"), ("best", "the frame of the best one"))
         if (total := result["frames"].get(frame)) is not None
     ]
-    return (
-        f"{count} images are distorted {support.listed(told, 'and')} (RMS)."
-        if told
-        else f"{count} images have no frame."
-    )
+    fit = f"are distorted {support.listed(told, 'and')} (RMS)" if told else "have no frame"
+    return f"{count} images {fit}."
 
 
 def _mosaic_table(result: dict[str, Any], own_images: bool) -> Table:

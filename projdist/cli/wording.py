@@ -186,10 +186,10 @@ def errors_text(distances: float, areas: float, degrees: float, *, mean: bool = 
     Those of distances and areas are relative. Infinite ones, and angles that turn right round, are without bound.
     """
     told = {"distances": distance_error(distances), "areas": area_error(areas), "angles": angle_error(degrees)}
-    return told_text(told, mean=mean)
+    return error_sentence(told, mean=mean)
 
 
-def told_text(told: Mapping[str, str], *, mean: bool = False) -> str:
+def error_sentence(told: Mapping[str, str], *, mean: bool = False) -> str:
     """A sentence of errors in words, given by what they are of."""
     off = [f"{what} by {text}" for what, text in told.items() if text not in (TRUE, NO_BOUND)]
     parts = [listed(off, "and").replace(" by ", " are off by " if mean else " are off by at most ", 1)] if off else []

@@ -121,14 +121,14 @@ class LiveSite:
             except asyncio.QueueFull:
                 unread.set()
 
-        def told(block: bytes) -> None:
+        def on_reply(block: bytes) -> None:
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(put, block)
 
         known = {"names": sorted(projection_names()), "countries": regions.region_names()}
         waiting.put_nowait(json.dumps(asdict(self.start) | known))
         tasks = [
-            asyncio.create_task(self._listen(page, socket, waiting, told)),
+            asyncio.create_task(self._listen(page, socket, waiting, on_reply)),
             asyncio.create_task(_send_all(socket, waiting)),
             asyncio.create_task(unread.wait()),
         ]
@@ -141,28 +141,28 @@ class LiveSite:
             task.result()  # raises what has gone wrong
 
     async def _listen(
-        self, page: int, socket: Any, waiting: asyncio.Queue[bytes | str], told: Callable[[bytes], None]
+        self, page: int, socket: Any, waiting: asyncio.Queue[bytes | str], on_reply: Callable[[bytes], None]
     ) -> None:
         """Receive requests of a page until it is closed, pausing while many answers are unread."""
         while (message := await socket.receive())["type"] != "websocket.disconnect":
-            self._take(page, message, told)
+            self._take(page, message, on_reply)
             await asyncio.sleep(0)  # so that answers are queued
             while waiting.qsize() > _MOST_UNREAD // 2:
                 await asyncio.sleep(_PAUSE)
 
-    def _take(self, page: int, message: Mapping[str, Any], told: Callable[[bytes], None]) -> None:
+    def _take(self, page: int, message: Mapping[str, Any], on_reply: Callable[[bytes], None]) -> None:
         """Hand a request to its worker."""
         try:
             request = _request_of(message)
         except dispatcher.RequestError as error:
-            told(dispatcher.failed(dispatcher.Request(id=0, kind="error"), str(error)))
+            on_reply(dispatcher.failed(dispatcher.Request(id=0, kind="error"), str(error)))
             return
         if request.kind == dispatcher.STOP:
             what = str(request.options.get("what"))
             if what in dispatcher.WORKER_OF_KIND:
                 self.workers[dispatcher.WORKER_OF_KIND[what]].drop(page, (what, request.slot))
             return
-        self.workers[dispatcher.WORKER_OF_KIND[request.kind]].ask(page, (request.kind, request.slot), request, told)
+        self.workers[dispatcher.WORKER_OF_KIND[request.kind]].ask(page, (request.kind, request.slot), request, on_reply)
 
 
 def _request_of(message: Mapping[str, Any]) -> dispatcher.Request:
@@ -286,14 +286,14 @@ def _hanging_up(server: Any) -> Iterator[None]:
     if number is None or not is_main or signal.getsignal(number) == signal.SIG_IGN:
         yield
         return
-    told: list[int] = []
+    received: list[int] = []
 
     def end(number: int, _: FrameType | None) -> None:
-        told.append(number)
+        received.append(number)
         server.should_exit = True
 
     kept = signal.signal(number, end)
     yield
     signal.signal(number, kept)
-    if told:
+    if received:
         signal.raise_signal(number)

@@ -87,9 +87,10 @@ _STARTING = threading.Lock()
 _TRIES = 2  # of a task whose process is killed from outside
 _PATIENCE = 30.0  # seconds for a process to start, in addition to the limit
 _FAILED = "This failed, and should not have: the terminal where the page was started says why."
+_KILLED = "The process that works on this ended twice. Try another map."
 _READY, _REPLY, _PROGRESS, _CRASH = "ready", "reply", "progress", "crash"  # kinds of a process's messages
 
-Told = Callable[[bytes], None]
+OnReply = Callable[[bytes], None]
 
 
 @dataclass(eq=False)
@@ -99,7 +100,7 @@ class _Task:
     page: Hashable
     key: Hashable
     request: Request
-    told: Told
+    on_reply: OnReply
     dropped: threading.Event = field(default_factory=threading.Event)
 
 
@@ -118,15 +119,15 @@ class Worker:
         self._thread = threading.Thread(target=self._run, name=f"projdist {name}", daemon=True)
         self._thread.start()
 
-    def ask(self, page: Hashable, key: Hashable, request: Request, told: Told) -> None:
+    def ask(self, page: Hashable, key: Hashable, request: Request, on_reply: OnReply) -> None:
         """Queue a request of a page; it replaces a waiting one of the same key."""
-        # `told` is called from another thread with progress and the reply, or at once if the queue is full.
+        # `on_reply` is called from another thread with progress and the reply, or at once if the queue is full.
         try:
             with self._changed:
-                self._waiting.put(page, key, _Task(page, key, request, told), len(request.file))
+                self._waiting.put(page, key, _Task(page, key, request, on_reply), len(request.file))
                 self._changed.notify_all()
         except TooManyRequests as error:
-            told(failed(request, str(error)))
+            on_reply(failed(request, str(error)))
 
     def drop(self, page: Hashable, key: Hashable = None) -> None:
         """Cancel the request of a key of a page, or without a key all of its requests."""
@@ -170,7 +171,7 @@ class Worker:
         while answer is None and tries < _TRIES and not task.dropped.is_set():
             answer, tries = self._done(task), tries + 1
         if not task.dropped.is_set():
-            task.told(answer or failed(task.request, "The process that works on this ended twice. Try another map."))
+            task.on_reply(answer or failed(task.request, _KILLED))
 
     def _done(self, task: _Task) -> bytes | None:
         """Reply to a task, None if the process was killed or the task cancelled."""
@@ -190,7 +191,7 @@ class Worker:
                     if kind == _READY:
                         self._ready, until = True, time.monotonic() + self._limit
                     elif not task.dropped.is_set():
-                        task.told(reply(task.request, {"progress": content}))
+                        task.on_reply(reply(task.request, {"progress": content}))
                 elif not process.is_alive():  # its children may hold the connection open
                     break
                 if task.dropped.is_set():
@@ -327,12 +328,12 @@ class Workers:
         self._workers: dict[str, Worker] = {}
         self._users: set[Hashable] = set()
 
-    def ask(self, user: Hashable, worker: str, key: Hashable, request: Request, told: Told) -> None:
+    def ask(self, user: Hashable, worker: str, key: Hashable, request: Request, on_reply: OnReply) -> None:
         """Queue a request of a widget."""
         self._users.add(user)
         if worker not in self._workers:
             self._workers[worker] = Worker(worker, InputPolicy(is_open=True))
-        self._workers[worker].ask(user, key, request, told)
+        self._workers[worker].ask(user, key, request, on_reply)
 
     def drop(self, user: Hashable, worker: str, key: Hashable) -> None:
         """Cancel a request of a widget."""
