@@ -227,9 +227,9 @@ def _at_points(definition: str, rows: Sequence[Printed]) -> dict[Printed, Estima
     """Our figures of a map at the points of printed ones."""
     found = factors(definition, [row.lon for row in rows], [row.lat for row in rows])
     ours = {}
-    for i, row in enumerate(rows):
+    for row, J, error in zip(rows, found.jacobian, found.error.tolist(), strict=True):
         measure = matrices.get_measure(row.measure)
-        value, error = float(measure(found.jacobian[i])), float(found.error[i])
+        value = float(measure(J))
         # The error of J is the relative error of scales; twice that is the error of angles in radians.
         ours[row] = Estimate(value, math.degrees(2.0 * error) if measure.unit == "deg" else error * abs(value))
     return ours

@@ -62,6 +62,7 @@ class RegionalWork:
         options: Mapping[str, Any],
     ) -> answers.Batch:
         """Results of the batch, with a progress bar; invalid input ends the command."""
+        self._areas = {area.name: area for area in areas}
         if self.partial is not None and self.partial.exists() and not support.is_stream(self.partial):
             note(f"Results that are in '{self.partial}' are taken from there.")
         try:
@@ -74,22 +75,14 @@ class RegionalWork:
         except OSError as error:
             cannot_write(self.partial, error)
 
-    def leave(
-        self,
-        report: Report,
-        found: answers.Batch,
-        best: Sequence[Row],
-        areas: Sequence[answers.Area],
-        problems: Sequence[str],
-    ) -> None:
+    def leave(self, report: Report, found: answers.Batch, best: Sequence[Row], problems: Sequence[str]) -> None:
         """Print or write the report, or the best map of each region as a layer; report failures, and end with 1 if any.
 
         `problems` are failures outside of the tasks.
         """
         if self.layer is not None:
             with drawing(self.layer):
-                by_name = {area.name: area for area in areas}
-                frame = gis.frame_of_regions(best, [by_name[row["region"]].place() for row in best])
+                frame = gis.frame_of_regions(best, [self._areas[row["region"]].place() for row in best])
                 gis.save_layer(frame, self.layer, layer="regions", overwrite=self.target.overwrite)
             tell_written(self.layer)
         else:

@@ -251,23 +251,23 @@ def _compare_regions(
     for one in found.results:
         results.setdefault(one.region, []).append(one)
 
-    def ordered(rows: Sequence[Row], column: str) -> list[Row]:
-        """Rows of a region, the best first."""
-        if column == "given":
-            return list(rows)
-        return sorted(rows, key=lambda row: answers.sort_order(math.nan if row[column] is None else row[column]))
+    def rank(row: Row, column: str) -> tuple[bool, Any]:
+        """Sort key of a row of a region, the best first."""
+        return answers.sort_order(math.nan if row[column] is None else row[column])
 
+    if column != "given":
+        for group in results.values():
+            group.sort(key=lambda one: rank(one.rows[0], column))
     groups = {
-        name: ordered([{"region": name, "area_km2": one.area_km2, **one.rows[0]} for one in group], column)
+        name: [{"region": name, "area_km2": one.area_km2, **one.rows[0]} for one in group]
         for name, group in results.items()
     }
     figure = _AK if column in _NO_FIGURE else column
-    best = {name: ordered(group, figure)[0] for name, group in groups.items()}
+    best = {name: min(group, key=lambda row: rank(row, figure)) for name, group in groups.items()}
 
     def comparison(name: str) -> dict[str, Any]:
         """The maps of a region, with failures and notices."""
-        of_it = {one.projection: one for one in results[name]}
-        measured = [of_it[row["projection"]] for row in groups[name]]
+        measured = results[name]
         failed = [one for one in found.failures if one.region == name]
         return {
             "region": {"name": name, "area_km2": measured[0].area_km2},
@@ -296,7 +296,7 @@ def _compare_regions(
         rows=lambda: [row for group in groups.values() for row in group],
         header=["region"],
     )
-    work.leave(report, found, [*best.values()], areas, problems)
+    work.leave(report, found, [*best.values()], problems)
 
 
 def _regional_tables(

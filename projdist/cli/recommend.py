@@ -414,7 +414,7 @@ def _recommend_regions(
         rows=lambda: [row for group in rows for row in group],
         header=["region"],
     )
-    work.leave(report, found, best, areas, [f"{name}: No CRS serves it with these options." for name in unserved])
+    work.leave(report, found, best, [f"{name}: No CRS serves it with these options." for name in unserved])
 
 
 # ---- atlas ---------------------------------------------------------------------------------------
