@@ -30,7 +30,7 @@ class BatchResult(support.Record):
     area_km2: float = field(metadata=support.HIDDEN)
     projection: str | None = field(metadata=support.schema(optional=True))
     answer: Any  # as in JSON
-    rows: list[dict[str, Any]] = field(metadata=support.HIDDEN)  # those of an answer's frame
+    rows: list[dict[str, Any]] = field(metadata=support.HIDDEN)  # of the answer as a frame
     notices: tuple[str, ...]  # warnings
 
     def to_dict(self) -> dict[str, Any]:
@@ -251,7 +251,7 @@ def _refused(path: Path, text: str) -> ValueError:
 
 
 def _results(text: bytes, header: Mapping[str, Any], path: Path) -> dict[int, dict[str, Any]]:
-    """The results in whole lines by their tasks, without those that are to be repeated."""
+    """Results of complete lines by number of task, except those to be repeated."""
     lines = text.splitlines()
     if not lines:
         return {}

@@ -102,7 +102,7 @@ DISTANCE_MEASURES: support.Registry[DistanceMeasure] = support.Registry(
 
 
 class ScatteredPoints(NamedTuple):
-    """Points in degrees, and weights that make means those by true area; all of shape (n,)."""
+    """Points in degrees, and weights for means by true area; all of shape (n,)."""
 
     lon: FloatArray
     lat: FloatArray
@@ -473,6 +473,6 @@ def _even(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]
 
 
 def _weighted(lon: FloatArray, lat: FloatArray, ellipsoid: earth.Ellipsoid) -> ScatteredPoints:
-    """Points that are even on a sphere, with weights that make means those by area on the ellipsoid."""
+    """Points that are even on a sphere, with weights for means by area on the ellipsoid."""
     meridian, vertical = ellipsoid.radii(lat)
     return ScatteredPoints(lon, lat, meridian * vertical / ellipsoid.a**2)

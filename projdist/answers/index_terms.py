@@ -85,7 +85,7 @@ Value = Callable[[ScaleField, float], numerics.Estimate]
 
 @functools.cache
 def term_of(figure: Figure) -> Scales:
-    """The function whose mean, or root of the mean, a figure is."""
+    """The function of the scales whose mean, or root of the mean, is the figure."""
 
     def term(a: FloatArray, b: FloatArray) -> FloatArray:
         values = figure.measure(np.stack([a, b], axis=-1)[..., None] * np.eye(2))
@@ -168,7 +168,7 @@ def _logs(values: FloatArray) -> FloatArray:
 
 _MOST_OMEGA, _MOST_RATIO = 40.0, 1.5
 _KNOWN = 0.1  # relative error of the smallest areal scale, above which it is unknown
-_THINNED = 2  # every second point tells the error of a share
+_THINNED = 2  # the error of a share is its difference from that of every second point
 
 
 def share_above_smallest(field: ScaleField, scale: float) -> numerics.Estimate:
@@ -210,7 +210,7 @@ BEST_SCALES: dict[str, Callable[[ScaleField], float]] = {
     # least index of Peters, and so least factor of Canters
     "distances": lambda field: math.exp(field.once(pairs)[2].value),
 }
-"""The scales that make a map best, by what they make best."""
+"""Functions for the best scale of a map, by the figure that it makes best."""
 
 
 def best_for_jordan(field: ScaleField) -> float:

@@ -15,7 +15,7 @@ from projdist._typing import AnyArray, FloatArray, IntArray
 from projdist.field import Quality, check_declared_property, derivatives, measure_at, named_measures
 from projdist.projections import Projection, ProjectionLike
 
-_OF_MAP = {"projection": "definition", "name": "name"}  # what JSON has of a projection
+_OF_MAP = {"projection": "definition", "name": "name"}  # parts of a projection in JSON
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -211,7 +211,7 @@ def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: earth.Ellipso
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Profile(support.Answer):
-    """A map along a line: arrays (n,) of its points, NaN where undefined, and figures; None is what needs heights."""
+    """A map along a line: arrays (n,) of its points, NaN where undefined, and figures; None without heights."""
 
     projection: Projection = field(metadata=support.schema(of=_OF_MAP, spread=True))
     vertices: FloatArray = field(metadata=support.HIDDEN)  # (m,), distances of the line's vertices in km

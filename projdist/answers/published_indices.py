@@ -172,10 +172,7 @@ def _index(row: dict[str, str]) -> Index:
     computed = _COMPUTED[row["name"]]
     figure: Figure | None = computed.get("figure")
     return Index(
-        name=row["name"],
-        symbol=row["symbol"],
-        group=row["group"],
-        normalisation=row["normalisation"],
+        **{key: row[key] for key in ("name", "symbol", "group", "normalisation")},
         definition=row["definition"] or (figure.description if figure else ""),
         source=row["source"] or (figure.source if figure else ""),
         band=float(row["band"]) if row["band"] else None,

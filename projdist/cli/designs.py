@@ -17,7 +17,7 @@ _DESIGN_FORMS = (TABLE, JSON, HTML, "proj", "wkt", "wkt-derived", "projjson")
 _MEAN_FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
 _WORLD_FORMS = (TABLE, JSON)
 _IN_PPM = 0.01  # Airy-Kavrayskiy error below which scales are shown in parts per million
-_GOOD = 1e-4  # error of the measured errors of world maps over the globe
+_GOOD = 1e-4  # error with which the errors of world maps over the globe are measured
 _DOING = {
     "nodes": "Laying nodes",
     "base": "Choosing a base",

@@ -258,7 +258,7 @@ _NARROWEST = 16
 _TALL = 2.0  # a character's height over its width
 _TRIANGLES = 16_000  # of a map, about fifteen per character
 _PPM_OF_A_PER_CENT = 1e4
-_LAND = 0.02  # share of the characters from which on land is told from sea
+_LAND = 0.02  # share of the characters from which on land and sea are distinguished
 
 
 def sketch_of(projection: projections.Projection, region: regions.Place, output: Path | None = None) -> list[str]:

@@ -39,7 +39,7 @@ def folded(text: str, width: int | None) -> str:
     """Text wrapped at blanks; words longer than a line, such as paths, stay whole so that they can be copied."""
     if width is None:
         return text
-    from rich.cells import cell_len  # only what goes to a terminal needs it
+    from rich.cells import cell_len  # needed in terminals only
 
     lines: list[str] = []
     for line in text.split("\n"):

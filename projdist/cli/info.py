@@ -1,4 +1,4 @@
-"""The commands that tell what there is: `info` of a projection, `find`, `list` and `tables`."""
+"""The commands that look things up: `info` of a projection, `find`, `list` and `tables`."""
 
 from __future__ import annotations
 

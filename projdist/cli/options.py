@@ -50,7 +50,7 @@ _FORMAT = ("--format", "-f")
 MEASURE, CRITERION = ("--measure", "-m"), ("--criterion", "-c")
 """The names of these options."""
 
-# The signature of a command has the defaults of these; `...` says that there is none here.
+# The defaults of these are in the signatures of commands; `...` stands for none.
 Projections = Annotated[
     list[str],
     argument(
@@ -160,7 +160,7 @@ def number(name: str, text: str, low: float, high: float, unit: str = "") -> flo
 @overload
 def number(name: str, text: str | None, low: float, high: float, unit: str = "") -> float | None: ...
 def number(name: str, text: str | None, low: float, high: float, unit: str = "") -> float | None:
-    """A number within limits, or None of None."""
+    """A number within limits; None stays None."""
     if text is None:
         return None
     try:

@@ -331,7 +331,7 @@ class MosaicFile(opt.OutputFile):
     def __init__(
         self, output: str, pictures: Sequence[mosaics.Picture], drawn: DrawnMosaic, *, overwrite: bool, sheets: bool
     ) -> None:
-        """Check the options; `sheets` tells if images may be georeferenced."""
+        """Check the options; with `sheets`, images may be georeferenced."""
         if not pictures:
             refuse(f"Invalid output '{output}'. A mosaic is drawn from images, and there are none.")
         super().__init__(opt.file_of_kind(output, mosaics.PICTURE_SUFFIXES, overwrite, "picture file"), overwrite)

@@ -131,7 +131,7 @@ _TRUE = 1e-7  # a relative error that is rounding: a centimetre in 100 km
 _TRUE_DEGREES = 1e-5  # an angle that is rounding: 0.04 seconds of arc
 _ROUND = 179.0  # degrees; from here on, an angle is off by any amount
 _WHOLE_PER_CENT = 0.1  # error from which on the text is in whole per cent
-_SAME = 1.0005  # ratio below which the text is that they are the same
+_SAME = 1.0005  # ratio below which two distortions are called equal
 _TIMES = 2.0  # ratio below which the text is in per cent, above in times
 TRUE, NO_BOUND = "true", "without bound"
 _CODE, _MAIN = re.compile(r" \([A-Z]{2}\)"), ", main part"  # of a region's title
@@ -190,7 +190,7 @@ def errors_text(distances: float, areas: float, degrees: float, *, mean: bool = 
 
 
 def error_sentence(told: Mapping[str, str], *, mean: bool = False) -> str:
-    """A sentence of errors in words, given by what they are of."""
+    """A sentence of errors in words, given by the thing that is off."""
     off = [f"{what} by {text}" for what, text in told.items() if text not in (TRUE, NO_BOUND)]
     parts = [listed(off, "and").replace(" by ", " are off by " if mean else " are off by at most ", 1)] if off else []
     for text, words in ((NO_BOUND, "off without bound"), (TRUE, "true")):

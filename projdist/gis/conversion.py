@@ -205,7 +205,7 @@ def _crs(given: Any) -> CRS:
 
 
 def _beside(path: Path, target: CRS, overwrite: bool) -> Path | None:
-    """The .wkt file for a CRS that the data's format spoils, else None; raises FileExistsError for that of another."""
+    """The .wkt file for a CRS that the data's format spoils, or None; FileExistsError if it has another CRS."""
     if _METHOD not in target.to_wkt() or path.suffix.lower() == ".parquet":
         return None
     beside = path.with_suffix(".wkt")

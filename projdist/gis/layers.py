@@ -175,7 +175,7 @@ def write_layer(frame: geopandas.GeoDataFrame, path: Path, suffix: str, layer: s
         except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
             raise OSError(support.one_line(error)) from error
     if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority(min_confidence=100) is None):
-        # As WKT, which GDAL reads; itself it writes only codes, and none means WGS 84.
+        # As WKT, which GDAL reads; it writes only codes itself, and GeoJSON without one is in WGS 84.
         crs = {"type": "name", "properties": {"name": _LOCAL_CRS if frame.crs is None else frame.crs.to_wkt()}}
         collection = {"type": None, "crs": None} | json.loads(path.read_text(encoding="utf-8"))
         path.write_text(json.dumps(collection | {"crs": crs}), encoding="utf-8")

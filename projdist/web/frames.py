@@ -18,9 +18,9 @@ from projdist.surfaces import Surface
 
 _STEPS = 65535
 _SEEN = 16.0  # steps: a quarter of a pixel in a picture of 1000
-_MARK_CELLS = 2000.0  # across the region: its share that is the finest detail of a mark
-_MARK_STEPS = 60.0  # of these between points of a mark, at most: longer steps are taken for cuts
-_LINES, _POLYGON, _MULTI = (1, 2), 3, 4  # shapely's types; those of several parts follow
+_MARK_CELLS = 2000.0  # across the region; details of marks that are finer than one are dropped
+_MARK_STEPS = 60.0  # most cells between two points of a mark: longer steps are taken for cuts
+_LINES, _POLYGON, _MULTI = (1, 2), 3, 4  # shapely's numbers of types, the last and higher ones of several parts
 _FARTHER = 2**32  # steps, more than any coordinate
 _SMALL = 300.0  # square steps, less than a pixel
 
@@ -80,7 +80,7 @@ def mark_lines(surface: Surface, grid: Grid, marks: Mapping[str, Any]) -> tuple[
 
 
 def _drawn(surface: Surface, grid: Grid) -> tuple[Surface, float, shapely.Polygon]:
-    """What is drawn of the Earth, the larger side of the picture in metres, and the picture in steps."""
+    """The surface that is drawn, the larger side of the picture in metres, and the picture's box in steps."""
     west, east, south, north = surface.view
     window = shapely.box(*grid.exact(np.array([[west, south], [east, north]])).ravel())
     return surface.ground or surface, max(east - west, north - south), window
@@ -481,7 +481,7 @@ def _weights(nodes: FloatArray, place: FloatArray, cubic: BoolArray) -> FloatArr
     weights[:, 1], weights[:, 2] = 1.0 - share, share
     for k in range(4):
         others = [other for other in range(4) if other != k]
-        with np.errstate(divide="ignore", invalid="ignore"):  # at an edge the outer nodes are none
+        with np.errstate(divide="ignore", invalid="ignore"):  # beyond an edge there are no outer nodes
             factors = [(place - nodes[:, m]) / (nodes[:, k] - nodes[:, m]) for m in others]
         weights[:, k] = np.where(cubic, factors[0] * factors[1] * factors[2], weights[:, k])
     return weights

@@ -166,7 +166,7 @@ class InputPolicy:
 
 
 def _check_projection(text: str) -> None:
-    """Allow names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError for what names a file."""
+    """Allow names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError for texts that name a file."""
     said = f"Invalid projection '{support.shown(text)}'."
     if len(text) > _LONGEST_TEXT:
         raise projections.ProjectionError(f"{said} It must have at most {_LONGEST_TEXT} characters.")

@@ -303,7 +303,7 @@ def _measure_name(measure: Any) -> str:
 
 
 def _in_this_loop(tell: Any) -> Any:
-    """`tell` for use in other threads: it runs in the current event loop, as some notebooks require."""
+    """`tell` for other threads: it runs in the current event loop, as some notebooks require."""
     try:
         loop = asyncio.get_running_loop()
     except RuntimeError:
