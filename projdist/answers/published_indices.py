@@ -169,16 +169,15 @@ _COMPUTED: dict[str, dict[str, Any]] = {
 
 
 def _index(row: dict[str, str]) -> Index:
-    computed = _COMPUTED[row["name"]]
-    figure: Figure | None = computed.get("figure")
+    parts = {key: row[key] for key in ("name", "symbol", "group", "normalisation")} | _COMPUTED[row["name"]]
+    figure: Figure | None = parts.get("figure")
     return Index(
-        **{key: row[key] for key in ("name", "symbol", "group", "normalisation")},
         definition=row["definition"] or (figure.description if figure else ""),
         source=row["source"] or (figure.source if figure else ""),
         band=float(row["band"]) if row["band"] else None,
         # 88 degrees were found by experiment (published/conventions.csv), the authors do not state it.
         published_within=float(row["published_within"]) if row["published_within"] else None,
-        **computed,
+        **parts,
     )
 
 

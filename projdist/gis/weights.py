@@ -122,7 +122,7 @@ class _Raster:
         return unprojected(self._crs, *(self._image.transform @ (u, v)))
 
     def _sums(self, tile: _Window, side: int) -> tuple[FloatArray, FloatArray]:
-        """Sums (3, n) of values, also times columns and times rows, over blocks with values, and over squares of four."""
+        """Sums (3, n) of values, also times columns and times rows, over blocks with values, and over fours of them."""
         from rasterio.windows import Window
 
         window = Window(tile.left, tile.top, tile.right - tile.left, tile.bottom - tile.top)
