@@ -79,9 +79,9 @@ def batch(
     partial: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Batch:
-    """A function of each of many regions, or of each of several maps over each of them.
+    """Apply a function to each of many regions, or to each of several maps over each region.
 
-    Errors are among the `failures`, and the rest goes on; tasks lost with a worker are repeated once.
+    A task that fails is among the `failures`, and the others go on; tasks lost with a worker are repeated once.
 
     Parameters
     ----------

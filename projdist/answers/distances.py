@@ -253,7 +253,7 @@ def great_circle_bending(
 
     It is the mean distance of the image of a geodesic from the straight line between its ends on the map, as a share of
     that line's length, along each geodesic and over all of them: 0 on a gnomonic map. For short arcs of length L it is
-    f L / 12 with the flexion f of Goldberg & Gott 2007, its local form. Geodesics that the map tears count as they lie.
+    f L / 12 with the flexion f of Goldberg & Gott 2007, its local form. Geodesics that the map tears count as drawn.
 
     Parameters
     ----------

@@ -280,7 +280,7 @@ def profile(
     Raises
     ------
     ProjectionError, ValueError
-        For an unknown projection; for what is no line, an unknown measure, a spacing below 0, or impossible heights.
+        For an unknown projection; for an invalid line, an unknown measure, a spacing below 0, or impossible heights.
 
     References
     ----------

@@ -165,7 +165,7 @@ def tables(name: str) -> PublishedTable:
     Parameters
     ----------
     name : str
-        One of `TABLES`, as "goldberg-gott" or "snyder".
+        One of `TABLES`, such as "goldberg-gott" or "snyder".
 
     Returns
     -------

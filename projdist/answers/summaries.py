@@ -135,7 +135,7 @@ def summarize(
 ) -> Summary:
     """The Airy-Kavrayskiy errors of a projection over a region, and statistics of measures.
 
-    A notice says so if less than half of the region lies in the area of use of a CRS.
+    A notice is given if less than half of the region lies in the area of use of a CRS.
 
     Parameters
     ----------
@@ -255,7 +255,8 @@ def compare(
 ) -> Comparison:
     """Summaries of several projections over one region, best first.
 
-    What fails is among the `failures`. A notice names each CRS whose area of use has less than half of the region.
+    Projections that cannot be measured are among the `failures`. A notice names each CRS whose area of use has less
+    than half of the region.
 
     Parameters
     ----------

@@ -23,6 +23,7 @@ from projdist.cli.wording import certain
 _TOLERANCE = 1e-5  # titles show three decimals
 _MOST_PIXELS = 1e8  # along a side; `gis.raster` limits the number of all
 _MOST_LEVELS = 100
+_FULL = "full"  # the context if none is given
 
 
 def tissot_command(
@@ -63,7 +64,8 @@ def tissot_command(
         options["grid"] = tuple(opt.number("grid", word, 1e-4, 90.0, " of degrees") for word in words)
     if exaggerate is not None:
         options["exaggeration"] = "auto" if exaggerate == "auto" else opt.number("exaggeration", exaggerate, 0.1, 1e6)
-    _draw(plots.tissot_figure, given, region, picture, context, **options)
+    options["context"] = opt.choice("context", _FULL if context is None else context, plots.CONTEXTS)
+    _draw(plots.tissot_figure, given, region, picture, **options)
 
 
 def heatmap_command(
@@ -116,7 +118,8 @@ def heatmap_command(
     if against is not None:
         with refusing():
             options["against"] = projections.Projection.from_user_input(against)
-    _draw(plots.heatmap_figure, given, region, picture, context, **options)
+    options["context"] = opt.choice("context", _FULL if context is None else context, plots.CONTEXTS)
+    _draw(plots.heatmap_figure, given, region, picture, **options)
 
 
 def _only_map(given: list[str], path: Path) -> projections.Projection:
@@ -152,15 +155,9 @@ def _levels(text: str | None) -> int | list[float] | None:
 
 
 def _draw(
-    figure: Callable[..., Any],
-    given: list[str],
-    region: str | None,
-    picture: opt.PictureFile,
-    context: str | None,
-    **options: Any,
+    figure: Callable[..., Any], given: list[str], region: str | None, picture: opt.PictureFile, **options: Any
 ) -> None:
     """Draw the measurable projections with their Airy-Kavrayskiy errors; report the others' failures."""
-    shown = plots.CONTEXTS[-1] if context is None else opt.choice("context", context, plots.CONTEXTS)
     other = options.get("against")
     others = [] if other is None else [other]
     area = opt.region_of(region, [*given, *(one.definition for one in others)])  # one for all maps
@@ -169,7 +166,7 @@ def _draw(
     drawn = [one for one in found.results if one.projection is not other]
     if drawn and len(found.results) - len(drawn) == (other is not None):
         maps, figures = [one.projection for one in drawn], [one.airy_kavrayskiy for one in drawn]
-        options |= {"region": found.region, "step": picture.step, "airy_kavrayskiy": figures, "context": shown}
+        options |= {"region": found.region, "step": picture.step, "airy_kavrayskiy": figures}
         picture.save(figure, maps, **options)
         emit(notes_text(compare.least_distorting(found)) + wrote(picture.path), None)
     tell_problems([failure.error for failure in found.failures])

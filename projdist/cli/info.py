@@ -349,11 +349,7 @@ def tables_command(
     present(report, *target)
 
 
-_VERDICTS = {
-    "yes": "come out as printed",
-    "otherwise": "come out by another convention",
-    "no": "do not come out",
-}
+_VERDICTS = {"yes": "come out as printed", "otherwise": "come out by another convention", "no": "do not come out"}
 
 
 def _tables_report(found: dict[str, Any]) -> Report:

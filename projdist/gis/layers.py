@@ -244,9 +244,8 @@ def old_map_layers(
             for pieces in levels.values()
         ]
         if levels:
-            layers[measure] = geopandas.GeoDataFrame({"level": list(levels)}, geometry=merged, crs=wkt).explode(
-                ignore_index=True
-            )
+            joined = geopandas.GeoDataFrame({"level": list(levels)}, geometry=merged, crs=wkt)
+            layers[measure] = joined.explode(ignore_index=True)
     return layers
 
 

@@ -30,18 +30,16 @@ _EXPORT = re.compile(r"^export ((?:async )?function|class|const) (\w+)", re.MULT
 def bundled(files: Mapping[str, str], entry: str) -> str:
     """An ES module bundled with its imports from `files`, texts by name (`frames.js`), each in its own scope."""
     # Imports must have names in braces and a semicolon; exports must be functions, classes or constants where declared.
-    order: list[str] = []
-    _visit(files, entry.removesuffix(".js"), order)
+    order = [*dict.fromkeys(_modules(files, entry.removesuffix(".js")))]
     scopes = [_scope(name, files[f"{name}.js"]) for name in order[:-1]]
     return "\n".join([*scopes, _without_imports(files[entry])])
 
 
-def _visit(files: Mapping[str, str], name: str, order: list[str]) -> None:
-    """Add a module after those that it imports."""
+def _modules(files: Mapping[str, str], name: str) -> Iterator[str]:
+    """Names of the modules that a module imports, each after its own imports, and of the module itself."""
     for _, other in _IMPORT.findall(files[f"{name}.js"]):
-        if other not in order:
-            _visit(files, other, order)
-    order.append(name)
+        yield from _modules(files, other)
+    yield name
 
 
 def _scope(name: str, text: str) -> str:

@@ -17,7 +17,7 @@ from typing import Any
 from projdist import regions
 from projdist.projections import projection_names
 from projdist.web.live import dispatcher
-from projdist.web.live.worker import LIMITS, Worker
+from projdist.web.live.worker import LIMITS, OnReply, Worker
 from projdist.web.page import live_files
 
 HOST = "127.0.0.1"
@@ -140,9 +140,7 @@ class LiveSite:
         for task in done:
             task.result()  # raises what has gone wrong
 
-    async def _listen(
-        self, page: int, socket: Any, waiting: asyncio.Queue[bytes | str], on_reply: Callable[[bytes], None]
-    ) -> None:
+    async def _listen(self, page: int, socket: Any, waiting: asyncio.Queue[bytes | str], on_reply: OnReply) -> None:
         """Receive requests of a page until it is closed, pausing while many answers are unread."""
         while (message := await socket.receive())["type"] != "websocket.disconnect":
             self._take(page, message, on_reply)
@@ -150,7 +148,7 @@ class LiveSite:
             while waiting.qsize() > _MOST_UNREAD // 2:
                 await asyncio.sleep(_PAUSE)
 
-    def _take(self, page: int, message: Mapping[str, Any], on_reply: Callable[[bytes], None]) -> None:
+    def _take(self, page: int, message: Mapping[str, Any], on_reply: OnReply) -> None:
         """Hand a request to its worker."""
         try:
             request = _request_of(message)
