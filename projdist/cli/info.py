@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from projdist import answers, decisions, earth, field, matrices, numerics, plots, projections, regions, support
 from projdist.cli import options as opt, wording as say
 from projdist.cli.draw import sketch_of
 from projdist.cli.errors import refuse, refusing, working
-from projdist.cli.report import DETAILS, Column, Mapped, Report, Row, Table, listing, present
+from projdist.cli.report import DETAILS, Column, Mapped, Report, Row, Table, present
 
 _SAME = 5  # codes of CRSs of the same map that are listed
 _LONGEST = 100  # characters of a text
@@ -272,7 +271,8 @@ def _names_report(rows: Sequence[Row], what: str) -> Report:
     """Report of the names in rows; the rows are its details."""
     names = [row["name"] for row in rows if row.get("kind") not in _COUNTED.values()]
     others = f", and {len(rows) - len(names)} {_COUNTED[what]}s" if len(names) < len(rows) else ""
-    return replace(listing(rows), answer=[f"{len(names)} {what}: {', '.join(names)}{others}."], brief=[])
+    answer = [f"{len(names)} {what}: {', '.join(names)}{others}."]
+    return Report(answer=answer, brief=[], tables=[Table(rows, rows[0])], data=lambda: rows)
 
 
 _PROJ_ID, _PLACE = "PROJ id", "country or state"
@@ -298,14 +298,7 @@ def _index_rows() -> list[dict[str, str]]:
     return _rows(answers.INDICES.values(), **same, scale="scale_dependence", source="source")
 
 
-def _region_rows() -> list[dict[str, str]]:
-    return [
-        {"name": name, "kind": _PLACE if name.startswith(("country:", "state:")) else "area"} | regions.definition(name)
-        for name in regions.region_names()
-    ]
-
-
-_LISTS = {
+_LISTS: dict[str, Callable[[], list[dict[str, Any]]]] = {
     "projections": lambda: [
         {
             "name": name,
@@ -325,7 +318,10 @@ _LISTS = {
     ),
     "criteria": _criterion_rows,
     "indices": _index_rows,
-    "regions": _region_rows,
+    "regions": lambda: [
+        {"name": name, "kind": _PLACE if name.startswith(("country:", "state:")) else "area"} | regions.definition(name)
+        for name in regions.region_names()
+    ],
 }
 
 

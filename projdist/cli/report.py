@@ -174,11 +174,6 @@ class Report:
     signed: Sequence[str] = ()
 
 
-def listing(rows: Sequence[Row]) -> Report:
-    """Report of one table, whose columns are the keys of its rows."""
-    return Report(tables=[Table(rows, rows[0])], data=lambda: rows)
-
-
 # ---- rendering -----------------------------------------------------------------------------------
 
 
