@@ -58,7 +58,7 @@ HOMES = {
     },
     "shapely": {
         *("earth.natural_earth", "regions", "decisions.data_edges", "designs.base_maps"),
-        *("designs.conformal_bounds", "designs.poles"),
+        *("designs.conformal_bounds", "designs.fits"),
         *("surfaces.surface", "surfaces.domain", "surfaces.land", "surfaces.regional", "surfaces.tissot_ellipses"),
         *("plots.basemap", "plots.geoaxes", "plots.morphs"),
         *("gis.layers", "gis.reading", "gis.conversion", "web.frames", "web.live"),

@@ -316,6 +316,7 @@ class StyleOptions:
     font_size: str | None = option("POINTS", "For the colour bar's label; others in proportion.")
     style: str | None = option("FILE", "A matplotlib style, by file or name: its fonts.")
     theme: str | None = option("light|dark|print", "Colours of the picture; print is grey.")
+    credits: str | None = option("TEXT", "A line at the foot, such as sources and the author.")
 
     def given(self, but: str = "") -> dict[str, Any]:
         """Given options by name, except `but` and `--overwrite`, which is for other files, too."""
@@ -335,6 +336,7 @@ class StyleOptions:
                 transparent=getattr(self, "transparent", False),
                 title="" if self.no_title else self.title,
                 colourbar=not getattr(self, "no_colourbar", False),
+                credits=self.credits,
             )
 
 

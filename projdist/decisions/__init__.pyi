@@ -6,7 +6,7 @@ from .ground import HeightStatistics, distortion_ppm, read_heights
 from .low_distortion import LDP, LDP_FAMILIES, ldp
 from .map_info import INFO_MEASURES, MapInfo, info
 from .measurement import INTERRUPTED, Distortion
-from .optimization import LIMITED, Baseline, Optimum, best_member, least_error, optimize
+from .optimization import Baseline, Optimum, best_member, least_error, optimize
 from .ranking import CLOSE, PURPOSES, WIDE_FACTOR, get_purpose, suits
 from .recommendation import Custom, Recommendation, recommend
 from .zones import ENGINEERING_PPM, Zone, ZoneSystem
@@ -20,7 +20,6 @@ __all__ = [
     "INTERRUPTED",
     "LDP",
     "LDP_FAMILIES",
-    "LIMITED",
     "OUTSIDE",
     "PURPOSES",
     "TORN",

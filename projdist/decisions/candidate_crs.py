@@ -21,9 +21,9 @@ LEVEL = FIGURES["airy_kavrayskiy"]
 """The figure that orders maps for which the criterion vanishes."""
 
 Key = tuple[float, float]
-"""The order of maps: by the figure, 0 if it is no more than rounding, then by the Airy-Kavrayskiy error."""
+"""The order of maps: the figure, 0 if it is only rounding, then the Airy-Kavrayskiy error."""
 
-_LEAST_COVERED = 0.99  # of the region: less is no map of it
+_LEAST_COVERED = 0.99  # share of the region that a map of it must show
 _UNMEASURED = Distortion(**dict.fromkeys((one.name for one in fields(Distortion)), float("nan")))
 
 
@@ -60,7 +60,7 @@ class Candidate(Record):
     area_of_use: Area
     area_name: str = field(metadata=HIDDEN)
     same: tuple[tuple[str, str], ...] = ()
-    # To the figure of the best custom projection; None without one, or for mere rounding
+    # To the figure of the best custom projection; None without one, or if that is only rounding
     ratio_to_custom: float | None = None
     difference_to_custom: float | None = None  # from the same; None without one
     over_limit: float | None = None  # the figure over `Recommendation.limit`, None without that
@@ -135,12 +135,12 @@ def try_crs(record: projections.CrsRecord, probe: WeightedPoints, ranking: Figur
 
 # ---- countries of areas of use -------------------------------------------------------------------
 
-_MOST = 0.5  # of the part of a region that lies in any country: a country with more is the region's own
+_MOST = 0.5  # share of the land of a region: a country with more is the region's own
 _BETWEEN = re.compile(r"[;:]|\. ")  # countries of a list
 _AT_SEA = re.compile(r"^(?!.*onshore).*offshore", re.IGNORECASE)
 USA = "United States of America"
 _STATE = "Georgia"  # no area of use has both that country and the USA
-# Names of areas that the outlines have with a country.
+# Areas that are part of a country in the outlines.
 _PARTS = dict.fromkeys(("French Guiana", "Guadeloupe", "Martinique", "Mayotte", "Reunion"), "France")
 _NOBODYS = "Antarctica"  # belongs to no country, by the treaty of 1959
 # Areas of use that belong to no country: continents, and those whose names begin with World.
@@ -148,7 +148,7 @@ _CONTINENT = re.compile(r"^(Africa|Asia|Europe|Oceania|(North|South) America) in
 
 
 def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
-    """The countries that areas of use name: USA in "USA - New Mexico", China and Hong Kong in "China - Hong Kong"."""
+    """The countries named by areas of use: USA in "USA - New Mexico", China and Hong Kong in "China - Hong Kong"."""
     # `extents` are names and descriptions as in EPSG's registry. Those of the whole world, or of a continent
     # "including" a country, name none. `at_sea` also counts countries of which only the waters are named.
     if not extents or extents[0].startswith("World") or any(map(_CONTINENT.match, extents)):
@@ -163,7 +163,7 @@ def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
 
 
 def is_at_sea(name: str) -> bool:
-    """True if an area or a CRS has no land, by its name: Louisiana Offshore."""
+    """True if by its name an area or a CRS has no land: Louisiana Offshore."""
     return _AT_SEA.search(name) is not None
 
 
@@ -201,8 +201,7 @@ def outline_keys() -> dict[str, str]:
 @functools.lru_cache(maxsize=4096)
 def _names_in(text: str) -> frozenset[str]:
     """Countries named in a text."""
-    names = _vocabulary()[1]
-    return frozenset(names[word] for word in words_in(text))
+    return frozenset(_vocabulary()[1][word] for word in words_in(text))
 
 
 def words_in(text: str) -> list[str]:
@@ -239,7 +238,7 @@ class CountryPart:
     middle: tuple[float, float] | None = None
 
     def is_elsewhere(self, extents: Sequence[str]) -> bool:
-        """True if an area of use is that of other states."""
+        """True if an area of use names other states."""
         others = {row["name"] for row in earth.data_rows("states.csv")} - {self.state}
         return bool(self.state) and any(others.intersection(words_in(name)) for name in extents[:1])
 
@@ -285,10 +284,10 @@ HOLDS = 0.99
 HOLDS_NEARLY = 0.9
 """Share that counts as nearly all: outlines have disputed land, and islands that an area of use leaves out."""
 _TOUCHES = 0.25  # least share of the region in the areas of use of a map that was made for it
-_SOME = 0.1  # least share in the area of use of a single CRS of the map
-# A wide map's area is larger than a zone of six degrees from the equator to 84 N (4.2 million), and three regions.
+_SOME = 0.1  # least share in the area of use of each CRS of the map
+# A wide map's area is larger than three regions, and than a zone of six degrees to 84 N (4.2 million).
 _WIDE_KM2, _WIDE_TIMES = 5e6, 3.0
-# A region this large holds at least 75 million km2 of land, the largest country 17, less than half: it has no home.
+# A region this large holds 75 million km2 of land at least, the largest country 17: it belongs to no country.
 _NOBODYS_KM2 = 450e6
 
 
@@ -325,7 +324,7 @@ class CandidatePool:
         return self.facts.get(code, projections.UNKNOWN)
 
     def share(self, held: BoolArray) -> float:
-        """The share of the region that some points of the lattice stand for."""
+        """The share of the region in some points of the lattice."""
         return float(held @ self.lattice.weight)
 
     def is_national(self, record: projections.CrsRecord) -> bool:
@@ -389,5 +388,5 @@ def of_datum(candidates: Sequence[Candidate], datum: str) -> list[Candidate]:
 
 
 def _plain_name(text: str) -> str:
-    """A name in small letters and digits only."""
+    """A name without all but its letters, in lower case, and digits."""
     return "".join(c for c in text.lower() if c.isalnum())

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+import sys
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,19 +15,19 @@ from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.decisions.candidate_crs import Candidate, named, outline_keys
 from projdist.decisions.data_edges import Outlines, measure_chains, outlines
 from projdist.decisions.ranking import get_purpose
-from projdist.decisions.recommendation import recommend
+from projdist.decisions.recommendation import ranked_crs
 from projdist.field import jacobian, nodes_of
 
 TURNED = 3.0
 """Degrees between grid north and true north, more than within 3 degrees of a zone's meridian anywhere."""
 
 _UNSEEN = 2.0  # metres: the accuracy of WGS 84 if its realisation is not known
-_WORSE = 2.0  # largest ratio of the figure of a less turned map to that of the best
+_WORSE = 2.0  # largest ratio of a less turned map's figure to that of the best
 _LOOKED_AT, _OF_ALL_DATUMS = 10, 80  # how many of the best CRSs are looked at, on one datum and on any
 _WHOLE = 0.99  # share of the region in the area of use, at least
 _POINTS = 200  # of the data, and of the region
 _LAND, _LEAST = 0.5, 0.1  # shares of the points that must be on land, and in a country
-_FEW = 2  # countries of an area of use that is not a shared zone
+_FEW = 2  # countries: areas of use with more are those of shared zones
 _NEAR = 0.03  # degrees: a little more than the accuracy of outlines, 2 km
 
 
@@ -57,8 +59,8 @@ def crs_for_data(
     crs: Any, region: regions.Place, lon: FloatArray, lat: FloatArray, *, purpose: str = "any", **options: Any
 ) -> CrsForData | None:
     """The CRS for data in a CRS, with vertices (n,) in degrees, over a region; None if none serves the purpose."""
-    # It is the best by `recommend` (which takes `options`) on the data's datum, else on one the same to 2 m, and not
-    # for other countries; with a convergence above `TURNED`, the next with less and at most twice the figure.
+    # It is the best of `recommend`, which takes `options`, on the data's datum or one that is the same to 2 m, and not
+    # for other countries. If its convergence is above `TURNED`, the next with less and at most twice the figure is it.
     step = max(1, len(lon) // _POINTS)
     lon, lat = np.mod(lon[::step] + 180.0, 360.0) - 180.0, lat[::step]
     found = _candidates(crs, region, purpose, options)
@@ -70,10 +72,9 @@ def crs_for_data(
     first = float(lon[0]), float(lat[0])
     own = _of_near_datum(crs, own, *first)
     best = (own or found)[0]
-    turned = {one.code: _turned(one.code, lon, lat) for one in own}
-    if own and turned[best.code] > TURNED:
-        less = [one for one in own if turned[one.code] <= TURNED and one.value <= _WORSE * best.value]
-        best = less[0] if less else best
+    if own and _turned(best.code, lon, lat) > TURNED:
+        close = (one for one in own if one.key[0] <= _WORSE * best.key[0])
+        best = next((one for one in close if _turned(one.code, lon, lat) <= TURNED), best)
     code = best.code if projections.keeps_datum(crs, best.code) else _twin_on_datum(crs, best)
     foreign = "" if own else f"None was found for the country of the data; this one is for {best.area_name}"
     shift = projections.datum_transformation(crs, code, *first)
@@ -81,11 +82,11 @@ def crs_for_data(
 
 
 def _candidates(crs: Any, region: regions.Place, purpose: str, options: dict[str, Any]) -> tuple[Candidate, ...]:
-    """The best CRSs on the data's datum, else on one of its name, else on any."""
+    """The best CRSs on the data's datum, else on a datum of that name, else on any."""
     wanted = projections.kept_datum(crs)
     if wanted and options.get("datum") is None:
         try:
-            found = recommend(region, purpose=purpose, **(options | {"datum": wanted, "limit": _LOOKED_AT})).results
+            found = ranked_crs(region, purpose=purpose, **(options | {"datum": wanted, "limit": _LOOKED_AT}))
         except ValueError as error:
             if "Invalid datum" not in str(error):
                 raise
@@ -93,26 +94,31 @@ def _candidates(crs: Any, region: regions.Place, purpose: str, options: dict[str
         exact = tuple(one for one in found if _twin_on_datum(crs, one, ""))
         if found:
             return exact or found
-    return recommend(region, purpose=purpose, **(options | {"limit": _OF_ALL_DATUMS})).results
+    return ranked_crs(region, purpose=purpose, **(options | {"limit": _OF_ALL_DATUMS}))
 
 
 def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> list[Candidate]:
     """National CRSs on the data's datum to 2 m, else national ones on the latest datum, else others near, else all."""
-    metres = {}
-    for one in found:
-        shift = projections.datum_transformation(crs, _twin_on_datum(crs, one), lon, lat)
-        metres[one.code] = 0.0 if shift is None else shift.metres
-    known = [one for one in found if np.isfinite(metres[one.code])]
-    near = [one for one in known if metres[one.code] <= _UNSEEN and one.share >= _WHOLE and not one.wide]
-    national = [one for one in known if one.national]
+
+    @functools.cache
+    def metres(code: str) -> float:
+        shift = projections.datum_transformation(crs, code, lon, lat)
+        return 0.0 if shift is None else shift.metres
+
+    def known(some: Iterable[Candidate], most: float = sys.float_info.max) -> list[Candidate]:
+        return [one for one in some if metres(_twin_on_datum(crs, one)) <= most]
+
+    def near(some: Iterable[Candidate]) -> list[Candidate]:
+        return known((one for one in some if one.share >= _WHOLE and not one.wide), _UNSEEN)
+
+    national = known(one for one in found if one.national)
     latest = max((one.since for one in national), default=0)
     current = [one for one in national if one.since == latest]
-    choices = ([one for one in near if one.national], current, near, known, found)
-    return next(filter(None, choices), [])
+    return near(national) or current or near(found) or known(found) or found
 
 
 def _twin_on_datum(crs: Any, one: Candidate, default: str | None = None) -> str:
-    """The code of the map's CRS on the data's datum, else the default or the first."""
+    """The code of the map's CRS on the data's datum, else the default, by default its first code."""
     otherwise = one.code if default is None else default
     return next((code for code in one.codes if projections.keeps_datum(crs, code)), otherwise)
 
@@ -133,10 +139,11 @@ def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
     known = filter(None, (world.country(outline_keys()[name]) for name in names))
     if np.any([world.near(outline, lon, lat, _NEAR) for outline in known], axis=0).mean() >= _LEAST:
         return False
-    return bool(world.near(world.land("50m"), lon, lat, _NEAR).mean() > _LAND)
+    box = lon.min() - _NEAR, lat.min() - _NEAR, lon.max() + _NEAR, lat.max() + _NEAR
+    return bool(world.near(world.polygons_within("land", box, "50m"), lon, lat, _NEAR).mean() > _LAND)
 
 
-_MOST = 50_000  # vertices of polygons, which take twice the time of a box; with more, a box finds the same CRS
+_MOST = 50_000  # vertices of polygons, at which they take twice the time of a box; a box then finds the same CRS
 
 
 def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> projections.CRS:
@@ -482,9 +489,9 @@ def _totals(features: dict[str, AnyArray], undrawn: BoolArray) -> Totals:
     figures: dict[str, float] = {}
     for what, unit in (("area", "km2"), ("length", "km")):
         names = (f"{what}_{unit}", f"map_{what}_{unit}")
-        # The sums of finite values, NaN if there are none.
-        sums = (float(np.nansum(features[name])) if np.isfinite(features[name]).any() else np.nan for name in names)
-        ground, drawn = sums
+        ground, drawn = (  # the sums of finite values, NaN if there are none
+            float(np.nansum(features[name])) if np.isfinite(features[name]).any() else np.nan for name in names
+        )
         figures |= dict(zip(names, (ground, drawn), strict=True)) | {f"{what}_error": float(_error(drawn, ground))}
         worst, rms = _worst_and_rms(features[f"{what}_error"])
         figures |= {f"worst_{what}_error": worst, f"rms_{what}_error": rms}

@@ -1,4 +1,4 @@
-"""Geometries as chains of edges: their lengths, areas and bearings on a map and on its ellipsoid."""
+"""Geometries as chains of edges, and their lengths, areas and bearings on a map and on its ellipsoid."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ NO_DEGREES = "coordinates that are not longitudes and latitudes in degrees"
 POINTS = "points only"
 REPAIRED = "intersects itself: repaired"
 
-_WIDE, _POLE = 180.0, 90.0  # degrees: a wider edge goes the shorter way, but for one along a pole
+_WIDE, _POLE = 180.0, 90.0  # degrees: wider edges go the shorter way, except along a pole
 _TURN = 360.0
-_FARTHEST, _OVER = 720.0, 1e-9  # degrees: twice round; beyond a pole by rounding
+_FARTHEST, _OVER = 720.0, 1e-9  # degrees: longitudes twice round; latitudes that rounding puts beyond a pole
 _POLYGONAL = (3, 6, 7)  # shapely's types: polygons, those of several parts, collections
-_COMPOUND = 4  # and those that follow
+_COMPOUND = 4  # the first of the types that have parts
 
 
 @dataclass(frozen=True)
@@ -63,10 +63,8 @@ def outlines(geometries: Iterable[Any], *, has_degrees: bool) -> Outlines:
     xy, owner = shapely.get_coordinates(chains, return_index=True)
     within = owner[1:] == owner[:-1]
     pointless = ~missing & (np.bincount(feature, minlength=len(shapes)) == 0)
-    texts = {REPAIRED: invalid, POINTS: pointless, NO_DEGREES: nowhere, NOT_FINITE: infinite, MISSING: missing}
-    notes = np.full(len(shapes), "", dtype=object)
-    for text, chosen in texts.items():
-        notes[chosen] = text
+    reasons = {MISSING: missing, NOT_FINITE: infinite, NO_DEGREES: nowhere, POINTS: pointless, REPAIRED: invalid}
+    notes = np.select(list(reasons.values()), list(reasons), "").astype(object)  # the first reason that holds
     return Outlines(np.hstack([xy[:-1], xy[1:]])[within], owner[:-1][within], feature, sign, notes)
 
 
@@ -94,7 +92,7 @@ def _simple(shapes: AnyArray) -> tuple[AnyArray, IntArray]:
 
 
 def _wide(shapes: AnyArray) -> BoolArray:
-    """True for shapes in longitude and latitude with an edge that runs the shorter way."""
+    """True for shapes in longitude and latitude with an edge wider than 180 degrees, which runs the shorter way."""
     chains, feature, _ = _chains(shapes)
     xy, owner = shapely.get_coordinates(chains, return_index=True)
     least = np.minimum(np.abs(xy[1:, 1]), np.abs(xy[:-1, 1]))
@@ -110,7 +108,7 @@ def _shorter_way(shape: Any) -> list[Any]:
             found.append(planar([shapely.get_coordinates(ring) for ring in (part.exterior, *part.interiors)]))
         elif part.geom_type != "Point":
             line = unwrapped(shapely.get_coordinates(part))
-            # Nothing is left of a whole parallel from -180 to 180: it is taken as it is.
+            # A whole parallel from -180 to 180 would shrink to a point: it is taken as it is.
             found.append(shapely.LineString(line) if np.ptp(line, axis=0).any() else part)
     return found
 
@@ -168,7 +166,7 @@ def measure_chains(projection: Projection, place: Place, edges: FloatArray, chai
 
 
 def _add_figures(result: ChainFigures, frame: _Frame, edges: FloatArray, chain: IntArray) -> None:
-    """Adds the figures of some edges, halving those that are not smooth."""
+    """Add the figures of some edges, halving those that are not smooth."""
     for left in reversed(range(_HALVINGS)):
         curves = frame.curves(edges, chain)
         result.outside[chain[curves.outside]] = True
@@ -196,14 +194,14 @@ class _EdgeFigures(ChainFigures):
     """Figures of edges, each (n,), with their smoothness and size."""
 
     smooth: BoolArray
-    size: FloatArray  # length in metres on the ground, or in the polar map if larger
+    size: FloatArray  # metres on the ground, or on the polar map if that is more
 
 
 class _Frame:
     """A map and the ellipsoid, with an origin for the areas of each chain."""
 
     def __init__(self, projection: Projection, place: Place, lon: FloatArray, lat: FloatArray, chain: IntArray) -> None:
-        """Takes the longitudes and latitudes at which edges begin."""
+        """Set the origins from the longitudes and latitudes at which edges begin."""
         self.projection, self.place, self.ellipsoid = projection, place, projection.ellipsoid
         self.shortest = _SHORTEST * self.ellipsoid.a
         first = np.flatnonzero(np.diff(chain, prepend=-1))
@@ -220,7 +218,7 @@ class _Frame:
         outside = np.any(~np.isfinite(xy), axis=(1, 2))
         ground = _in_space(self.ellipsoid, lon, lat)
         polar = self._polar(lon, lat, self.pole[chain, None])
-        # Relative to their begin, so that differences keep all digits.
+        # Relative to the beginning, so that differences keep all digits.
         xy_rate, ground_rate, polar_rate = (_RATES @ (curve - curve[:, :1]) for curve in (xy, ground, polar))
         speed = np.linalg.norm(ground_rate, axis=-1)
         map_length, length, polar_length = (

@@ -14,7 +14,7 @@ from projdist.earth import WGS84, Ellipsoid, unit_vectors, wrapped
 
 @dataclass(frozen=True, kw_only=True)
 class Extent:
-    """Bounds and middle of a region in degrees, its greatest distance from the middle, and its long axis's azimuth."""
+    """Bounds, middle, radius (greatest distance from the middle) and azimuth of the long axis of a region, degrees."""
 
     west: float
     south: float
@@ -63,7 +63,7 @@ def usual_crs(extent: Extent) -> tuple[str, str]:
 
 Limits = tuple[float, float]
 """Lowest and highest value of a parameter."""
-_MOST = 89.5  # degrees: a cone that touches nearer to a pole is a plane for every purpose
+_MOST = 89.5  # degrees: a cone that touches nearer to a pole is as good as a plane
 _OVER = 20.0  # degrees beyond a pole to which a centre is searched, so that the pole itself is no limit
 _BESIDE = 2.0  # radii of the region from its middle within which a centre is searched
 _STEEPEST = 89.9999  # degrees of azimuth: PROJ's omerc breaks down at 90; 4 m on a line of 2500 km
@@ -129,11 +129,11 @@ def _cone(name: str, e: Extent) -> Family:
 
 
 _CYLINDERS = {"lcc": "merc", "aea": "cea", "eqdc": "eqc"}
-_CONSTANT = 1e-3  # of a cone, below which it is a cylinder for every purpose
+_CONSTANT = 1e-3  # of a cone, below which it is as good as a cylinder
 
 
 def cylinder_of(family: str, parameters: Mapping[str, float]) -> str:
-    """A sentence for a conic map that is nearly a cylindrical one; else ""."""
+    """A sentence about a conic map that is nearly a cylindrical one; else ""."""
     if family not in _CYLINDERS or not {"lat_1", "lat_2"} <= set(parameters):
         return ""
     low, high = parameters["lat_1"], parameters["lat_2"]
@@ -159,7 +159,7 @@ def _azimuthal(name: str, e: Extent) -> Family:
 
 
 def _centre_limits(e: Extent) -> dict[str, Limits]:
-    """Limits of a centre in the region or beside it: for an arc of land it lies where the arc bends around."""
+    """Limits of a centre, which may lie beside the region: where an arc of land bends around."""
     side = _BESIDE * e.radius
     across = side / max(np.cos(np.radians(e.lat)), 0.1)
     west, east = min(e.west, e.lon - across), max(e.east, e.lon + across)
@@ -218,8 +218,7 @@ def _oblique(name: str, e: Extent) -> Family:
 
 def _rotated(name: str, e: Extent) -> Family:
     """A world map in any aspect, by PROJ's ob_tran."""
-    inner = name.partition(":")[2]
-    text = projections.projection_names().get(inner, "")
+    text = projections.projection_names().get(name.partition(":")[2], "")
     operation = re.match(r"\+proj=(\S+)(.*)", re.sub(r"\s*\+R=\S+", "", text))
     if not operation or operation[1] == "ob_tran":
         raise ValueError(
@@ -276,7 +275,7 @@ _MAKERS: support.Registry[Callable[[str, Extent], Family]] = support.Registry(
 
 
 def get_family(name: str, extent: Extent) -> Family:
-    """The family of a name, or of a PROJ string with free parameters as `{lat_1:20..60}`; raises ValueError."""
+    """The family of a name, or of a PROJ string with slots such as `{lat_1:20..60}`; raises ValueError."""
     if "=" in name:
         return _template(name)
     if name.startswith("ob_tran:"):
@@ -285,7 +284,7 @@ def get_family(name: str, extent: Extent) -> Family:
 
 
 def sensible_families(extent: Extent, ellipsoid: Ellipsoid | None) -> list[str]:
-    """Families worth trying for a region, those for a sphere only where the flattening matters little."""
+    """Families worth trying for a region; those with spherical formulas only where the flattening matters little."""
     # Cones and cylinders are left out around a pole, where they would be cut.
     if extent.radius > _WORLD:
         return ["wintri", "eqc", "cea", "merc", *(["aeqd", "laea", "airy"] if extent.radius < _WHOLE_WORLD else [])]

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,11 +44,6 @@ class Objective:
 
     figure: Figure
 
-    @property
-    def exact(self) -> float:
-        """Largest value that rounding leaves on a map without this distortion; 0 if no family is without it."""
-        return self.figure.rounding if self.figure.may_vanish else 0.0
-
     def scale(self, J: FloatArray, w: FloatArray) -> float:
         """The best uniform scale of Jacobians (n, 2, 2) with weights (n,) that sum to 1."""
         a, b = _scales(J)
@@ -60,21 +55,20 @@ class Objective:
         return float(np.exp(best))
 
     def terms(self, J: FloatArray, w: FloatArray, c: float) -> FloatArray:
-        """Terms of a map times c, of which the criterion is the norm, the sum of squares (mean), or the maximum."""
+        """Terms of a map times c; the criterion is their norm, their sum of squares (for a mean), or their maximum."""
         if self.figure.version == "affine":
             J, c = np.linalg.inv(mdt(J[w > 0], w[w > 0]).T) @ J, 1.0
         if self.figure.version == "scaled" and w.any():
             c = _log_middle(*_scales(J), w)
         if (smooth := _SMOOTH.get(self.figure.measure)) and self.figure.statistic == "rms":
-            terms = smooth(*_scales(c * J))
-            return (np.sqrt(w) * terms).ravel()
+            return (np.sqrt(w) * smooth(*_scales(c * J))).ravel()
         values = self.figure.measure(c * J)
         if self.figure.is_maximum:
             return values
         return np.sqrt(w) * (np.sqrt(np.maximum(values, 0.0)) if self.figure.statistic == "mean" else values)
 
     def extremes(self, J: FloatArray, w: FloatArray, free: bool) -> FloatArray:
-        """Terms (groups, n), smooth in the parameters; their maxima by group add up to the figure."""
+        """Terms (groups, n) that are smooth in the parameters; the maxima of the groups add up to the figure."""
         closed = _EXTREMES.get(self.figure.essence)
         if closed is not None:
             return closed(*_scales(J), free)
@@ -83,7 +77,7 @@ class Objective:
         return self.figure.measure(c * J)[None]
 
     def value(self, terms: FloatArray) -> float:
-        """Value of the criterion by its terms."""
+        """The criterion, from its terms."""
         if self.figure.is_maximum:
             return float(terms.max())
         square = float(np.sum(terms * terms))
@@ -99,11 +93,12 @@ def _scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _log_middle(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
+    """The scale that makes the mean of ln(ab) vanish."""
     return float(np.exp(-0.5 * np.sum(w * np.log(a * b)) / np.sum(w)))
 
 
 def _turning_point(places: FloatArray, steps: FloatArray, until: float) -> float:
-    """The place at which the steps, in order of their places, add up to a value."""
+    """The place up to which steps, sorted by their places, add up to a value."""
     order = np.argsort(places)
     sums = np.cumsum(steps[order])
     return float(places[order[min(int(np.searchsorted(sums, until)), order.size - 1)]])
@@ -176,13 +171,13 @@ DECIMALS = 7
 """Decimals of parameters in degrees that are not rounded otherwise: a centimetre."""
 
 _COARSE, _FINE = 300, 2000  # nodes of the global search, and of the last descent
-_ROUGHLY = 1.25  # times the best of other families: beyond, a coarse search gives a family up
+_ROUGHLY = 1.25  # a coarse search gives up a family that is so many times worse than the best of the others
 _MOST_FREE = 6  # two more than any family has; nine take minutes, and the lattice over them has holes
 _SOME, _QUANTILE = 5, 0.75  # members tried to find out whether a criterion vanishes, and the quantile that must
 _LOST = {"": 10.0, "deg": 180.0, "ppm": 1e7}  # penalty by unit for points that the map does not show: distortion e^10
 _OFF_THE_MAP, _NOTHING = 1e9, -1e3  # the penalty for maxima, in any unit; and a term that does not count
 _SCALE_DECIMALS = 10  # finer than any criterion resolves
-_FLAT, _FLAT_RANGE = 0.01, 0.25  # flat: this share of a parameter's range costs no more of the criterion than this
+_FLAT, _FLAT_RANGE = 0.01, 0.25  # flat: the criterion grows by no more, over so much of a parameter's range
 _WALK, _HALVINGS = 16, 12  # values tried to either side, then halvings: 1e-5 of the range
 _ROUNDINGS = (0.01, 0.1, 0.5, 1.0, 5.0)  # degrees
 _POLE = ("o_lat_p", "o_lon_p", "lon_0")
@@ -211,21 +206,21 @@ class Flat(NamedTuple):
         return f"The optimum is flat: with {self.name} from {self.low:.3g} to {self.high:.3g} it loses at most 1 %."
 
 
+@dataclass(eq=False)
 class Members:
-    """Members of a family over a region, by `variables` (not the scale); other angles are multiples of a step."""
+    """The members of a family over a region, by the values of `variables`, the free parameters but for the scale."""
 
-    def __init__(
-        self,
-        family: Family,
-        region: regions.Place,
-        objective: Objective,
-        free: Sequence[str] | None,
-        ellipsoid: earth.Ellipsoid | None,
-        step: float | None = None,
-    ) -> None:
-        self.family, self.region, self.objective = family, region, objective
-        self.lost = _LOST.get(objective.figure.unit, 1e7) ** (0.5 if objective.figure.statistic == "mean" else 1.0)
-        names = _free_names(family, free)
+    family: Family
+    region: regions.Place
+    objective: Objective
+    free: Sequence[str] | None = None  # by default the family's own
+    ellipsoid: earth.Ellipsoid | None = None
+    step: float | None = None  # of which angles that are not free are multiples
+
+    def __post_init__(self) -> None:
+        family, figure, ellipsoid, step = self.family, self.objective.figure, self.ellipsoid, self.step
+        self.lost = _LOST.get(figure.unit, 1e7) ** (0.5 if figure.statistic == "mean" else 1.0)
+        names = _free_names(family, self.free)
         if len(names) > _MOST_FREE:
             raise ValueError(f"Invalid free parameters '{','.join(names)}'. There must be at most {_MOST_FREE}.")
         self.variables = tuple(name for name in names if name not in (_SCALE, family.scale))
@@ -314,21 +309,21 @@ class Members:
     # ---- the search
 
     def vanishes(self) -> bool:
-        """True if the objective vanishes for a few members at three quarters of the nodes, and so for the family."""
+        """True if the objective vanishes for the family: for a few members, at three quarters of the nodes."""
         # At the other nodes, next to poles and edges of maps, rounding is larger.
-        if not self.objective.exact:
+        figure = self.objective.figure
+        if figure.aspect not in ("angles", "areas", ""):  # no family is without such a distortion
             return False
         nodes = nodes_of(self.region, self.base.ellipsoid, _COARSE)
         places = self.low + (self.high - self.low) * numerics.lattice(self.low.size, _SOME)
-        return all(self._quantile(self.named(place), nodes) <= self.objective.exact for place in places)
+        return all(self._quantile(self.named(place), nodes) <= figure.rounding for place in places)
 
     def _quantile(self, values: Mapping[str, float], nodes: Nodes) -> float:
         """75th percentile of the objective's measure over the nodes; infinite if none is shown."""
         J, w, _ = self.jacobian(values, nodes)
         if not w.any():
             return float("inf")
-        left = self.objective.figure.measure(self.best_scale(J, w) * J[w > 0])
-        return float(np.quantile(np.abs(left), _QUANTILE))
+        return float(np.quantile(np.abs(self.objective.figure.measure(self.best_scale(J, w) * J[w > 0])), _QUANTILE))
 
     def search(self, most: float = np.inf) -> tuple[dict[str, float], float, Nodes, int]:
         """Free parameters of the best member, its value at nodes, these nodes, and the number of evaluations.
@@ -338,7 +333,7 @@ class Members:
         edges = self.objective.figure.is_maximum
         coarse = nodes_of(self.region, self.base.ellipsoid, _COARSE, edges=edges)
         fine = nodes_of(self.region, self.base.ellipsoid, _FINE, edges=edges)
-        first = numerics.minimise(self._at(coarse), self.low, self.high, worst=edges, rough=True)
+        first = numerics.minimise(self._terms_at(coarse), self.low, self.high, worst=edges, rough=True)
         start = self.named(first.place)
         if self.value(start, coarse) > _ROUGHLY * most:
             raise projections.ProjectionError(f"Invalid family '{self.family.name}'. Others are better.")
@@ -351,15 +346,14 @@ class Members:
 
     def refine(self, start: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float, int]:
         """Free parameters of the best member near a start, its value at nodes, and the number of evaluations."""
-        place = np.array([start[name] for name in self.variables])
-        last = numerics.minimise(
-            self._at(nodes), self.low, self.high, worst=self.objective.figure.is_maximum, start=place
-        )
+        place, worst = np.array([start[name] for name in self.variables]), self.objective.figure.is_maximum
+        last = numerics.minimise(self._terms_at(nodes), self.low, self.high, worst=worst, start=place)
         best = self.named(last.place)
         return best, self.value(best, nodes), last.evaluations
 
-    def _at(self, nodes: Nodes) -> Any:
-        return lambda x: self.terms(self.named(x), nodes)
+    def _terms_at(self, nodes: Nodes) -> Callable[[FloatArray], FloatArray]:
+        """The terms at nodes as a function of the values of `variables`."""
+        return lambda place: self.terms(self.named(place), nodes)
 
     def written(self, values: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float]:
         """Free parameters rounded to `DECIMALS`, and the best scale for them."""

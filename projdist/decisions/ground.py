@@ -1,4 +1,4 @@
-"""Distances on a map against distances on the ground, at points with heights."""
+"""Distances on a map compared with those on the ground, at points with heights."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from projdist._typing import AnyPath, FloatArray
 from projdist.field import Nodes, nodes_at, nodes_of
 
 _GEOID = 120.0  # metres: the Earth's geoid lies -107 to 86 m above the ellipsoid
-_NODES, _SEARCHED = 4000, 400  # points of a region of one height, and points in a search, about
+_NODES, _SEARCHED = 4000, 400  # about how many points a region of one height has, and a search uses
 
 
 def distortion_ppm(
@@ -87,7 +87,7 @@ class Ground(NamedTuple):
         return distortion_ppm(projection, self.nodes.lon, self.nodes.lat, self.height)
 
     def raised(self, geoid: AnyPath | float) -> Ground:
-        """The ground of orthometric heights, above a geoid: a grid, or one height of the geoid in metres."""
+        """The ground with a geoid's heights, from a grid or one in metres, added to its orthometric heights."""
         lon, lat = self.nodes.lon, self.nodes.lat
         if isinstance(geoid, str | os.PathLike):
             added, is_level = projections.geoid_heights(geoid, lon, lat), False
@@ -113,7 +113,7 @@ class Ground(NamedTuple):
 def ground_of(
     region: regions.Place, ellipsoid: earth.Ellipsoid, heights: ArrayLike | None, height: float | None
 ) -> Ground:
-    """Points (n, 3) of `heights` in a region, nodes at one height, or a set of points with its own; ValueError else."""
+    """The ground of `heights` (n, 3) in a region, of one height, or of points with heights; raises ValueError."""
     if isinstance(region, regions.PointSet) and region.height is not None and heights is None and height is None:
         return Ground(nodes_at(region.lon, region.lat, region.weight, ellipsoid), region.height, False)
     if (heights is None) == (height is None):
@@ -165,7 +165,7 @@ def statistics_of(ppm: FloatArray, weight: FloatArray, limits: Iterable[float]) 
 
 
 def span_of(values: FloatArray) -> FloatArray:
-    """The least and the largest value (2,), without NaN."""
+    """The smallest and the largest value (2,), NaN ignored."""
     return np.array([np.nanmin(values), np.nanmax(values)])
 
 
@@ -200,14 +200,14 @@ def false_origin_for(x: FloatArray, y: FloatArray, step: float, stated: Mapping[
 
 # ---- test points ----------------------------------------------------------------------------
 
-_CORNERS = ((-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))  # of which points are farthest, in x and y
+_CORNERS = ((-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))  # directions in x and y of the farthest points
 _LINES = ((0, 1), (0, 2), (0, 3), (0, 4), (1, 2), (2, 3), (3, 4), (4, 1))
 
 
 def points_to_test(
     projection: projections.Projection, unit: float, points: Mapping[str, FloatArray]
 ) -> list[dict[str, Any]]:
-    """The middle of points, their corners, and those of least and most ppm, in whole seconds, on a map.
+    """The middle one of some points, those in the corners, and those of least and most ppm, to whole seconds.
 
     Eastings and northings are in a unit of so many metres, heights in metres.
     """

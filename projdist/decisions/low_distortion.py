@@ -1,6 +1,6 @@
 """Low-distortion projections, on which grid distances are nearly those measured on the ground.
 
-Only the axis needs a search: for the three usual criteria the best scale factor k_0 on it has a closed form.
+Only the axis is searched for: for the three usual criteria the best scale factor k_0 on it has a closed form.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from projdist.decisions.family_search import Objective
 from projdist.decisions.ground import Ground, HeightStatistics, ground_of, statistics_of
 from projdist.field import FIGURES, AnyFigure, Figure, get_figure
 
-Factors = FloatArray  # combined factors with k_0 = 1
+Factors = FloatArray  # combined factors for k_0 = 1
 Order = tuple[float, float]  # a figure and the RMS distortion; less is better
 
 SHARE = "share"
@@ -38,7 +38,7 @@ def _rms(ppm: FloatArray, w: FloatArray) -> float:
     return float(np.sqrt(np.sum(w * ppm * ppm)))
 
 
-# The best scale, and the figure, of conformal maps: quicker than the general functions of Jacobians.
+# The best scale and the figure of conformal maps, more quickly than by the general functions of Jacobians.
 _QUICK: dict[object, tuple[Callable[[Factors, FloatArray], float], Callable[[FloatArray, FloatArray], float]]] = {
     FIGURES["max_scale_error_ppm"].essence: (
         lambda q, w: float(2.0 / (q.max() + q.min())),
@@ -50,7 +50,7 @@ _QUICK: dict[object, tuple[Callable[[Factors, FloatArray], float], Callable[[Flo
 
 @dataclass(frozen=True)
 class LdpGoal:
-    """The criterion: a figure, or None for the share of points within a target in ppm; k_0 is a multiple of round_k."""
+    """The criterion: a figure, or None for the share of points within `target` ppm; k_0 is a multiple of `round_k`."""
 
     figure: Figure | None
     target: float
@@ -104,7 +104,7 @@ def _similar(factor: FloatArray) -> FloatArray:
 
 
 def _crowded(q: Factors, w: FloatArray, target: float, unit: float) -> float:
-    """The multiple of `unit` with most points, by weight, within the target; of equal ones that of the least RMS."""
+    """The multiple of `unit` with the most points, by weight, within the target; of several the one of least RMS."""
     # A point is within the target for k_0 from (1 - t) / q to (1 + t) / q: a walk along the ends finds the best.
     usual = rms_scale(q, w) / unit
     first, beyond = np.ceil((1.0 - 1e-6 * target) / q / unit), np.floor((1.0 + 1e-6 * target) / q / unit) + 1.0
@@ -129,7 +129,7 @@ _FINER = 8.0  # ratio of a step of the scan to the next
 
 
 class LdpAxis:
-    """The axis of a family over a region; places are values of `names` in degrees, in the end multiples of `unit`."""
+    """The axis of a family over a region: a place has values of `names` in degrees, in the end multiples of `unit`."""
 
     def __init__(self, family: str, extent: Extent, ellipsoid: earth.Ellipsoid, unit: float) -> None:
         self.extent, self.unit = extent, unit
@@ -138,7 +138,7 @@ class LdpAxis:
         limits = np.array([89.0 if key.startswith("lat") else np.inf for key in sides])
         middle, side = np.array(list(sides.values())).T
         self.low, self.high = np.maximum(middle - side, -limits), np.minimum(middle + side, limits)
-        # An oblique line may not run due north or east there.
+        # Not in the middle, where an oblique line may run due north or east.
         some = self.parameters(self.low + 0.43 * (self.high - self.low))
         text = projections.defined_by(f"+proj={family} {ellipsoid_text(ellipsoid)}", some)
         self.base = projections.Projection.from_user_input(text)
@@ -184,7 +184,7 @@ class LdpAxis:
 
 
 def best_place(axis: LdpAxis, goal: LdpGoal, few: Ground, ground: Ground) -> FloatArray:
-    """The best place of the axis, searched on few points and in the end on all."""
+    """The best place of the axis, from a search on few points that ends on all."""
 
     def value(steps: FloatArray, at: Ground) -> Order:
         q = axis.factors(steps * axis.unit, at)
@@ -261,7 +261,7 @@ def _starts(axis: LdpAxis, goal: LdpGoal, ground: Ground) -> list[FloatArray]:
 LDP_FAMILIES = ("tmerc", "lcc", "omerc")
 
 _SHARES = (5, 10, 20, 50)  # ppm
-_SAME = 0.02  # ppm: maps that differ by less are equally good; rounding k_0 costs far more
+_SAME = 0.02  # ppm: maps that differ by less are equally good, as rounding k_0 costs far more
 _NEARLY_SHARE, _NEARLY = 0.05, 1.05  # a simpler map may have 5 % fewer points within the target, or a 5 % larger figure
 _SIMPLE = ("tmerc", "lcc")  # families that every program has
 _WIDEST = 60.0  # degrees from the middle: wider regions have no low distortion
@@ -288,7 +288,7 @@ class LDP(support.Answer):
     statistics: HeightStatistics
     baselines: tuple[tuple[str, HeightStatistics], ...] = ()  #: other maps on the same points
     others: tuple[LDP, ...] = ()  #: the best of the other families
-    lon: FloatArray  #: of the points it was made for, like the four that follow
+    lon: FloatArray  #: longitudes of the points it was made for; the next four are theirs, too
     lat: FloatArray
     height: FloatArray
     weight: FloatArray
@@ -341,25 +341,21 @@ class LDP(support.Answer):
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks, a sentence each: coordinates that may be confused, and a simpler map that is nearly as good."""
-        return (*self._confusion(), *self._simpler_map())
+        return tuple(self._notes())
 
-    def _confusion(self) -> Iterator[str]:
+    def _notes(self) -> Iterator[str]:
         x, y = (on_ground.span_of(values) / self.unit.metres for values in self.projection(self.lon, self.lat))
         if (negative := min(x[0], y[0]) < -_MILLIMETRE) or on_ground.overlap(x, y):
             spans = [f"{low:,.0f} to {high:,.0f}" for low, high in (x, y)]
             why = "some are negative" if negative else "one may be taken for the other"
             yield f"Eastings are {spans[0]} and northings {spans[1]} {self.unit.plural}: {why}."
-
-    def _simpler_map(self) -> Iterator[str]:
-        simple = self.simpler
-        if simple is None:
-            return
-        figures = (
-            f"{100 * one.statistics.within[self.target_ppm]:.1f} % within {self.target_ppm:g} ppm, RMS "
-            f"{one.statistics.rms:.2f} ppm"
-            for one in (simple, self)
-        )
-        yield f"A simpler map is nearly as good: {simple.family} has {next(figures)}; this has {next(figures)}."
+        if (simple := self.simpler) is not None:
+            its, mine = (
+                f"{100 * one.statistics.within[self.target_ppm]:.1f} % within {self.target_ppm:g} ppm, RMS "
+                f"{one.statistics.rms:.2f} ppm"
+                for one in (simple, self)
+            )
+            yield f"A simpler map is nearly as good: {simple.family} has {its}; this has {mine}."
 
     def _line(self) -> str:
         return f"{self.proj} over {self.region.name}"
@@ -481,13 +477,11 @@ def ldp(
         support.check_text("name", name)
     if not families or any(support.check_text("family", family) not in LDP_FAMILIES for family in families):
         raise ValueError(f"Invalid families '{','.join(families)}'. They must be of {', '.join(LDP_FAMILIES)}.")
-    for thing, value in (("target", target_ppm), ("rounding of k_0", round_k), ("rounding of the axis", round_axis)):
-        support.check_number(thing, value)
-    if not 0 < target_ppm <= 1e5:
+    if not 0 < support.check_number("target", target_ppm) <= 1e5:
         raise ValueError(f"Invalid target '{target_ppm}'. It must be above 0 and at most 1e5, in ppm.")
-    if not 1e-10 <= round_k <= 1e-3:
+    if not 1e-10 <= support.check_number("rounding of k_0", round_k) <= 1e-3:
         raise ValueError(f"Invalid rounding of k_0 '{round_k}'. It must lie within 1e-10 and 1e-3.")
-    if not 1e-7 <= round_axis <= 1.0:
+    if not 1e-7 <= support.check_number("rounding of the axis", round_axis) <= 1.0:
         raise ValueError(f"Invalid rounding of the axis '{round_axis}'. It must lie within 1e-7 and 1 degree.")
     unit = projections.LINEAR_UNITS[support.check_choice("units", units, projections.LINEAR_UNITS)]
     origin = {"x_0": ("false easting", false_easting), "y_0": ("false northing", false_northing)}
@@ -522,7 +516,7 @@ def ldp(
 
 @dataclass(frozen=True)
 class _Design:
-    """What is to be designed; `few` is the ground with fewer points, for the search, `stated` x_0 and y_0 in metres."""
+    """The task: `few` is the ground with fewer points, for the search; `stated` are given x_0 and y_0 in metres."""
 
     region: regions.Place
     extent: Extent

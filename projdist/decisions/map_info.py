@@ -2,8 +2,8 @@
 
 A map keeps a property if it departs from it by less than a limit in 99 % of the region; the rest allows for singular
 points, as poles. The limit is 1e-5: PROJ's iterations leave 2e-6, formulas of a sphere on an ellipsoid 1e-3.
-In a small region every map departs little: about by the mean square of the distances across the region, in units of the
-Earth's radius, and at least by a twentieth of that. There the limit is a thousandth of that square, and at least 1e-9,
+In a small region every map departs little: by about the mean square of the distances across the region, in units of the
+Earth's radius, and by a twentieth of that at least. There the limit is a thousandth of that square, and at least 1e-9,
 the accuracy of derivatives.
 """
 
@@ -21,8 +21,8 @@ from projdist.field import AiryKavrayskiy, Extreme, nodes_of, sample
 from projdist.regions import Place, RegionLike, region_for
 from projdist.support import Answer, FieldSchema, Record, plain, schema
 
-_SHARE = 0.99  # of the region
-_LARGEST, _LEAST = 1e-5, 1e-9  # limits, as scales less 1
+_SHARE = 0.99  # of the region, in which a property must be kept
+_LARGEST, _LEAST = 1e-5, 1e-9  # limits of departures, as scales less 1
 _CURVED = 1e-3  # of the mean square across a region
 
 
@@ -106,15 +106,15 @@ class MapInfo(Answer):
     given: str
     crs_metadata: projections.CrsMetadata  #: what is stated: kind, code, area, datum, ellipsoid, unit, axes, method
     keeps: tuple[str, ...]  #: as measured: "equal-area", "conformal", "equidistant"
-    #: Largest ones of scales from each property over 99 % of the area of use, as ratios less 1; NaN if unknown.
+    #: The largest departure from each property in 99 % of the area of use, as a ratio of scales less 1; NaN if unknown.
     departures: dict[str, float]
     promises: str  #: the property that the method is known to keep, "conformal" or "equal-area", or ""
     #: Names of CRSs that draw the same map, by code: on other datums, or with other false origins, axes or units.
     same_map: dict[str, str]
-    region: Place  #: that of the errors
-    coverage: float  #: the share of it that can be projected
+    region: Place  #: where the errors are measured
+    coverage: float  #: share of the region that can be projected
     airy_kavrayskiy: AiryKavrayskiy  #: with the largest of their errors
-    measures: dict[str, MeasureRange]  #: those of `INFO_MEASURES`
+    measures: dict[str, MeasureRange]  #: by the names in `INFO_MEASURES`
 
     def _line(self) -> str:
         kept = " and ".join(self.keeps) or "keeps nothing"
@@ -154,21 +154,21 @@ class MapInfo(Answer):
         }
 
     def row(self) -> dict[str, Any]:
-        """The same as a flat row, as in a frame; NaN and infinity become None, lists become texts."""
-        stated = self.to_dict()
-        area = stated["area_of_use"]
-        one = {key: stated[key] for key in ("projection", "code", "name", "kind", "deprecated", "method")}
-        one |= {"replaced_by": ";".join(stated["replaced_by"]), "keeps": ";".join(self.keeps)}
-        one["area_of_use"] = area["name"]
-        one |= dict(zip(("west", "south", "east", "north"), area["bounds"] or (None,) * 4, strict=True))
-        one |= {key: stated[key] for key in ("datum", "geographic_crs")} | {"ellipsoid": stated["ellipsoid"]["name"]}
-        one |= {key: stated["ellipsoid"][key] for key in ("a", "inverse_flattening")}
-        one |= {"unit": stated["unit"]["name"], "axes": ";".join(axis["direction"] for axis in stated["axes"])}
-        one["region"] = self.region.name
+        """The card as a flat row, as in a frame; NaN and infinity become None, lists become texts."""
+        card = self.to_dict()
+        area, ellipsoid = card["area_of_use"], card["ellipsoid"]
+        row = {key: card[key] for key in ("projection", "code", "name", "kind", "deprecated", "method")}
+        row |= {"replaced_by": ";".join(card["replaced_by"]), "keeps": ";".join(self.keeps)}
+        row |= {"area_of_use": area["name"]}
+        row |= dict(zip(("west", "south", "east", "north"), area["bounds"] or (None,) * 4, strict=True))
+        row |= {"datum": card["datum"], "geographic_crs": card["geographic_crs"], "ellipsoid": ellipsoid["name"]}
+        row |= {"a": ellipsoid["a"], "inverse_flattening": ellipsoid["inverse_flattening"]}
+        row |= {"unit": card["unit"]["name"], "axes": ";".join(axis["direction"] for axis in card["axes"])}
+        row["region"] = self.region.name
         measures = {
             f"{name}_{key}": value for name, found in self.measures.items() for key, value in found.to_dict().items()
         }
-        return plain(one | self._figures() | measures)
+        return plain(row | self._figures() | measures)
 
     def _table(self) -> list[dict[str, Any]]:
         return [self.row()]

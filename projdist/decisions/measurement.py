@@ -1,4 +1,4 @@
-"""The nodes of a region at which CRSs are tried, and their measurement in full."""
+"""The nodes of a region at which CRSs are tried, and the measurement of CRSs in full."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ class Lattice(WeightedPoints):
     parallels: tuple[FloatArray, IntArray]  # the same for latitudes
 
     def near(self, areas: Sequence[Area]) -> BoolArray:
-        """True for areas of west, south, east, north that meet the region's bounds."""
+        """True for areas (west, south, east, north) that meet the region's bounds."""
         west, south, _, north, width = _columns(areas)
         low, bottom, high, top = self.region.bounds
         beside = ((low - west) % 360.0 <= width) | ((west - low) % 360.0 <= high - low)
         return np.asarray(beside & (south <= top) & (north >= bottom))
 
     def within(self, areas: Sequence[Area]) -> BoolArray:
-        """True for points within areas, shape (areas, points); west > east crosses the antimeridian."""
+        """True for points within areas, shape (areas, points); areas with west > east cross the antimeridian."""
         west, south, _, north, width = _columns(areas)
         chosen = self.near(areas)
         found = np.zeros((len(west), self.lon.size), dtype=bool)
@@ -72,7 +72,7 @@ def lattice_of(region: Region) -> Lattice:
 
 
 def _columns(areas: Sequence[Area]) -> tuple[FloatArray, ...]:
-    """West, south, east, north, and the width, 360 for one of 0."""
+    """West, south, east and north of areas, and their widths, 360 in place of 0."""
     west, south, east, north = np.array(areas, dtype=float).reshape(-1, 4).T
     width = (east - west) % 360.0
     return west, south, east, north, np.where(width == 0.0, 360.0, width)
@@ -97,7 +97,7 @@ class Rejected:
 
 @dataclass(frozen=True)
 class FullMeasurement:
-    """A CRS to measure in full, by its code or a PROJ string; `level` is its Airy-Kavrayskiy error, about."""
+    """A CRS to measure in full, by its code or a PROJ string; `level` is roughly its Airy-Kavrayskiy error."""
 
     code: str
     name: str
@@ -141,7 +141,7 @@ class Distortion:
 
 
 def evaluate(task: FullMeasurement) -> float | Rejected:
-    """The figure of the ranking of a CRS over a region, the same as by `measure`."""
+    """The ranking's figure of a CRS over a region, the same as by `measure`."""
     try:
         projection = _projection(task)
         if task.uninterrupted and is_interrupted(projection, task.region):
@@ -152,7 +152,7 @@ def evaluate(task: FullMeasurement) -> float | Rejected:
 
 
 def measure(task: FullMeasurement) -> tuple[float, Distortion] | Rejected:
-    """The figure of the ranking, and a CRS measured, to 1e-5 of its Airy-Kavrayskiy errors and of its means."""
+    """The ranking's figure of a CRS, and all its figures to 1e-5 of its Airy-Kavrayskiy errors and of its means."""
     try:
         projection = _projection(task)
         field = _resolving(task, projection)
@@ -174,7 +174,7 @@ def measure(task: FullMeasurement) -> tuple[float, Distortion] | Rejected:
 
 
 def _areal_scales(found: dict[str, Estimate], *, rounding: bool) -> dict[str, float]:
-    """The figures of the smallest and the largest areal scale; `rounding` if the map keeps areas."""
+    """The figures of the smallest and the largest areal scale; with `rounding`, for maps that keep areas."""
     inverse, most = found["max_inverse_areal_scale"], found["max_areal_scale"]
     value = 1.0 / inverse.value
     least = Estimate(value, value**2 * inverse.error)
@@ -212,7 +212,7 @@ def _projection(task: FullMeasurement) -> Projection:
 
 
 def _ranked(task: FullMeasurement, field: Field) -> float:
-    """The figure of the ranking, for a figure of `Distortion` to all digits that of `measure`."""
+    """The ranking's figure; if it is one of `Distortion`, it is that of `measure` to all digits."""
     name = _NAMES.get(task.ranking.essence, "")
     if name == "max_areal_error_ppm":
         return _areal_scales(_figures(task, field, _AREAL_SCALES), rounding="equal-area" in task.keeps)[name]
@@ -228,7 +228,7 @@ def _resolving(task: FullMeasurement, projection: Projection, terms: Sequence[Me
 
 
 def _figures(task: FullMeasurement, field: Field, figures: Sequence[Figure]) -> dict[str, Estimate]:
-    """Figures by name, means from a finer field."""
+    """Figures by name; means are taken from a finer field."""
     # A figure that vanishes because of the map's property is taken at the probe: a search would only find noise.
     assert field.projection is not None  # it is no field of given Jacobians
     vanishing = [one for one in figures if _VANISHES.get(one.aspect) in task.keeps]
@@ -254,7 +254,7 @@ def _figures(task: FullMeasurement, field: Field, figures: Sequence[Figure]) -> 
 
 def _mean(term: Measure, fine: Field, coarse: Field) -> Estimate:
     """The mean over the area; NaN where it diverges."""
-    # A measure with a bound has a mean. If that is not resolved it is mere rounding, of which larger panels have less.
+    # A bounded measure has a mean. If it is not resolved it is only rounding, of which larger panels have less.
     found, first = (each.mean(term, slope=np.zeros_like(each.weight)) for each in (fine, coarse))
     if found.error <= _RESOLVED * found.value:
         return found

@@ -22,9 +22,6 @@ from projdist.decisions.family_search import DECIMALS, Flat, Members, Objective,
 from projdist.earth import SPHERE, WGS84, Ellipsoid
 from projdist.field import FIGURES, AnyFigure, Field, Figure, Nodes, get_figure, nodes_of, sample
 
-LIMITED = ("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine")
-"""Figures of which the least value is known."""
-
 _NODES = 2000
 _WIDEST = 100.0  # degrees from the middle: beyond, the polynomials of the stereographic plane do not reach
 
@@ -34,7 +31,7 @@ def least_error(
     region: regions.Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84, degree: int = 8
 ) -> float | None:
     """Airy-Kavrayskiy error of the best map of a region for a purpose; None for regions that are too wide."""
-    # It is that of the best conformal map whose ln k is a polynomial of the degree, over sqrt(2) for other purposes.
+    # That of the best conformal map (ln k is a polynomial of the degree); over sqrt(2) if no property is to be kept.
     extent = families.extent_of(region)
     if extent.radius > _WIDEST:
         return None
@@ -69,7 +66,7 @@ _TOO_WIDE = 60.0  # degrees from the middle: nobody would take UTM
 _EXCHANGES, _EXCEEDS = 6, 1e-5  # most exchanges of nodes, and the relative excess of the maximum that asks for one
 _DECIDES = Objective(FIGURES["airy_kavrayskiy"])
 _NOTE = "{} vanishes for all of {}: the least Airy-Kavrayskiy error has decided."
-_USUAL = 2.0  # scales up to it, or down to its inverse, hide no unbounded distortion
+_USUAL = 2.0  # scales from its inverse to it cannot hide a distortion without bound
 _WHOLE = 0.9999  # coverage of a map that shows the region whole
 
 
@@ -107,10 +104,10 @@ class Optimum(support.Answer):
     round_to: float | None
     roundings: tuple[Rounded, ...]  #: the best rounded parameters
     baselines: tuple[Baseline, ...]  #: the usual projections
-    others: tuple[Optimum, ...]  #: the optima of the other families with `auto`, best first
-    failures: tuple[answers.Failure, ...]
+    others: tuple[Optimum, ...] = ()  #: the optima of the other families with `auto`, best first
+    failures: tuple[answers.Failure, ...] = ()
     evaluations: int
-    #: Says that the Airy-Kavrayskiy error has decided, as the criterion vanishes for the whole family
+    #: A remark if the Airy-Kavrayskiy error has decided because the criterion vanishes for the whole family
     note: str | None = None
     #: Parameters that hardly matter, with ranges in which the criterion is at most 1 % larger
     flats: tuple[Flat, ...] = field(default=(), metadata=support.schema("flat"))
@@ -227,8 +224,8 @@ def optimize(
         if progress is not None:
             progress(number, len(names))
         try:
-            members = _members(families.get_family(name, extent), area, objective, free, surface, round_to)
-            found.append(_optimum(members, objective, extent, round_to))
+            members = Members(families.get_family(name, extent), area, objective, free, surface, round_to)
+            found.append(_optimum(_decided(members), objective, extent, round_to))
         except projections.ProjectionError as error:
             if family != "auto":
                 raise
@@ -251,25 +248,16 @@ def best_member(
 
     Raises ProjectionError if the family shows no part of the region, or has about no value below `most`.
     """
-    members = _members(
-        families.get_family(family, families.extent_of(region)), region, Objective(figure), None, ellipsoid
-    )
+    chosen_family = families.get_family(family, families.extent_of(region))
+    members = _decided(Members(chosen_family, region, Objective(figure), ellipsoid=ellipsoid))
     best, _, fine, _ = _search_with_exchange(members, most)
     chosen, scale = members.written(best, fine)
     return members.member(chosen, scale), members.shown(chosen, scale)
 
 
-def _members(
-    family: families.Family,
-    region: regions.Place,
-    objective: Objective,
-    free: Sequence[str] | None,
-    ellipsoid: Ellipsoid | None,
-    step: float | None = None,
-) -> Members:
-    """The members of a family, by the Airy-Kavrayskiy error if the objective vanishes for all of them."""
-    members = Members(family, region, objective, free, ellipsoid, step)
-    return Members(family, region, _DECIDES, free, ellipsoid, step) if members.vanishes() else members
+def _decided(members: Members) -> Members:
+    """The members by the Airy-Kavrayskiy error if their objective vanishes for all of them, else as they are."""
+    return replace(members, objective=_DECIDES) if members.vanishes() else members
 
 
 def _search_with_exchange(members: Members, most: float = np.inf) -> tuple[dict[str, float], float, Nodes, int]:
@@ -347,8 +335,6 @@ def _optimum(members: Members, objective: Objective, extent: families.Extent, ro
         round_to=round_to,
         roundings=roundings,
         baselines=_baselines(members, objective, extent),
-        others=(),
-        failures=(),
         evaluations=evaluations,
         note=None if members.objective == objective else _NOTE.format(objective.figure.name, members.family.name),
         flats=members.flats(best, least, fine),

@@ -80,19 +80,24 @@ def by_usage(group: Sequence[Candidate], records: Mapping[str, CrsRecord]) -> li
 
 
 def _realises(datum: str, other: str) -> bool:
-    """True if a datum is by its name a realisation of the other, as NAD83(2011) of NAD83; CH1903+ is none of CH1903."""
+    """True if a datum's name is that of a realisation of the other: NAD83(2011) of NAD83, but not CH1903+ of CH1903."""
     return datum.startswith(other) and datum.removeprefix(other).lstrip().startswith(("(", "/"))
 
 
 def _close(group: list[Candidate], size: Size) -> list[list[Candidate]]:
     """Candidates of one conversion in groups of the same figure, on any ellipsoid."""
-    parts: list[list[Candidate]] = []
-    for one in sorted(group, key=size):
-        if parts and size(one) <= (1.0 + _CLOSE) * size(parts[-1][0]):
-            parts[-1].append(one)
+    return _runs(sorted(group, key=size), lambda one, first: size(one) <= (1.0 + _CLOSE) * size(first))
+
+
+def _runs(ordered: Sequence[Candidate], is_close: Callable[[Candidate, Candidate], bool]) -> list[list[Candidate]]:
+    """Sorted candidates in groups of those that are close to the first of the group."""
+    runs: list[list[Candidate]] = []
+    for one in ordered:
+        if runs and is_close(one, runs[-1][0]):
+            runs[-1].append(one)
         else:
-            parts.append([one])
-    return parts
+            runs.append([one])
+    return runs
 
 
 def _merged(groups: list[list[Candidate]], size: Size) -> list[list[Candidate]]:
@@ -126,12 +131,12 @@ WIDE_FACTOR = 2.0
 
 
 def weight_of(one: Candidate, least_share: float) -> float:
-    """The factor of a map's figures, if `least_share` of the region counts as all of it."""
+    """The factor of a map's figures; `least_share` of the region counts as all of it."""
     return (1.0 if one.share >= least_share else 1.0 / one.share) * (WIDE_FACTOR if one.wide else 1.0)
 
 
 def is_close(key: Key, least: Key, close: float) -> bool:
-    """True if a map is within `close` of the least key; levels count only where both figures vanish."""
+    """True if a key is within `close` of the least one; levels count only if both figures vanish."""
     if least[0] > 0.0:
         return key[0] <= (1.0 + close) * least[0]
     return key[0] == 0.0 and key[1] <= (1.0 + close) * least[1]
@@ -139,13 +144,8 @@ def is_close(key: Key, least: Key, close: float) -> bool:
 
 def tiers(maps: Sequence[Candidate], close: float) -> list[list[Candidate]]:
     """Groups of maps whose keys are close to the best of the group: best group first, each in order of preference."""
-    found: list[list[Candidate]] = []
-    for one in sorted(maps, key=lambda each: each.key):
-        if found and is_close(one.key, found[-1][0].key, close):
-            found[-1].append(one)
-        else:
-            found.append([one])
-    return [preferred(tier) for tier in found]
+    ordered = sorted(maps, key=lambda one: one.key)
+    return [preferred(tier) for tier in _runs(ordered, lambda one, first: is_close(one.key, first.key, close))]
 
 
 def in_force(maps: Sequence[Candidate]) -> list[Candidate]:
@@ -155,7 +155,7 @@ def in_force(maps: Sequence[Candidate]) -> list[Candidate]:
 
 
 def preferred(maps: Sequence[Candidate]) -> list[Candidate]:
-    """Maps that are close, in order of preference: national, for general use, on the datum in force, the least key."""
+    """Close maps in order of preference: national, for general use, on the datum in force, with the least key."""
     latest = _latest(maps)
 
     def rank(one: Candidate) -> tuple[Any, ...]:
@@ -204,7 +204,11 @@ class Shortlist:
     rejected: list[Rejected] = field(default_factory=list)  # maps that cannot be measured in full
 
     def best(self, maps: Sequence[Candidate], limit: int | None, on_progress: OnProgress) -> list[Candidate]:
-        """The best maps in order: evaluated until no other can be among them, then measured."""
+        """The best maps in order, with all their figures."""
+        return self._measured(self.ordered(maps, limit), on_progress)
+
+    def ordered(self, maps: Sequence[Candidate], limit: int | None) -> list[Candidate]:
+        """The best maps in order by their keys: evaluated until no other can be among them."""
         margins = [_MAXIMUM_MARGIN if self.ranking.is_maximum else _MEAN_MARGIN, _MEAN_MARGIN]
         wanted = len(maps) if limit is None else min(limit, len(maps))
         waiting = sorted(maps, key=self.trial_key)
@@ -219,7 +223,7 @@ class Shortlist:
             evaluated = self._evaluated(chosen)
             margins = [min(pair) for pair in zip(margins, _margins(evaluated), strict=True)]
             done += evaluated
-        return self._measured([one for tier in tiers(done, self.close) for one in tier][:wanted], on_progress)
+        return [one for tier in tiers(done, self.close) for one in tier][:wanted]
 
     def winner(self, maps: Sequence[Candidate], measured: Sequence[Candidate]) -> Candidate | None:
         """The best of a few maps by the figure alone, measured in full; it may be among those measured before."""
@@ -236,11 +240,11 @@ class Shortlist:
         return None if isinstance(figure, Rejected) else figure
 
     def trial_key(self, one: Candidate) -> Key:
-        """The order of a map by its trial."""
+        """The key of a map by its trial."""
         return self._key(*one.trial_key)
 
     def _key(self, figure: float, level: float) -> Key:
-        """A key by a figure, of which rounding counts as 0, and a level."""
+        """The key of a figure, 0 if it is only rounding, and a level."""
         return self.ranking.without_rounding(figure), level
 
     def _least_of_last(self, done: Sequence[Candidate], wanted: int) -> Key:
@@ -258,7 +262,7 @@ class Shortlist:
         return key <= least or is_close(key, least, self.close)
 
     def _evaluated(self, maps: Sequence[Candidate]) -> list[Candidate]:
-        """Maps with keys by their fully measured figures; where the figure vanishes, by the fully measured level."""
+        """Maps with keys by their figures measured in full, or by their levels where the figures vanish."""
         found = []
         for one, figure in zip(maps, self._run(evaluate, maps), strict=True):
             if isinstance(figure, Rejected):
@@ -295,7 +299,7 @@ class Shortlist:
 
 
 def _margins(evaluated: Sequence[Candidate]) -> list[float]:
-    """Factors by which full figures, and levels, may be below those of trials, learnt from the maps evaluated."""
+    """The least ratios of full figures, and of levels, to those of trials that the evaluated maps let expect."""
     pairs = [[(one.key[0], one.trial_key[0]) for one in evaluated if 0.0 < one.key[0] < np.inf]]
     pairs += [[(one.key[1], one.trial_key[1]) for one in evaluated if one.key[0] == 0.0 and one.key[1] < np.inf]]
     return [min((_SAFETY * full / trial for full, trial in kind if trial > 0.0), default=np.inf) for kind in pairs]

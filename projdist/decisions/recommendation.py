@@ -6,6 +6,7 @@ import functools
 import operator
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -20,9 +21,9 @@ from projdist.decisions.zones import ZoneSystem, official_of, remark_on_own, zon
 from projdist.field import AnyFigure, Figure, get_figure, jacobian
 
 AREAS = ("preferred", "contains", "intersects")
-"""How areas of use count: a larger share of the region is better, they must hold the region, or they do not count."""
+"""How areas of use count: the more of the region the better; they must hold it; or they do not count."""
 
-_HEAVY = 24  # a custom projection takes at least as long as so many trials
+_HEAVY = 24  # trials that take as long as a custom projection, at least
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class Recommendation(support.Answer):
         return f"{best}, for {self.region.name}, of {self.candidates} CRSs"
 
     def to_dict(self) -> dict[str, Any]:
-        """The question; lists of `"results"`, `"zones"`, `"custom"`, and what is not; and the `"official"` CRS."""
+        """The keys of the command line's JSON, as `"results"`, `"official"`, `"zones"`, `"custom"` and `"rejected"`."""
         not_custom = [{"family": one.name, "reason": one.reason} for one in self.not_custom]
         return super().to_dict() | {"not_custom": not_custom}
 
@@ -168,6 +169,35 @@ def recommend(
     >>> recommend("box:7.5,46.5,8.5,47.5", authorities=["EPSG"], limit=1).results[0].code
     'EPSG:2056'
     """
+    options = (area, deprecated, limit, uninterrupted, custom, progress)
+    search = _search_for(region, purpose, criterion, authorities, codes, *options)
+    with search.workers(executor) as workers:
+        return search.run(workers, datum)
+
+
+def ranked_crs(
+    region: regions.RegionLike, *, datum: str | None = None, executor: Executor | str | None = None, **options: Any
+) -> tuple[Candidate, ...]:
+    """The results of `recommend`, in its order, with keys but without full figures, which take most of the time."""
+    search = _search_for(region, **options)
+    with search.workers(executor) as workers:
+        return search.ranked(workers, datum)
+
+
+def _search_for(
+    region: regions.RegionLike,
+    purpose: str = "any",
+    criterion: AnyFigure = "airy_kavrayskiy",
+    authorities: Sequence[str] = projections.AUTHORITIES[:2],
+    codes: Sequence[str] = (),
+    area: str = "preferred",
+    deprecated: bool = False,
+    limit: int | None = 10,
+    uninterrupted: bool = False,
+    custom: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> _CrsSearch:
+    """The search with the options of `recommend`, checked."""
     given = regions.get_region(region, earth.WGS84)
     if isinstance(given, regions.PointSet):
         raise ValueError(f"Invalid region '{given.name}'. It must be an area: a box, a cap, a country, polygons.")
@@ -180,7 +210,7 @@ def recommend(
     records = projections.crs_records(projections.check_authorities(authorities), deprecated=deprecated)
     if codes:
         records = [one for one in records if one.code in codes]
-    search = _CrsSearch(
+    return _CrsSearch(
         pool=CandidatePool(place, records, area),
         probe=probe_of(place),
         ranking=ranking,
@@ -190,51 +220,62 @@ def recommend(
         area=area,
         limit=limit,
         families=families_for(place, purpose) if custom else (),
-        notes=() if place is given else (f"The answer is for the main part, {place.name}.",),
         progress=progress,
+        notes=() if place is given else (f"The answer is for the main part, {place.name}.",),
     )
-    if isinstance(executor, str):
-        with support.open_executor(executor) as named:
-            return search.run(named, datum)
-    if executor is not None:
-        return search.run(executor, datum)
-    if not support.is_picklable(ranking):
-        return search.run(None, datum)
-    with support.own_executor(len(search.pool.records) + _HEAVY * len(search.families)) as own:
-        return search.run(own, datum)
 
 
 @dataclass(kw_only=True)
 class _CrsSearch(Shortlist):
-    """A search for the best: candidates are tried, grouped by map, and the best maps measured in full."""
+    """A search for the best CRSs: candidates are tried, grouped by map, and the best maps measured in full."""
 
     purpose: str
     area: str
     limit: int | None
     families: Sequence[str]  # of custom projections
-    notes: tuple[str, ...]
     progress: Callable[[int, int], None] | None
+    notes: tuple[str, ...]
 
-    def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
-        """Try all, measure the best."""
-        self.executor, records = executor, self.pool.records
+    def workers(self, executor: Executor | str | None) -> AbstractContextManager[Executor | None]:
+        """The executor for the work, as a context."""
+        if isinstance(executor, str):
+            return support.open_executor(executor)
+        if executor is not None or not support.is_picklable(self.ranking):
+            return nullcontext(executor)
+        return support.own_executor(len(self.pool.records) + _HEAVY * len(self.families))
+
+    def ranked(self, executor: Executor | None, datum: str | None) -> tuple[Candidate, ...]:
+        """Try all CRSs, and put the best in order."""
+        self.executor = executor
+        return tuple(self.ordered(self._tried(datum), self.limit))
+
+    def _tried(self, datum: str | None) -> list[Candidate]:
+        """The different maps for the purpose, on a datum if stated; what else was tried is rejected."""
+        records = self.pool.records
         unfit = projections.reasons_against(records)
-        rejected = [*self.pool.rejected, *(Rejected(code, records[code].name, text) for code, text in unfit.items())]
-        fit = [record for code, record in records.items() if code not in unfit]
-        total = len(fit) + len(self.families) + (self.limit or len(fit))
-        trials = [functools.partial(try_crs, record, self.probe, self.ranking) for record in fit]
-        tried = support.run_all(executor, operator.call, trials, self._report(0, total))
+        self.rejected += [*self.pool.rejected, *(Rejected(code, records[code].name, unfit[code]) for code in unfit)]
+        trials = [
+            functools.partial(try_crs, record, self.probe, self.ranking)
+            for code, record in records.items()
+            if code not in unfit
+        ]
+        tried = support.run_all(self.executor, operator.call, trials, self._report(0))
         candidates = [one for one in tried if isinstance(one, Candidate)]
-        rejected += [one for one in tried if isinstance(one, Rejected)]
+        self.rejected += [one for one in tried if isinstance(one, Rejected)]
         if datum is not None:
             candidates = of_datum(candidates, datum)
-        maps = [one for one in self._maps(candidates) if suits(one.keeps, self.purpose)]
-        custom, not_custom = self._custom(self._report(len(fit), total))
-        best = self.best(maps, self.limit, self._report(len(fit) + len(self.families), total))
+        return [one for one in self._maps(candidates) if suits(one.keeps, self.purpose)]
+
+    def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
+        """Try all CRSs, and measure the best."""
+        self.executor, records = executor, self.pool.records
+        maps = self._tried(datum)
+        custom, not_custom = self._custom(self._report(len(records)))
+        best = self.best(maps, self.limit, self._report(len(records) + len(self.families)))
         official, zones = official_of(maps, best, self), zones_of(maps, self, self.purpose)
         remark = "" if self.area == "intersects" else remark_on_own(maps, best, self)
         if self.progress is not None:
-            self.progress(total, total)
+            self.progress(self._total, self._total)
         least = custom[0].value if custom else None
         return Recommendation(
             region=self.pool.region,
@@ -242,7 +283,7 @@ class _CrsSearch(Shortlist):
             criterion=self.ranking.name,
             area=self.area,
             results=tuple(self._compared(one, least) for one in best),
-            rejected=(*rejected, *self.rejected),
+            rejected=tuple(self.rejected),
             candidates=len(records),
             maps=len(maps),
             custom=custom,
@@ -254,9 +295,15 @@ class _CrsSearch(Shortlist):
             limit=self._lower_bound,
         )
 
-    def _report(self, before: int, total: int) -> OnProgress:
+    @property
+    def _total(self) -> int:
+        """About the number of tasks."""
+        records = len(self.pool.records)
+        return records + len(self.families) + (self.limit or records)
+
+    def _report(self, before: int) -> OnProgress:
         """A callback for the number of tasks done, after those done before."""
-        progress = self.progress
+        progress, total = self.progress, self._total
         return None if progress is None else lambda done: progress(min(before + done, total), total)
 
     @functools.cached_property
@@ -264,7 +311,7 @@ class _CrsSearch(Shortlist):
         return lower_bound_of(self.ranking, self.pool.region, self.purpose)
 
     def _maps(self, candidates: Sequence[Candidate]) -> list[Candidate]:
-        """The different maps among candidates."""
+        """The different maps among candidates, each as one candidate."""
         maps = []
         used = [self.pool.with_usage(one) for one in candidates]
         # By the figure of the trial, or the level where that is no more than rounding.
@@ -321,7 +368,7 @@ def best_custom(
     family: str, region: regions.Region, probe: WeightedPoints, ranking: Figure, purpose: str
 ) -> Custom | Rejected:
     """The best member of a family, measured in full as existing CRSs are; rejected if it does not serve the purpose."""
-    # It is on WGS 84 even if its formulas are for a sphere, as are the existing CRSs of these methods.
+    # It is on WGS 84, as existing CRSs are, even if its formulas are for a sphere.
     try:
         projection, parameters = best_member(family, region, ranking, earth.WGS84)
         J = jacobian(projection, probe.lon, probe.lat)

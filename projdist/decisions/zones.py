@@ -1,4 +1,4 @@
-"""Systems of zones, and a country's own CRSs for a region."""
+"""Systems of zones for a region, and the CRSs of its country."""
 
 from __future__ import annotations
 
@@ -35,8 +35,7 @@ _CYLINDRICAL, _SCALE_FACTOR = (9807, 9808), 8805  # EPSG's codes of Transverse M
 _PPM = FIGURES["max_scale_error_ppm"]
 _LEVEL = 1e-4  # the Airy-Kavrayskiy error of a zone, about
 
-# The part in which names of zones of one system differ: numbers, also Roman, with degrees and hemispheres; or where in
-# a state of the USA they are.
+# Where names of zones of one system differ: in numbers, also Roman, with degrees and hemispheres; or in the direction.
 _NUMBER = re.compile(r"\d+(?:[.'/-]\d+)*\s*[NSEW]?\b|\b[IVX]+\b|\d+")
 _DIRECTION = re.compile(r"\b(?:North|South|East|West|Central)\b\s*")
 
@@ -57,8 +56,8 @@ class Zone(Record):
 class ZoneSystem(Record):
     """Zones that together cover the region, from west to east; the figures are the worst of any zone."""
 
-    name: str  # that of the first and the last
-    national: bool  # True for the country's own
+    name: str  # from the names of the first and the last zone
+    national: bool  # True for a system of the region's country
     share: float = field(metadata=schema("share_in_area_of_use"))
     value: float
     max_scale_error_ppm: float
@@ -83,8 +82,8 @@ def find_zones(
     shortlist: Shortlist, records: Sequence[CrsRecord], above_ppm: float, *, national: bool
 ) -> tuple[ZoneSystem, ...]:
     """Systems of conformal zones that cover the region with scale errors below `above_ppm`, in a state on average."""
-    # Systems on an older datum than others are left out; so are those on a datum from before satellites, unless there
-    # are no others; in a state of the USA even then. Those for general use come first, then those of the fewest zones.
+    # Systems on an older datum than others are left out, and so are those on a datum from before satellites, unless
+    # there are no others (in US states always). Those for general use come first, then those of the fewest zones.
     pool, executor = shortlist.pool, shortlist.executor
     lattice, in_state = pool.lattice, bool(pool.part.state)
     systems = _systems(records, pool.facts, lattice, pool.part.state)
@@ -104,7 +103,7 @@ def find_zones(
 
 
 def _systems(records: Sequence[CrsRecord], facts: Mapping[str, Facts], lattice: Lattice, state: str) -> list[_System]:
-    """Systems that cover a region, each map once: on the latest datum, with the plainest names."""
+    """Systems that cover a region; of those that draw the same maps the one on the latest datum, with plain names."""
     families = [sorted(family, key=_number) for family in _families(records, facts, state)]
     latest: dict[str, int] = {}
     for family in families:
@@ -129,7 +128,7 @@ def _systems(records: Sequence[CrsRecord], facts: Mapping[str, Facts], lattice: 
 
 
 def _families(records: Sequence[CrsRecord], facts: Mapping[str, Facts], state: str) -> list[list[CrsRecord]]:
-    """Groups of CRSs whose names differ by numbers, in a state by directions, and groups of those that are left."""
+    """Groups of CRSs whose names differ by numbers (in a state by directions), and groups of the rest by method."""
     # CRSs of a group have frame, method and prime meridian in common, cylinders also their scale factor.
     by_name: dict[Any, list[CrsRecord]] = {}
     for record in records:
@@ -186,8 +185,8 @@ def _probe(lattice: Lattice, held: BoolArray) -> WeightedPoints:
 def _serves(
     system: _System, found: Mapping[str, Candidate | Rejected], above_ppm: float, weight: FloatArray | None = None
 ) -> bool:
-    """True if by their trials all zones are conformal, with errors below `above_ppm`, or with weights on average."""
-    # A state's zones are its law, also where one far island has more: Isle Royale in Michigan.
+    """True if by their trials all zones are conformal, with errors below `above_ppm`; with weights, on average."""
+    # A state's zones are its law even where a far island, such as Isle Royale in Michigan, has larger errors.
     trials = [
         (found[record.code], held) for record, held in zip(system.records, system.held, strict=True) if held.any()
     ]
@@ -253,7 +252,7 @@ def _measured(
 
 
 def _where(lattice: Lattice, held: BoolArray) -> str:
-    """Where in the region the points lie that a zone holds: their middle beside that of all, as a compass says it."""
+    """The part of the region that a zone holds, as a compass says it, by the middle of its points."""
     if not held.any():
         return "margin"
     west, south, east, north = lattice.region.bounds

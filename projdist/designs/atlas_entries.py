@@ -39,7 +39,7 @@ class AtlasMap(support.Record):
 
 @dataclass(frozen=True, kw_only=True)
 class AtlasPurpose(support.Record):
-    """The best maps for a purpose, by a figure, the `criterion`."""
+    """The best maps for a purpose by a figure, the `criterion`."""
 
     name: str = field(metadata=support.HIDDEN)
     criterion: str  # the figure
@@ -51,7 +51,7 @@ class AtlasPurpose(support.Record):
 
     @property
     def maps(self) -> dict[str, AtlasMap]:
-        """The maps that exist, by "existing", "custom" and "made"."""
+        """The maps that the entry has, by "existing", "custom" and "made"."""
         return {what: one for what in _BEST if (one := getattr(self, what)) is not None}
 
 
@@ -89,7 +89,7 @@ class AtlasEntry(support.Answer):
         return self.official or self.purposes["any"].existing
 
     def saves(self, one: AtlasMap, criterion: str = "airy_kavrayskiy") -> float | None:
-        """The share of the reference's error that a map saves; None if either has no such figure."""
+        """The share of the reference's error that a map saves; None if the figure of either is missing."""
         mine, its = (getattr(known, criterion, None) for known in (one, self.reference))
         return None if mine is None or not its else 1.0 - mine / its
 
@@ -98,12 +98,11 @@ class AtlasEntry(support.Answer):
         best = self.purposes["any"]
         row = {"place": self.title, "kind": self.kind, "region": self.region, "area_km2": self.area_km2}
         row["limit"] = best.limit
-        maps = {"official": self.official, "existing": best.existing, "custom": best.custom, "made": best.made}
-        for what, one in maps.items():
-            row[what] = None if one is None else one.projection
-            row[f"{what}_error"] = None if one is None else one.airy_kavrayskiy
-            row[f"{what}_over_limit"] = None if one is None else _over(one, best.limit)
-            row[f"{what}_saves"] = None if one is None else self.saves(one)
+        maps = best.maps | {"official": self.official}
+        for what in ("official", *_BEST):
+            one, keys = maps.get(what), ("", "_error", "_over_limit", "_saves")
+            figures = one and (one.projection, one.airy_kavrayskiy, _over(one, best.limit), self.saves(one))
+            row |= {what + key: value for key, value in zip(keys, figures or (None,) * 4, strict=True)}
         return row
 
     def _line(self) -> str:

@@ -1,4 +1,4 @@
-"""The mean of several maps, with the bound of its total and the maps beside it."""
+"""The mean of several maps, its bound, and the maps to compare it with."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ _TOLERANCE = 1e-8
 _ROUNDING = 1e-10  # of totals, by finite differences
 _EDGE = 1e-3  # degrees
 _LONGEST = 60  # characters of a label
-_SAME = 9  # digits to which totals are compared, as two maps are equally far from their mean
+_SAME = 9  # digits of totals that are compared: two maps are equally far from their mean
 
 
 def mean_map(
@@ -246,7 +246,7 @@ def mean_map(
 
 
 def _world_box(region: regions.Place) -> regions.Box | None:
-    """The region as the box of a map of the world, None if it needs no such map; raises ValueError."""
+    """The region if it is a box that needs a map of the world, None if it needs no such map; raises ValueError."""
     if decisions.extent_of(region).radius <= WIDEST:
         check_extent(region)
         return None
@@ -296,7 +296,7 @@ class _Ground(plane_maps.Targets):
 
 
 def _of_world(ground: _Ground, box: plane_maps.Sides, degree: int) -> plane_maps.BoxPolynomials:
-    """The nearest sum of products of Chebyshev polynomials."""
+    """The sum of products of Chebyshev polynomials that is nearest to the maps."""
     nodes, size = ground.nodes, degree + 1
     gradients = plane_maps.box_gradients(box, degree, nodes.lon, nodes.lat, nodes.ellipsoid)
     # The start is linear in longitude and latitude.
@@ -311,7 +311,6 @@ def _of_world(ground: _Ground, box: plane_maps.Sides, degree: int) -> plane_maps
 
 def _nearest_base(ground: _Ground, maps: tuple[Projection, ...]) -> Projection:
     """The map that is nearest to all, by its PROJ string if it has one."""
-
     chosen = min(maps, key=lambda one: (float(f"{ground.total(ground.jacobian(one)):.{_SAME}g}"), one.definition))
     text = proj.parameters_of(chosen, np.eye(2))
     return chosen if text is None else Projection.from_user_input(text)
@@ -321,8 +320,7 @@ def _placed(
     mean: _Mean, ground: _Ground, average: Projection, title: str, area: AreaOfUse, datum: str | None
 ) -> tuple[Projection, DerivedCrs | None]:
     """The mean with the orientation and the middle of the average, and its CRS if it has one."""
-    base = mean.base if isinstance(mean, plane_maps.Corrected) else None
-    ellipsoid = (base or average).ellipsoid
+    ellipsoid = (mean.base if isinstance(mean, plane_maps.Corrected) else average).ellipsoid
     own = Projection.from_function(mean, name=title, ellipsoid=ellipsoid)
     turn = plane_maps.common_turn(ground.jacobian(average) @ np.linalg.inv(ground.jacobian(own)), ground.weight)
     mean = mean.moved(turn, ground.middle(average) - turn * ground.middle(own))
@@ -336,7 +334,7 @@ def _placed(
 def _standings(
     maps: list[tuple[str, str, Projection]], region: regions.Place, coarse: _Ground, fine: _Ground, progress: OnProgress
 ) -> tuple[tuple[Nearness, ...], float]:
-    """Those of the bound and of maps with their kinds and names, and the largest change of totals with fewer nodes."""
+    """Standings of the bound and of maps (kind, name, map), and the largest change of totals with fewer nodes."""
     J = fine.mean_metric()
     least = FIGURES["airy_kavrayskiy_scaled"](J, fine.weight)
     found, error = [Nearness("bound", "mean metric", None, fine.total(J), least, None)], 0.0

@@ -1,4 +1,4 @@
-"""The objective of a map made to measure, the base map that it corrects, and nodes in the plane of that map."""
+"""The objective of a map made to measure, the base map that is corrected, and nodes in its plane."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Kind:
     degrees: range
     adjective: str
     free_scale: bool = True  # a map of the kind may have any scale
-    idle: int = 3  # for two islands the fifth degree may be the first that gains, and it gains a lot
+    idle: int = 3  # degrees in a row without gain that end the search; for two islands the fifth may gain a lot
 
 
 KINDS = {
@@ -62,10 +62,10 @@ class DesignObjective:
 CRITERIA_OF_DESIGNS = ("airy_kavrayskiy", "max_scale_error_ppm", "max_log_scale")
 
 _POINT = 1e-6  # degrees: 10 cm
-WIDEST = 100.0  # degrees from the middle: wider regions need a map of the world
+WIDEST = 100.0  # degrees from the middle, beyond which a region needs a map of the world
 _FINEST = 20  # largest degree at which the monomials of PROJ's horner are accurate to a nanometre
 MOST_POLES = 96
-"""Of a conformal map: PROJ takes 50 microseconds a point for as many."""
+"""The most poles of a conformal map: PROJ takes 50 microseconds a point for as many."""
 
 
 def design_objective(kind: str, criterion: str, balance: float = 0.5, norm: float | None = None) -> DesignObjective:
@@ -114,19 +114,19 @@ def check_within(thing: str, value: Any, low: float, high: float, *, open: bool 
 
 def check_degree(value: Any) -> int:
     """A degree that PROJ's horner can have; raises ValueError."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= _FINEST:
-        raise ValueError(f"Invalid degree {quoted(value)}. It must be auto, or a whole number from 1 to {_FINEST}.")
+    return _check_whole("degree", value, 1, _FINEST)
+
+
+def _check_whole(thing: str, value: Any, least: int, most: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
+        raise ValueError(f"Invalid {thing} {quoted(value)}. It must be auto, or a whole number from {least} to {most}.")
     return int(value)
 
 
 def check_poles(value: Any, objective: DesignObjective, region: Place, symmetric: str) -> int | None:
     """A number of poles, None for "auto"; raises ValueError."""
-    if isinstance(value, str) and value == "auto":
-        count = None
-    elif isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= value <= MOST_POLES:
-        raise ValueError(f"Invalid poles {quoted(value)}. It must be auto, or a whole number from 0 to {MOST_POLES}.")
-    else:
-        count = int(value)
+    is_auto = isinstance(value, str) and value == "auto"
+    count = None if is_auto else _check_whole("poles", value, 0, MOST_POLES)
     if count != 0 and not (objective.kind.name == "conformal" and objective.figure.is_maximum):
         raise ValueError(f"Invalid poles '{value}'. They are for conformal maps by max_scale_error_ppm, max_log_scale.")
     if count != 0 and not (region.area_km2 and symmetric == "none"):
@@ -154,14 +154,14 @@ SYMMETRIES: tuple[str, ...] = ("none", "meridian", "equator", "both")
 _KEPT = 1e-7  # relative error of scales of a map that is conformal or equal-area: 0.1 ppm
 _ROUGH = 1e-3  # share of the region in which rounding may be larger
 _SAME = 1e-3  # metres
-_ASIDE, _THROWN, _NEAR = 1e-3, 1.0, 1e5  # degrees to neighbours, least metres from their middle, most between them
+_ASIDE, _THROWN, _NEAR = 1e-3, 1.0, 1e5  # degrees to neighbours; metres from their middle, least; between them, most
 TORN = 1e-9
-"""Largest share of a region's area in which a base may be not smooth or mirrored."""
+"""Largest share of a region's area where a base may be torn or mirrored."""
 
 
 @dataclass(frozen=True)
 class BaseNodes:
-    """Nodes on the base; those without either weight lie on the edge of the region."""
+    """Nodes in the plane of a base map; those without either weight lie on the edge of the region."""
 
     base: projections.Projection
     lon: FloatArray
@@ -185,7 +185,7 @@ class BaseNodes:
 
     @property
     def plane(self) -> tuple[FloatArray, FloatArray]:
-        """Coordinates about the origin, at most 1."""
+        """Coordinates about the origin, in units of `size`."""
         return (self.x - self.origin.real) / self.size, (self.y - self.origin.imag) / self.size
 
     @property
@@ -199,7 +199,7 @@ class BaseNodes:
 
 
 def base_nodes_of(base: projections.Projection, nodes: Nodes, around: Nodes | None) -> BaseNodes:
-    """Nodes of a region and of its surroundings on a base; raises ProjectionError for one that tears the region."""
+    """Nodes of a region and its surroundings on a base map; raises ProjectionError if the map tears the region."""
     both, beside = nodes, np.zeros(nodes.lon.size)
     if around is not None:
         lon, lat = np.append(nodes.lon, around.lon), np.append(nodes.lat, around.lat)
@@ -226,7 +226,7 @@ def smooth_at(J: FloatArray) -> BoolArray:
 
 
 def _places(base: projections.Projection, lon: FloatArray, lat: FloatArray) -> FloatArray:
-    """Coordinates (2, n) in metres; for a point far from both neighbours the middle of these."""
+    """Coordinates (2, n) in metres; for a misplaced point the middle of its neighbours."""
     # PROJ's omerc misplaces a strip a metre wide, along the meridian where the tangent in its equations is infinite.
     own = np.array(base(lon, lat))
     west, east = np.array(base(lon - _ASIDE, lat)), np.array(base(lon + _ASIDE, lat))
@@ -307,7 +307,7 @@ def best_base(region: Place, objective: DesignObjective, nodes: Nodes, symmetry:
 
 
 def given_base(given: projections.ProjectionLike) -> projections.Projection:
-    """A projection by the PROJ string of the same map; raises ProjectionError if there is none."""
+    """A projection as the PROJ string of the same map; raises ProjectionError if there is none."""
     projection = projections.Projection.from_user_input(given)
     text = projections.parameters_of(projection, np.eye(2))
     if text is None:
@@ -319,7 +319,7 @@ def given_base(given: projections.ProjectionLike) -> projections.Projection:
 
 
 def check_base(kind: Kind, nodes: BaseNodes, region: Place) -> None:
-    """Raise ProjectionError for a base that is cut within the region or not of the kind: no correction mends that."""
+    """Raise ProjectionError for a base that is cut within the region or not of the kind, which no correction mends."""
     base = nodes.base
     if cut_length(base, region) > 0.0:
         raise projections.ProjectionError(f"Invalid base '{base.label}'. It is cut within {region.name}.")
@@ -331,13 +331,13 @@ def check_base(kind: Kind, nodes: BaseNodes, region: Place) -> None:
 
 
 def _keeps(kind: Kind, J: FloatArray, weight: FloatArray) -> bool:
-    """True if Jacobians with weights of sum 1 are of the kind, but for PROJ's rounding at a few places, as a pole."""
+    """True if Jacobians with weights of sum 1 are of the kind, except where PROJ rounds, as at a pole."""
     # Conics that are nearly cylindrical are refused: PROJ rounds them everywhere.
     lost = {"conformal": log_anisotropy, "equal-area": log_areal_scale}.get(kind.name)
     return lost is None or float(weight[np.abs(lost(J)) > _KEPT].sum()) <= _ROUGH
 
 
-_EDGE = 0.25  # degrees: longer edges are divided, so that their images bend
+_EDGE = 0.25  # degrees: longer edges are divided, because their images are curves
 _AREA = 1e-6  # share of the image that overlaps, at least: the edges' images are chords
 
 

@@ -1,4 +1,4 @@
-"""The least range of scales that any conformal map of a region can have, with proof."""
+"""A proven lower bound of the range of scales of all conformal maps of a region."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _DEGREE = 16  # of the polynomial whose real part u has
 _LINES = ((0.04, 18.0), (0.1, 10.0), (0.25, 5.0), (0.6, 2.7))
 _SHARPNESS = 10.0 * 3.0 ** np.arange(7)  # of the soft minimum along the border, by the range of u there
 _STEPS, _DONE, _RIDGE = 25, 1e-6, 1e-4
-_SMOOTH = 0.1  # weight of the mean square of u along the border: wild functions need many points for a proof
-_SAME = 1e-7  # of the largest singular value: functions that are no different
+_SMOOTH = 0.1  # weight of the mean square of u along the border, as wild functions need many points for a proof
+_SAME = 1e-7  # of the largest singular value; functions with less are the same
 _ROUNDING = 1e-14  # of ln k
 _CHUNK = 1000
 _WIDEST, _HIGHEST = 60.0, 88.0  # degrees from the middle, and of latitude
@@ -31,7 +31,7 @@ _IN_PPM, _LOGARITHM = "max_scale_error_ppm", "max_log_scale"
 
 
 def proven_least(figure: str, region: regions.Place, ellipsoid: earth.Ellipsoid) -> float | None:
-    """A value that a figure has on every conformal map of a region, at least; None if nothing is proven."""
+    """A proven lower bound of a figure of all conformal maps of a region; None if nothing is proven."""
     if figure not in (_IN_PPM, _LOGARITHM):
         return None
     log_range = least_log_range(region, ellipsoid)
@@ -77,7 +77,7 @@ def least_log_range(region: regions.Place, ellipsoid: earth.Ellipsoid) -> float 
 
 
 def _outline(region: regions.Place, middle: float) -> shapely.Polygon:
-    """The largest part of a region, whole where the antimeridian cuts it: its longitudes go on beyond 180 degrees."""
+    """The largest part of a region, joined across the antimeridian with longitudes that go on beyond 180 degrees."""
     parts = shapely.get_parts(regions.polygons_of(region))
     turns = [360.0 * round((middle - part.centroid.x) / 360.0) for part in parts]
     moved = [
@@ -88,7 +88,7 @@ def _outline(region: regions.Place, middle: float) -> shapely.Polygon:
 
 @dataclass(frozen=True)
 class _Border:
-    """Points (n,) of a border in the plane of the base map, within the unit circle; ln k there; the next point each."""
+    """Points (n,) of a border on the plane of the base map, in the unit circle; ln k there; the index of the next."""
 
     z: ComplexArray
     log_k: FloatArray
@@ -126,7 +126,7 @@ def _charges(border: _Border) -> ComplexArray:
 
 
 def _outside(places: ComplexArray, border: _Border) -> BoolArray:
-    """True for places round which the border goes as often to the left as to the right: none inside proves anything."""
+    """True for places that the border does not wind around; charges inside the region prove nothing."""
     turns = np.angle((border.z[border.following] - places[:, None]) / (border.z - places[:, None]))
     return np.abs(turns.sum(axis=1)) < 1.0
 
@@ -138,7 +138,7 @@ def _functions(z: ComplexArray, charges: ComplexArray) -> FloatArray:
 
 
 def _highest(border: FloatArray, A: FloatArray, within: FloatArray, inner: FloatArray) -> FloatArray:
-    """Coefficients y that raise the least of `border` + A y above the least of `within` + inner y about the most."""
+    """Coefficients y that nearly maximise the least of `border` + A y less the least of `within` + inner y."""
     # The least along the border is replaced by a soft minimum, sharper and sharper, which is concave and smooth.
     fitted = np.linalg.lstsq(np.column_stack([A, np.ones(len(A))]), border, rcond=None)[0]
     y = np.asarray(-fitted[:-1], dtype=float)

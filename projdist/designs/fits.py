@@ -1,4 +1,4 @@
-"""Fits of the least-distorting map of a region: conformal, equal-area and general maps, by ascending degrees."""
+"""Fits of the least-distorting map of a region by ascending degrees, of each kind of map, and poles around it."""
 
 from __future__ import annotations
 
@@ -7,23 +7,25 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 
-from projdist._typing import BoolArray, FloatArray
+from projdist import regions
+from projdist._typing import BoolArray, ComplexArray, FloatArray, IntArray
 from projdist.decisions import Objective
-from projdist.designs.base_maps import BaseNodes, DesignObjective
+from projdist.designs.base_maps import MOST_POLES, BaseNodes, DesignObjective
 from projdist.designs.newton import minimise_energy
-from projdist.designs.plane_maps import ComplexPolynomial, PlaneMap, PolynomialMap, Shears
+from projdist.designs.plane_maps import ComplexPolynomial, ContinuedFraction, PlaneMap, PolynomialMap, Shears
 from projdist.matrices import EXPONENT, Energy, principal_scales
-from projdist.numerics import ComplexPolynomials, PlanePolynomials, fit_harmonic, least_squares
+from projdist.numerics import ComplexPolynomials, PlanePolynomials, fit_harmonic, least_range, least_squares
 
 _ENOUGH = 1e-13  # relative size of the terms of exp(p) that are left out
-_MOST = 36  # largest degree of the map: powers of 1e8 m do not overflow
-_FITTED = range(8, 33, 4)  # degrees of a fit of exp(p) if its series does not converge in time
+_MOST = 36  # largest degree of the map, at which powers of 1e8 m do not overflow
+_FITTED = range(8, 33, 4)  # degrees of a fit of exp(p) where its series converges too late
 _CLOSE = 1e-9  # relative error of scales in such a fit
 
 
 def conformal_map(nodes: BaseNodes, degree: int, norm: float, share: float) -> ComplexPolynomial:
-    """The best conformal map whose ln k is a polynomial of a degree, by a norm of ln k: 2, more, or infinite."""
+    """The best conformal map whose ln k is a polynomial of a degree, by the norm of ln k: 2, more, or infinite."""
     # Raises ValueError for a degree that the nodes do not resolve, or with scales beside the region that overflow.
     weights = nodes.weights(share)
     counts = nodes.in_region if np.isinf(norm) else weights > 0.0
@@ -107,7 +109,7 @@ def equal_area_map(nodes: BaseNodes, degree: int, share: float) -> Shears:
 
 
 def _independent(degree: int) -> BoolArray:
-    """Mask (degree + 2, degree) of independent coefficients: those of y^k in k + 2 directions spread over all."""
+    """Mask (degree + 2, degree) of independent coefficients: y^k has k + 2 of them, in directions spread over all."""
     free = np.zeros((degree + 2, degree), dtype=bool)
     for k in range(1, degree + 1):
         free[np.round(np.arange(k + 2) * (degree + 2) / (k + 2)).astype(int), k - 1] = True
@@ -115,9 +117,8 @@ def _independent(degree: int) -> BoolArray:
 
 
 def _sheared(z: Any, columns: Any, angles: FloatArray, coefficients: FloatArray, free: BoolArray) -> tuple[Any, Any]:
-    """ln(a/b) / sqrt(2) as complex numbers (n,), their angle twice that of the larger scale, and derivatives (n, p)."""
-    # Columns (n, 2) are those of the base's Jacobian, coefficients (k, degree) those of the shears' y, y^2, ...;
-    # derivatives are by the p coefficients that are `free`.
+    """ln(a/b) / sqrt(2) as complex numbers (n,), with twice the larger scale's angle, and derivatives (n, p)."""
+    # `columns` (n, 2) are the base Jacobian's, `coefficients` (k, degree) the shears' of y, y^2, ...; p are `free`.
     powers = np.arange(1, coefficients.shape[1] + 1)
     c, steps = columns.T, []
     for angle, own in zip(angles, coefficients, strict=True):
@@ -188,7 +189,7 @@ class _FollowingSteps(NamedTuple):
 
 
 def _anisotropy(c: Any) -> tuple[Any, Callable[[Any], Any]]:
-    """sqrt(2) atanh |mu| mu / |mu|, mu the Beltrami coefficient of columns c (2, n), and its derivative."""
+    """sqrt(2) atanh |mu| mu / |mu| for the Beltrami coefficient mu of columns c (2, n), and its derivative."""
     p, q = _beltrami_parts(c)
     mu = q / p
     square = np.minimum(np.abs(mu) ** 2, 1.0 - 1e-12)
@@ -220,17 +221,16 @@ def general_map(nodes: BaseNodes, energy: Energy, degree: int, share: float) -> 
     # The base itself.
     plain = np.stack([u, v]) * weights[counts] @ basis.values[:, 1:]
     best = minimise_energy(energy, gradients, weights[counts], nodes.size * plain)
-    coefficients = np.hstack([np.zeros((2, 1)), best.place])
-    return PolynomialMap(nodes.origin, nodes.size, basis.powers(coefficients))
+    return PolynomialMap(nodes.origin, nodes.size, basis.powers(np.hstack([np.zeros((2, 1)), best.place])))
 
 
 # ---- degree by degree ----------------------------------------------------------------------------
 
 SHARES = (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
-"""The surroundings' shares of the energy that are tried until one keeps them whole."""
+"""The surroundings' shares of the energy, tried until one keeps the surroundings whole."""
 
 _LEAST, _LARGEST = 0.5, 2.0  # scales of surroundings that are whole
-_PAYS = 0.01  # relative gain that a degree must bring
+_PAYS = 0.01  # least relative gain of a degree, or of poles, that counts
 
 
 @dataclass(frozen=True)
@@ -246,7 +246,7 @@ class Stage:
 
     @property
     def is_whole_around(self) -> bool:
-        """True if the surroundings do not fold, with scales near 1."""
+        """True if the surroundings do not fold and scales there are near 1."""
         least, largest, folded = self.around
         return folded == 0.0 and least >= _LEAST and largest <= _LARGEST
 
@@ -271,12 +271,12 @@ def stages(nodes: BaseNodes, objective: DesignObjective, share: float | None) ->
 
 
 def best_of(found: Sequence[Stage]) -> Stage:
-    """The map after which finer ones gain less than 1 % a degree."""
+    """The stage after which finer ones gain less than 1 % a degree."""
     return min(found, key=lambda one: one.value * (1.0 + _PAYS) ** one.degree)
 
 
 def stage_of(nodes: BaseNodes, objective: DesignObjective, degree: int, shares: Sequence[float] = SHARES) -> Stage:
-    """The best-scaled map of one degree, with the first share of the surroundings' energy that keeps them whole."""
+    """The map of one degree at its best scale, with the first share that keeps the surroundings whole."""
     inside = nodes.in_region
     weight = nodes.weight[inside]
     for share in shares:
@@ -308,8 +308,7 @@ def _best_map(
 
 def needs_exponent(J: FloatArray, weight: FloatArray, objective: DesignObjective) -> bool:
     """True if the energy is not elliptic at a node with weight, so that a finer map could tear there."""
-    counts = weight > 0.0
-    return objective.exponent == 0.0 and not bool(np.all(objective.energy.expansion(J[counts]).is_elliptic()))
+    return objective.exponent == 0.0 and not objective.energy.expansion(J[weight > 0.0]).is_elliptic().all()
 
 
 def _scales_around(nodes: BaseNodes, J: FloatArray) -> tuple[float, float, float]:
@@ -321,3 +320,156 @@ def _scales_around(nodes: BaseNodes, J: FloatArray) -> tuple[float, float, float
         folds = np.linalg.det(J[beside]) <= 0.0
     a, b = np.moveaxis(principal_scales(J[beside]), -1, 0)
     return float(b.min()), float(a.max()), float(nodes.around[beside][folds].sum())
+
+
+# ---- poles around a region, for conformal maps that polynomials do not come near -----------------
+
+# ln k of a conformal base map may be changed by the real part of any analytic function: a polynomial, and multiples of
+# (d / (z - p))^n, n > 1, with poles p at a distance d from the region. The linear programme that finds the least range
+# of ln k has weights along the border; the poles least orthogonal to them, which lower the range, are added in turn.
+
+_DISTANCES = 0.04 * 2.0 ** np.arange(4)  # of poles from the region, over its size
+_APART, _SIMPLER = 0.7, 0.2  # over that distance: between places along a line; simplification of the outline
+_ORDERS = (2, 3)
+_AT_ONCE = 8  # poles
+_NEXT, _AGAIN = 1.0, 0.3  # over the larger distance: between poles added together, and between all
+_DIFFERENT = 1e-4  # of the largest singular value; functions that differ less have large factors
+_FOR_FRAME = 4000  # nodes
+_TINY = 1e-4  # of the largest weight
+_TIGHT = "+range=1e8 +inv_tolerance=1e-11"  # in a plane in which the region has the size 1
+_EDGE = 500  # edges are divided to lengths of the region's size over this
+
+
+@dataclass(frozen=True)
+class Poles:
+    """Poles (k,), their distances from the region, and factors (k, n) of (d / (z - p))^2, ... in the slope of a map."""
+
+    places: ComplexArray
+    distances: FloatArray
+    factors: Any = None
+
+    def some(self, chosen: IntArray) -> Poles:
+        """The poles of an index, without factors."""
+        return Poles(self.places[chosen], self.distances[chosen])
+
+    def functions(self, z: ComplexArray) -> list[Any]:
+        """The functions of each order, (n, k), at z (n,)."""
+        ratio = self.distances / (z[:, None] - self.places)
+        return [ratio**order for order in _ORDERS]
+
+
+def with_poles(
+    nodes: BaseNodes, region: regions.Place, count: int | None, degree: int
+) -> tuple[BaseNodes, ContinuedFraction] | None:
+    """A conformal map of the base's plane with poles outside of a region, and nodes in its plane; None without poles.
+
+    ln k has the least range of all with as many poles and a polynomial of a degree, which is to follow. Without a count
+    some are added while that pays.
+    """
+    u, v = nodes.plane
+    inside, counts = nodes.in_region, nodes.weight > 0.0
+    z, log_k = u + 1j * v, 0.5 * np.log(np.linalg.det(nodes.J[inside]))
+    powers = ComplexPolynomials.over(z[counts], nodes.weight[counts], degree).at(z[inside])[:, 1:]
+    chosen = _chosen(z[inside], log_k, powers, _places(nodes, region), count)
+    if not chosen.places.size:
+        return None
+    found = _composed(nodes, chosen)
+    x, y, J = found.at(nodes.x, nodes.y)
+    return replace(nodes, x=x, y=y, J=J @ nodes.J), found
+
+
+def _places(nodes: BaseNodes, region: regions.Place) -> Poles:
+    """Places for poles around the region and in its holes."""
+    step = float(np.degrees(nodes.size / nodes.base.ellipsoid.a)) / _EDGE
+    polygons = shapely.segmentize(regions.polygons_of(region), step)
+
+    def on_plane(points: FloatArray) -> FloatArray:
+        z = (np.array(nodes.base(*points.T)).T - (nodes.origin.real, nodes.origin.imag)) / nodes.size
+        return np.asarray(z, dtype=float)
+
+    area = shapely.make_valid(shapely.transform(polygons, on_plane))
+    found, far = [], []
+    for distance in _DISTANCES.tolist():
+        around = area.simplify(_SIMPLER * distance).buffer(distance)
+        for ring in shapely.get_rings(shapely.get_parts(around)):
+            steps = np.arange(0.0, ring.length, _APART * distance)
+            found.append(shapely.get_coordinates(shapely.line_interpolate_point(ring, steps)))
+            far.append(np.full(steps.size, distance))
+    x, y = np.concatenate(found).T
+    return Poles(x + 1j * y, np.concatenate(far))
+
+
+def _chosen(z: ComplexArray, log_k: FloatArray, powers: ComplexArray, places: Poles, count: int | None) -> Poles:
+    """The poles that lower the range of ln k most, with their factors in the slope of the map."""
+    taken, likely, best, least = np.zeros(0, dtype=int), np.zeros(0, dtype=int), places, np.inf
+    while True:
+        poles = places.some(taken)
+        functions = np.hstack([powers, *poles.functions(z)])
+        columns = np.hstack([functions.real, functions.imag])
+        middle = columns.mean(axis=0)
+        _, values, axes = np.linalg.svd((columns - middle)[:: max(1, z.size // _FOR_FRAME)], full_matrices=False)
+        kept = values > _DIFFERENT * values[0]
+        frame = axes[kept].T / values[kept]
+        x, weights = least_range(log_k, columns @ frame - middle @ frame, likely)
+        now = float(weights @ log_k)
+        if count is None and now > (1.0 - _PAYS) * least:
+            return best
+        real, imag = (frame @ x).reshape(2, -1)[:, powers.shape[1] :]
+        best, least = replace(poles, factors=(real - 1j * imag).reshape(len(_ORDERS), taken.size).T), now
+        likely = np.flatnonzero(np.abs(weights) > _TINY * np.abs(weights).max())
+        gains = np.abs([weights[likely] @ one for one in places.functions(z[likely])])
+        wanted = min(_AT_ONCE, (MOST_POLES if count is None else count) - taken.size)
+        more = _best(np.linalg.norm(gains, axis=0), places, taken, wanted)
+        if not more:
+            return best
+        taken = np.append(taken, more)
+
+
+def _best(gain: FloatArray, places: Poles, taken: IntArray, count: int) -> list[int]:
+    """The numbers of the poles with the largest gains that are far enough from each other and those taken."""
+    free, new = gain.copy(), list[int]()
+    for _ in range(count):
+        for others, apart in ((taken, _AGAIN), (new, _NEXT)):
+            for other in others:
+                reach = apart * np.maximum(places.distances, places.distances[other])
+                free[np.abs(places.places - places.places[other]) <= reach] = -1.0
+        best = int(free.argmax())
+        if free[best] <= 0.0:
+            break
+        new.append(best)
+    return new
+
+
+def _composed(nodes: BaseNodes, poles: Poles) -> ContinuedFraction:
+    """The map z + the integrals of the poles' functions, to first order, one pole after the other."""
+    # Of w = 1 / (z - p) the map z + a w + b w^2 is a polynomial: w - a w^3 - b w^4. From one pole to the next
+    # 1 / (1 / w + s) = (1 - 1 / (1 + s w)) / s: if s is not small no digits are lost.
+    order = _far_apart(poles.places)
+    places, distances, factors = poles.places[order].copy(), poles.distances[order], poles.factors[order]
+    orders = np.array(_ORDERS)
+    terms = [ComplexPolynomial(nodes.origin + nodes.size * places[0], nodes.size, np.array([0.0, 1.0 + 0.0j]))]
+    origin, unit = 0.0 + 0.0j, 1.0 + 0.0j  # of the plane before a term: w = (plane - origin) / unit
+    for k in range(places.size):
+        own = np.zeros(orders[-1] + 2, dtype=complex)
+        own[1] = 1.0
+        own[orders + 1] = factors[k] * distances[k] ** orders / (orders - 1)
+        later = 1.0 / (places[k + 1 :] - places[k])
+        places[k + 1 :] = places[k] + 1.0 / np.polynomial.polynomial.polyval(later, own)
+        last = k + 1 == places.size
+        shift = 1.0 if last else places[k] - places[k + 1]
+        given = own * shift / unit ** np.arange(own.size)
+        if not last:
+            given[0] += 1.0
+        terms.append(ComplexPolynomial(origin, 1.0, given, limits=_TIGHT))
+        origin, unit = 1.0 + 0.0j, -shift
+    end = nodes.origin + nodes.size * places[-1]
+    return ContinuedFraction((*terms, ComplexPolynomial(0.0, 1.0 / nodes.size, np.array([end, 1.0]), limits=_TIGHT)))
+
+
+def _far_apart(places: ComplexArray) -> list[int]:
+    """An order in which each place is far from the one before."""
+    order, left = [0], set(range(1, places.size))
+    while left:
+        order.append(max(left, key=lambda k: abs(places[k] - places[order[-1]])))
+        left.discard(order[-1])
+    return order

@@ -11,16 +11,15 @@ import numpy as np
 from projdist import decisions, projections, regions, support
 from projdist.designs import base_maps, conformal_bounds
 from projdist.designs.base_maps import SYMMETRIES, BaseNodes, DesignObjective
-from projdist.designs.fits import SHARES, Stage, best_of, stage_of, stages
+from projdist.designs.fits import SHARES, Stage, best_of, stage_of, stages, with_poles
 from projdist.designs.plane_maps import ComplexPolynomial, PlaneMap
-from projdist.designs.poles import with_poles
 from projdist.earth import SPHERE, WGS84, unit_vectors
 from projdist.field import Extreme, Nodes, jacobian, nodes_at, nodes_of, sample
 
 
 @dataclass(frozen=True, kw_only=True)
 class Degree:
-    """A degree that was tried: its figure at fixed nodes, and the surroundings' share of the energy."""
+    """A degree that was tried, its figure at fixed nodes, and the surroundings' share of the energy."""
 
     degree: int
     value: float
@@ -29,7 +28,7 @@ class Degree:
 
 @dataclass(frozen=True)
 class Rival:
-    """A map to compare with, by the same criterion; `gain` is the relative saving of the made map."""
+    """A map to compare with by the same criterion; `gain` is what the made map saves, relative to it."""
 
     kind: str
     name: str
@@ -280,8 +279,8 @@ def design(
     crs = projections.derived_crs(start, finished.steps, title, _area_of_use(area, extent, stage), geodetic=datum)
     on_progress("measure")
     made = measure_map(crs.projection, area, objective)
-    has_limit = objective.figure.name in decisions.LIMITED
-    limit = decisions.least_error(area, kind, ellipsoid, degree=12) if has_limit else None
+    limited = objective.figure.is_airy_kavrayskiy  # for other figures the limit is not known
+    limit = decisions.least_error(area, kind, ellipsoid, degree=12) if limited else None
     reach = float(np.radians(_MARGIN * extent.radius) * ellipsoid.ground.mean_radius / 1000.0)
     around = Surroundings(reach, *stage.around)
     rivals = tuple(_rivals(area, objective, start if base is None else None, against, made, on_progress))
@@ -329,7 +328,7 @@ def _beside(extent: decisions.Extent, nodes: Nodes) -> Nodes | None:
 
 
 def _area_of_use(region: regions.Place, extent: decisions.Extent, stage: Stage) -> projections.AreaOfUse:
-    """The box about the region, with its surroundings if the map is whole there."""
+    """The box about the region, and about its surroundings if the map is whole there."""
     west, south, east, north = region.bounds
     margin = _MARGIN * extent.radius if stage.is_whole_around else 0.0
     if south - margin <= -90.0 or north + margin >= 90.0:

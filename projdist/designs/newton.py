@@ -1,4 +1,4 @@
-"""Newton's method with the exact Hessian: for maps linear in their coefficients, and for maps made of elements."""
+"""Newton's method with the exact Hessian, for maps that are linear in their coefficients and for maps of elements."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from projdist._typing import FloatArray, IntArray
 from projdist.matrices import Energy, Expansion
 
 _STEPS = 60
-_DONE = 1e-12  # relative gain of the last step: as Newton's method converges quadratically, the next is rounding
+_DONE = 1e-12  # relative gain of the last step: convergence is quadratic, so that the next gain is rounding
 _NOTHING = 1e-28  # energy of the rounding of Jacobians
-_FREE = 1e-10  # of the largest curvature: that of turns and shifts is less
+_FREE = 1e-10  # of the largest curvature: turns and shifts have less
 _HALVINGS = 40
 _SUFFICIENT = 1e-4  # of what the slope promises (Armijo)
 
@@ -75,7 +75,7 @@ def _curvatures(found: Expansion, gradients: FloatArray, w: FloatArray) -> tuple
     """Eigenvalues (2 m,) and eigenvectors of the Hessian, without negative curvatures if it is not positive."""
 
     def hessian(curvatures: FloatArray) -> FloatArray:
-        """That of curvatures (n, 4) of at least 0."""
+        """The part of the Hessian due to curvatures (n, 4) of at least 0."""
         point, which = np.nonzero(curvatures)
         root = np.sqrt(curvatures[point, which] * w[point])
         scaled = found.directions[point, which] * root[:, None, None]
@@ -96,9 +96,9 @@ _RIDGE = 1e-12  # added to the diagonal of a Hessian that may be singular withou
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """e elements of q nodes, at which a map has the Jacobians J_rb = sum over a of c_ra g_ab; c_ra are unknowns."""
+    """e elements of q nodes, where a map has the Jacobians J_rb = sum over a of c_ra g_ab with unknowns c_ra."""
 
-    numbers: IntArray  # (2, e, a), of the unknowns, near ones for near elements; if negative c_ra is 0
+    numbers: IntArray  # (2, e, a), of the unknowns, close ones for close elements; negative where c_ra is 0
     signs: FloatArray  # (2, e, a), by which unknowns are multiplied
     gradients: FloatArray  # (e, q, a, 2), of the basis functions by metres east and north
     weights: FloatArray  # (e, q), of sum 1

@@ -1,4 +1,4 @@
-"""Maps of the plane onto itself that correct a projection, PROJ's operations for them, and the mean of several."""
+"""Maps of the plane that correct a projection, PROJ's operations for them, and the mean of several."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class PolynomialMap:
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """One horner."""
+        """PROJ's operations: one horner."""
         degree = self.coefficients.shape[1] - 1
         powers = np.add.outer(np.arange(degree + 1), np.arange(degree + 1))
         u, v = self.coefficients / self.size**powers
@@ -62,7 +62,7 @@ class PolynomialMap:
 
 
 def _horner(way: str, origin: str, u: FloatArray, v: FloatArray) -> str:
-    """PROJ's parameters of a polynomial, by the coefficients of x^i y^j, in its two orders."""
+    """PROJ's parameters of a polynomial with coefficients (d + 1, d + 1) of x^i y^j."""
     count = len(u)
     by_u = [u[i, j] for j in range(count) for i in range(count - j)]
     by_v = [v[i, j] for i in range(count) for j in range(count - i)]
@@ -70,7 +70,7 @@ def _horner(way: str, origin: str, u: FloatArray, v: FloatArray) -> str:
 
 
 def _listed(*values: float) -> str:
-    """Numbers as the shortest texts that are read back as the same."""
+    """Numbers as the shortest texts that are read back unchanged."""
     return ",".join(repr(float(value)) for value in values)
 
 
@@ -103,7 +103,7 @@ class ComplexPolynomial:
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """One complex horner, in which the real part is north."""
+        """PROJ's operations: one complex horner, whose real part is north."""
         k = np.arange(len(self.coefficients))
         northern = 1j * (-1j) ** k * np.conj(self.coefficients / self.size**k)
         pairs = np.stack([northern.real, northern.imag], axis=-1).ravel()
@@ -139,7 +139,7 @@ class ContinuedFraction:
         return z, slope
 
     def then(self, last: ComplexPolynomial) -> ContinuedFraction:
-        """The map, which ends with a similarity, followed by a polynomial."""
+        """The map followed by a polynomial, which replaces the similarity at its end."""
         end = self.terms[-1]
         (shift, factor), size = end.coefficients, end.size * last.size
         given = replace(last, origin=(last.origin - shift) * end.size / factor.real, size=size / factor.real)
@@ -151,7 +151,7 @@ class ContinuedFraction:
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """A complex horner a term; stereographic maps of a sphere about both of its poles are each other's 1 / z."""
+        """PROJ's operations: a complex horner a term; between them two polar stereographic maps, which give 1 / z."""
         inversion = ("+inv +proj=stere +lat_0=90 +R=0.5", "+proj=stere +lat_0=-90 +R=0.5")
         first, *others = (term.steps for term in self.terms)
         return (*first, *(step for own in others for step in (*inversion, *own)))
@@ -192,7 +192,7 @@ class Shears:
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """A rotation and a horner with its exact inverse for each shear, then the similarity."""
+        """PROJ's operations: for each shear a rotation and a horner with its exact inverse, then the similarity."""
         steps, turned = [_affine(np.exp(-1j * self.angles[0]), -self.origin * np.exp(-1j * self.angles[0]))], 0.0
         for k, (angle, coefficients) in enumerate(zip(self.angles, self.coefficients, strict=True)):
             if k:
@@ -232,7 +232,7 @@ _BESIDE = 1e-9  # degrees: rounding of points on the edge
 def averaged(
     maps: Sequence[Projection], factors: Iterable[complex], lon: FloatArray, lat: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """x, y in metres: the sum of the coordinates of maps, each times its share and its turn."""
+    """x, y in metres: the sum of x + i y of maps, each times a complex factor, its share and turn."""
     z = np.zeros(np.shape(lon), dtype=complex)
     for projection, factor in zip(maps, factors, strict=True):
         x, y = projection(lon, lat)
@@ -309,7 +309,7 @@ _ENERGY = Energy()
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """Jacobians J (k, n, 2, 2) of maps at points, the weights (k,) of maps, and those (n,) of points, of sum 1."""
+    """Jacobians J (k, n, 2, 2) of maps at points, weights (k,) of the maps, and weights (n,) of sum 1 of the points."""
 
     J: FloatArray
     counts: FloatArray
@@ -326,7 +326,7 @@ class Targets:
         return float(self.counts @ squares @ self.weight)
 
     def mean_metric(self) -> FloatArray:
-        """Upper triangular J (n, 2, 2) whose J^T J are the Frechet means of the maps' at each point."""
+        """Upper triangular J (n, 2, 2) whose metrics J^T J are the Frechet means of the maps' metrics at each point."""
         return np.swapaxes(mdt(self.J.transpose(1, 0, 3, 2), self.counts).T, 1, 2)
 
     def best_linear(self) -> FloatArray:
@@ -335,7 +335,7 @@ class Targets:
         return np.asarray(mdt(every, np.outer(self.counts, self.weight).ravel()).T.T)
 
     def nearest(self, gradients: FloatArray, start: FloatArray) -> EnergyMinimum:
-        """The coefficients C (2, m) of the least total of J = C g, g (n, m, 2), from a start without folds."""
+        """The coefficients C (2, m) of J = C g, with g (n, m, 2), of the least total, from a start without folds."""
         stacked = np.concatenate([gradients @ inverse for inverse in self.inverses])
         return minimise_energy(_ENERGY, stacked, np.outer(self.counts, self.weight).ravel(), start)
 
@@ -484,7 +484,7 @@ def check_counts(weights: Any, count: int) -> FloatArray:
 
 
 def polynomial_mean(x: FloatArray, y: FloatArray, targets: Targets, degree: int) -> PolynomialMap:
-    """The polynomials nearest to maps of a plane; raises ValueError if points do not determine them."""
+    """The polynomials nearest to maps of a plane; raises ValueError if the points do not determine them."""
     w = targets.weight
     origin = complex(w @ x, w @ y)
     size = float(np.abs(x + 1j * y - origin)[w > 0.0].max(initial=0.0))

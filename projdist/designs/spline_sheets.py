@@ -1,6 +1,6 @@
-"""Cuts of the globe from a point to its antipode, and splines on the sheet that is unrolled along them.
+"""Cuts of the globe from a point to its antipode, and splines on the sheet that unrolls along a cut.
 
-The frame of a cut has its first point as south pole, its last as north pole; its longitude may change with latitude.
+In the frame of a cut its first point is the south pole and its last the north pole; between them it may bend.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from projdist.support import check_degrees, check_number
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-_HALF, _WHOLE = 180.0, 360.0
 _APART = 1e-6  # degrees between points of a cut, at least
 
 CutLike = float | Sequence[Sequence[float]]
@@ -36,19 +35,18 @@ class ObliqueFrame:
 
     def of(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitudes and latitudes in the frame, in degrees."""
-        lam, phi, tilt = np.radians(lon - self.lon_0), np.radians(lat), np.radians(self.lat_p)
-        ahead = np.cos(phi) * np.cos(lam)
-        x = np.sin(tilt) * ahead + np.cos(tilt) * np.sin(phi)
-        y, z = np.cos(phi) * np.sin(lam), np.sin(tilt) * np.sin(phi) - np.cos(tilt) * ahead
-        return wrapped(np.degrees(np.arctan2(y, x)) + self.lon_p), np.degrees(np.arctan2(z, np.hypot(x, y)))
+        return self._tilted(lon - self.lon_0, lat, 1.0, self.lon_p)
 
     def back(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitudes and latitudes of points in the frame."""
-        lam, phi, tilt = np.radians(lon - self.lon_p), np.radians(lat), np.radians(self.lat_p)
-        ahead = np.cos(phi) * np.cos(lam)
-        x = np.sin(tilt) * ahead - np.cos(tilt) * np.sin(phi)
-        y, z = np.cos(phi) * np.sin(lam), np.cos(tilt) * ahead + np.sin(tilt) * np.sin(phi)
-        return wrapped(np.degrees(np.arctan2(y, x)) + self.lon_0), np.degrees(np.arctan2(z, np.hypot(x, y)))
+        return self._tilted(lon - self.lon_p, lat, -1.0, self.lon_0)
+
+    def _tilted(self, lon: FloatArray, lat: FloatArray, way: float, shift: float) -> tuple[FloatArray, FloatArray]:
+        """Longitudes plus a shift, and latitudes, about poles tilted one way (1) or the other (-1)."""
+        lam, phi, tilt = np.radians(lon), np.radians(lat), np.radians(self.lat_p)
+        sin, cos, ahead = np.sin(tilt), way * np.cos(tilt), np.cos(phi) * np.cos(lam)
+        x, y, z = sin * ahead + cos * np.sin(phi), np.cos(phi) * np.sin(lam), sin * np.sin(phi) - cos * ahead
+        return wrapped(np.degrees(np.arctan2(y, x)) + shift), np.degrees(np.arctan2(z, np.hypot(x, y)))
 
     @property
     def step(self) -> str:
@@ -91,23 +89,22 @@ class Cut:
         """Longitudes from the middle of the sheet, within -pi and pi, and latitudes of the frame, in radians."""
         if self.frame is not None:
             lon, lat = self.frame.of(lon, lat)
-        return np.radians(wrapped(lon - (self.at(lat)[0] - _HALF))), np.radians(lat)
+        return np.radians(wrapped(lon - (self.at(lat)[0] - 180.0))), np.radians(lat)
 
     def rolled(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitudes and latitudes in degrees of points of the sheet."""
         lat = np.degrees(v)
-        lon = wrapped(np.degrees(u) + self.at(lat)[0] - _HALF)
+        lon = wrapped(np.degrees(u) + self.at(lat)[0] - 180.0)
         return (lon, lat) if self.frame is None else self.frame.back(lon, lat)
 
 
 def get_cut(given: CutLike) -> Cut:
-    """The cut along a meridian, or from the first of two or more points through the others to its antipode."""
-    # Raises ValueError.
+    """The cut along a meridian, or from the first of some points through the others to its antipode; ValueError."""
     if isinstance(given, Cut):
         return given
     if isinstance(given, str) or not isinstance(given, Iterable):
         meridian = check_number("cut", given)
-        if not abs(meridian) <= _WHOLE:
+        if not abs(meridian) <= 360.0:
             raise ValueError(f"Invalid cut '{given}'. Its longitude must be within -360 and 360.")
         return Cut(f"{meridian:g}", None, ((meridian, 0.0),))
     try:
@@ -117,15 +114,15 @@ def get_cut(given: CutLike) -> Cut:
     if points.ndim != 2 or points.shape[0] < 2 or points.shape[1] != 2:
         raise ValueError("Invalid cut. It must be a longitude, or two or more points, each a longitude and a latitude.")
     lon, lat = check_degrees(points[:, 0], points[:, 1])
-    if not (np.all(np.abs(lon) <= _WHOLE) and np.all(np.abs(lat) <= 90.0)):
+    if not (np.all(np.abs(lon) <= 360.0) and np.all(np.abs(lat) <= 90.0)):
         raise ValueError("Invalid cut. Latitudes must be within -90 and 90, longitudes within -360 and 360.")
     name = " ".join(f"{x:g},{y:g}" for x, y in points)
     frame = ObliqueFrame(float(lon[0]), -float(lat[0]), 0.0)  # the antipode of the first point is its north pole
     own_lon, own_lat = frame.of(lon[1:], lat[1:])
     if not np.all(np.diff(np.r_[-90.0, own_lat, 90.0]) > _APART):
         raise ValueError(f"Invalid cut '{name}'. Each of its points must be farther from the first than those before.")
-    frame = ObliqueFrame(frame.lon_0, frame.lat_p, float(_HALF - own_lon[0]))
-    own_lon = np.unwrap(np.r_[_HALF, wrapped(own_lon[1:] + frame.lon_p)], period=_WHOLE)
+    frame = ObliqueFrame(frame.lon_0, frame.lat_p, float(180.0 - own_lon[0]))
+    own_lon = np.unwrap(np.r_[180.0, wrapped(own_lon[1:] + frame.lon_p)], period=360.0)
     return Cut(name, frame, tuple(zip(own_lon.tolist(), own_lat.tolist(), strict=True)))
 
 
@@ -179,7 +176,7 @@ class Splines:
 
 @dataclass(frozen=True, eq=False)
 class SplineMap:
-    """A map of the world from degrees; x, y in the unit of the coefficients (2, of v, of u), NaN beyond those of v."""
+    """A map of the world from degrees to the unit of the coefficients (2, of v, of u); NaN beyond the breaks of v."""
 
     cut: Cut
     u: Splines
@@ -219,11 +216,6 @@ class SplineSheet:
     v: Splines
     across: bool
     along: bool
-
-    @property
-    def has_poles(self) -> bool:
-        """True if it reaches to the poles."""
-        return bool(self.v.breaks[-1] > _POLE - 1e-9)
 
     def nodes(self, points: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Gauss nodes u, v of all elements, and the areas, each (spans of v, spans of u, points v, points u)."""
@@ -272,10 +264,11 @@ class SplineSheet:
     def _numbering(self) -> tuple[IntArray, FloatArray, int]:
         """The unknown of each coefficient (2, of v, of u), -1 for none, its sign, and the number of unknowns."""
         j, i = np.indices((self.v.count, self.u.count))
+        has_poles = bool(self.v.breaks[-1] > _POLE - 1e-9)
         places, signs, zero = [], [], []
         for across_sign, along_sign in ((-1.0, 1.0), (1.0, -1.0)):
             place, sign, none = j * self.u.count + i, np.ones(j.shape), np.zeros(j.shape, dtype=bool)
-            if self.has_poles:
+            if has_poles:
                 place = np.where((j == 0) | (j == self.v.count - 1), j * self.u.count, place)
                 none |= self.across & ((j == 0) | (j == self.v.count - 1)) & (across_sign < 0.0)
             if self.across:
@@ -292,7 +285,7 @@ class SplineSheet:
             signs.append(sign)
             zero.append(none)
         # The map shall neither shift nor rotate.
-        middle = slice(None) if self.has_poles else slice(self.u.count // 2, self.u.count // 2 + 1)
+        middle = slice(None) if has_poles else slice(self.u.count // 2, self.u.count // 2 + 1)
         if not self.across:
             zero[0][0, middle] = zero[0][-1, middle] = True
         if not self.along:
@@ -303,7 +296,7 @@ class SplineSheet:
         return np.where(numbers >= 0, np.searchsorted(used, numbers), -1), np.stack(signs), len(used)
 
     def map(self, unknowns: FloatArray) -> SplineMap:
-        """The map of unknowns."""
+        """The map with given unknowns."""
         numbers, signs, _ = self._numbering()
         return SplineMap(self.cut, self.u, self.v, signs * np.append(unknowns, 0.0)[numbers])
 
@@ -322,7 +315,7 @@ class SplineSheet:
 
 
 def _gauss(breaks: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights (spans, points)."""
+    """Gauss nodes and weights (spans, points) between breaks."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     middle, half = 0.5 * (breaks[1:] + breaks[:-1])[:, None], 0.5 * np.diff(breaks)[:, None]
     return middle + half * nodes, half * weights

@@ -1,4 +1,4 @@
-"""Maps of the world made to measure: what is wanted, the search, and the triangulation for PROJ's tinshift.
+"""Maps of the world made to measure: their specification, the search, and triangles for PROJ's tinshift.
 
 https://proj.org/en/stable/operations/transformations/tinshift.html
 """
@@ -21,7 +21,7 @@ from projdist.field import sample
 from projdist.matrices import EXPONENT, Energy
 from projdist.projections import Projection, ProjectionLike, listed_projections
 
-# ---- what is wanted ------------------------------------------------------------------------------
+# ---- specification -------------------------------------------------------------------------------
 
 WORLD_SYMMETRIES = ("auto", *SYMMETRIES)
 
@@ -33,7 +33,7 @@ _LEAST_ELSEWHERE = 1e-4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WorldSpec:
-    """The map that is wanted: `region` is None for the whole map, `area` is what is measured."""
+    """The wanted map; `region` is None for the whole world, `area` is where the map is measured."""
 
     region: regions.Place | None
     area: regions.Place
@@ -96,7 +96,7 @@ def get_world_spec(
 
 
 def _counted(points: regions.PointSet, sheet: SplineSheet) -> FloatArray:
-    """The points' weights, which sum to 1, each at the nearest node in its cell of the sheet."""
+    """The weights of points, each added to the nearest node in its cell of the sheet; their sum is 1."""
     u, v = sheet.cut.unrolled(points.lon, points.lat)
     shown = np.abs(v) <= sheet.v.breaks[-1]
     (column, i), (row, j) = _nearest(sheet.u.breaks, u[shown]), _nearest(sheet.v.breaks, v[shown])
@@ -122,7 +122,7 @@ _BEYOND = 1e-13  # of a latitude, beyond the poles: PROJ may miss triangles with
 
 
 def triangulation(given: SplineMap, name: str, step: float) -> dict[str, Any]:
-    """The file's contents: triangles between lines of a graticule that are at most `step` degrees apart."""
+    """The contents of the file: triangles between graticule lines at most `step` degrees apart."""
     # They lead from degrees in the frame of the map's cut to x and y, exactly at corners, linearly between them.
     u, v = (_divided(splines.breaks, step) for splines in (given.u, given.v))
     if given.cut.is_straight:  # no triangle passes the longitude 180
@@ -154,7 +154,7 @@ def triangulation(given: SplineMap, name: str, step: float) -> dict[str, Any]:
 
 
 def _divided(breaks: FloatArray, step: float) -> FloatArray:
-    """The breaks with as many values between any two, so that they are at most `step` degrees apart."""
+    """The breaks with the same number of values between any two, all at most `step` degrees apart."""
     # Near the ends of the cut, where the map is steep, breaks are closer together.
     pieces = int(np.ceil(np.degrees(np.diff(breaks).max()) / step - _ROUNDING))
     parts = np.linspace(breaks[:-1], breaks[1:], pieces, endpoint=False, axis=1)
@@ -228,7 +228,7 @@ class WorldMap(support.Answer):
 
     @property
     def sheet(self) -> SplineMap:
-        """The function of the projection."""
+        """The spline map that the projection calls."""
         function = self.projection.function
         assert isinstance(function, SplineMap)
         return function
@@ -383,7 +383,7 @@ def _standing(given: ProjectionLike, spec: WorldSpec) -> Standing:
 
 
 def _over_globe(projection: Projection, figure: float, spec: WorldSpec) -> float:
-    """The error of a map over the whole Earth, by its figure over the region; NaN for maps that do not show it."""
+    """The error of a map over the whole Earth, where `figure` is that over the area; NaN if maps end before poles."""
     if spec.until < 90.0:
         return float("nan")
     if spec.region is None:
@@ -395,7 +395,7 @@ def _over_globe(projection: Projection, figure: float, spec: WorldSpec) -> float
 
 
 def _refined(spec: WorldSpec, finest: int, progress: OnProgress) -> tuple[SplineMap, tuple[Refinement, ...]]:
-    """The best map on the finest mesh, in metres at the region's best scale, and all meshes."""
+    """The best map on the finest mesh, in metres at the region's best scale, and the refinements that led to it."""
     if not spec.weights(spec.sheet(finest), 0.0).any():
         raise ValueError(
             f"Invalid region '{spec.area.name}'. It is too small for a map of the world of {finest} cells, "
@@ -434,7 +434,7 @@ def _start(sheet: SplineSheet, energy: Energy, elements: Elements, coarse: Splin
 
 
 def _placed(found: SplineMap, scale: float) -> SplineMap:
-    """The map at a scale with its middle at 0, 0 and north up there, or from pole to pole without a frame."""
+    """The map at a scale, with its middle at 0, 0 and, for a cut with a frame, north up there."""
     middle = np.zeros(1)
     if found.cut.frame is None:
         return found.moved(scale, -scale * complex(*(z[0] for z in found.on_sheet(middle, middle))))

@@ -1,10 +1,10 @@
-"""Jacobians of projections at points: by formulas that are checked, and by differences that check themselves.
+"""Jacobians of projections at points, by formulas or by differences, each with a check.
 
-Where a map has a closed form with its coordinates, J is that of the formula. Elsewhere the first stage is cheap and
-enough for nearly all points: a fourth-order stencil along the parallel and the meridian,
-with a step of 4e-4 rad, where rounding (eps / step = 5e-13) and the truncated term (step^4) balance, so that eight
-evaluations a point give about 1e-12. Points where the stencil's own check fails, and those near the poles, go to
-`stencils`, which tries ever smaller steps and then one side only. The rest is NaN, with the reason.
+Where a map has a closed form with its coordinates, J is that of the formula. Elsewhere a cheap first stage is enough
+for nearly all points: a fourth-order stencil along the parallel and the meridian with a step of 4e-4 rad, where
+rounding (eps / step = 5e-13) and truncation (step^4) balance, so that eight evaluations a point give about 1e-12.
+Points where its check fails, and those near the poles, go to `stencils`, which tries ever smaller steps and then one
+side only. The rest is NaN, with the reason.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Derivatives:
     error: FloatArray
 
     def reshaped(self, shape: tuple[int, ...]) -> Derivatives:
-        """The same with arrays (m,) reshaped to (...)."""
+        """The derivatives with their arrays (m,) reshaped to (...)."""
         J, quality = self.jacobian.reshape(*shape, 2, 2), self.quality.reshape(shape)
         return Derivatives(self.x.reshape(shape), self.y.reshape(shape), J, quality, self.error.reshape(shape))
 
@@ -58,7 +58,7 @@ class Derivatives:
 _FAST_STEP = 4e-4  # radians at the equator; towards the poles, where most maps are singular, times sqrt(cos lat)
 _FAST_LATITUDE = 85.0
 _FAST_TARGET = 3e-12
-_TOGETHER = 8192  # points, whose arrays stay in the processor's cache
+_TOGETHER = 8192  # points whose arrays stay in the processor's cache
 _NOISE = 3e-9  # of J; smooth maps seem to have a noise of 1e-11
 _ROUGH, _HOPELESS = 1e-8, 1e-5  # relative errors of J
 _POOR, _LOST = 1e-6, 1e-2  # relative errors of b
@@ -159,7 +159,7 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
 
 
 def _empty(count: int) -> tuple[FloatArray, FloatArray]:
-    """Memory for Jacobians (n, 2, 2), with each entry of all points contiguous as measures take it, and errors, NaN."""
+    """Empty Jacobians (n, 2, 2), each entry contiguous over the points as measures read it, and errors, all NaN."""
     room = np.empty((5, count))  # one array: the system is slow to give many
     room[4] = np.nan
     return room[:4].reshape(2, 2, count).transpose(2, 0, 1), room[4]
@@ -170,7 +170,7 @@ def _parts_of(count: int) -> Iterator[slice]:
 
 
 def _flag_lost_digits(found: Derivatives) -> None:
-    """Call ROUGH what is good against a but not against a much smaller b, and SINGULAR where b is lost."""
+    """Mark derivatives ROUGH if they are good against a but not against a much smaller b, and SINGULAR if b is lost."""
     J, error, quality = found.jacobian, found.error, found.quality
     parts = []
     for part in _parts_of(error.size):
@@ -191,7 +191,7 @@ def _flag_lost_digits(found: Derivatives) -> None:
 
 
 def _formula_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found: Derivatives) -> BoolArray:
-    """Derivatives by the map's closed form, written into `found`; True where it has one with the map's x and y."""
+    """Write the derivatives of the map's closed form into `found`; True where it agrees with the map's x and y."""
     form, J = projection.closed_form, found.jacobian
     if form is not None:
         for part in _parts_of(lon.size):
@@ -204,7 +204,7 @@ def _formula_stage(projection: Projection, lon: FloatArray, lat: FloatArray, fou
 def _fast_stage(
     projection: Projection, lon: FloatArray, lat: FloatArray, x_0: FloatArray, y_0: FloatArray
 ) -> tuple[BoolArray, FloatArray, FloatArray]:
-    """Where fourth-order differences along the parallel and the meridian are good; J by them, and its error."""
+    """True where fourth-order differences along the parallel and the meridian are good; J by them, and its error."""
     n = lon.size
     J, error = _empty(n)
     cos = np.cos(np.radians(np.clip(lat, -_FAST_LATITUDE, _FAST_LATITUDE)))
@@ -232,7 +232,7 @@ def _fast_stage(
     kink = np.abs(both[2] + both[3] - 4.0 * (both[0] + both[1]) + middle) * metre[0]
     kink += np.abs(both[6] + both[7] - 4.0 * (both[4] + both[5]) + middle) * metre[1]
     with np.errstate(invalid="ignore", divide="ignore"):
-        # The fourth-order error falls as the square of the second-order one, at a logarithmic singularity 7 times that.
+        # The fourth-order error is the square of the second-order one, at a logarithmic singularity 7 times that.
         truncation = 10.0 * (gap / size) ** 2
         away = np.hypot(x_0, y_0)
         rounding = 1.5 * np.finfo(float).eps * (away * (metre[0] + metre[1]) / size + 1.0 / step)
@@ -244,7 +244,7 @@ def _fast_stage(
 
 
 def _hard_stage(projection: Projection, lon: FloatArray, lat: FloatArray, found: Derivatives, hard: IntArray) -> None:
-    """Derivatives at the points of index `hard`, written into `found`, with their quality."""
+    """Write derivatives at the points of the index `hard`, and their quality, into `found`."""
     J, error, quality = found.jacobian, found.error, found.quality
     defined = np.isfinite(found.x[hard])
     outside, hard = hard[~defined], hard[defined]

@@ -1,4 +1,4 @@
-"""Adaptive spectral cubature: the panels of a region, evaluated, and split where a goal needs it."""
+"""Adaptive spectral cubature: the panels of a region, evaluated and split where a goal needs it."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ Integrand = Callable[[FloatArray], FloatArray]
 """A function of Jacobians (n, p, p, 2, 2) whose mean over the region is to be resolved."""
 
 _BATCH = 1500  # panels in one call: 150,000 points
-_SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
-_SPLINTER = 1e-4  # likewise, of a panel that the region has a part of
-_FEW, _NEXT_TO_NOTHING = 16, 1e-8  # pieces, which are taken point by point only if they are so small a part
-_COARSE, _ROUGH = 1e-3, 1e-6  # of an integrand's last coefficients: a singularity's, within a region and beside it
+_SMALL = 4e-3  # of the region's area: pieces and panels that may be taken point by point, or given up
+_SPLINTER = 1e-4  # likewise, of panels of which the region has only a part
+_FEW, _NEXT_TO_NOTHING = 16, 1e-8  # so few pieces are taken point by point only if they are this small a part
+_COARSE, _ROUGH = 1e-3, 1e-6  # last coefficients that show a singularity, in whole and in clipped panels
 _SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
 STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
-_STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
+_STRIKES = 2  # splits without gain that prove rounding; one of a cut panel may just have found a singularity
 _MARKING = 0.05  # share of the error that may wait for another generation
-_TINY, _MINUTE = 1e-5, 1e-11  # of the globe's area: pieces that may go without second derivatives: if stuck, at once
-_LOOSE = 0.5  # of a rectangle: where the region has less, the rest may be beyond an edge of the map
+_TINY, _MINUTE = 1e-5, 1e-11  # of the globe's area: pieces without second derivatives, if stuck and in any case
+_LOOSE = 0.5  # of a rectangle: if the region has less of it, the rest may lie beyond an edge of the map
 _NOISE = 3e-7  # of the semi-major axis; iterative projections in PROJ stop at a third of that
 # Four points on each side of [-1, 1]^2, just within.
 _BORDER = (1.0 - 1e-9) * np.array(
@@ -44,24 +44,24 @@ class MeshGoal:
 
     column: int
     tolerance: float  # relative where the mean is above 1
-    # A family of panels that keeps this share of its error when it is split is at the level of rounding: singular
-    # points and lines halve their errors, cuts and resolved parts do far better.
+    # Share of its error that a panel at the level of rounding keeps when it is split; singular points and lines halve
+    # their errors, cuts and resolved parts do far better.
     stuck: float = 0.8
     gives_up: bool = False  # go on beside panels at the level of rounding
 
 
 @dataclass(kw_only=True)
 class _MeasuredPanels(Rows):
-    """What is known of each panel; the first axis is that of the panels."""
+    """What is known of each panel; the first axis is the panels'."""
 
     patch: IntArray
     rectangle: FloatArray
     area: FloatArray
     covered: FloatArray
     undecided: BoolArray  # an edge of the map crosses it, and is not found yet
-    clipped: BoolArray  # the region has only a part of it
+    clipped: BoolArray  # it is only partly in the region
     cut: BoolArray
-    split_at: FloatArray  # u and v, NaN for a direction that would not help
+    split_at: FloatArray  # u and v; NaN for a direction in which a split would not help
     integrals: FloatArray
     tails: FloatArray  # last Legendre coefficients of each integrand, in u and in v
     errors: FloatArray  # of each integral, in u and in v
@@ -100,7 +100,7 @@ class Mesh:
     def _evaluated(
         self, first: int, patch: IntArray, rectangles: FloatArray, within: FloatArray | None = None
     ) -> tuple[list[_MeasuredPanels], IntArray]:
-        """New panels, in batches, numbered from `first`, and the indices of rectangles that hold any of the region."""
+        """New panels in batches, numbered from `first`, and the indices of the rectangles that meet the region."""
         clips = self.region.clip(patch, rectangles, within)
         parts = []
         for start in range(0, len(clips.kept), _BATCH):
@@ -183,10 +183,9 @@ class Mesh:
         return whole & border.all(axis=1), empty & ~border.any(axis=1)
 
     def _mend(self, pieces: Pieces, suspects: BoolArray) -> None:
-        """Take the Jacobian point by point, which sees one side only, where seams are too tangled to cut."""
-        # That costs 20 times as much, so it is done in small pieces only, and in very small ones where there are few,
-        # as about a singular point: splitting these soon leaves next to nothing.
-        # Areas as shares of the globe: those of the pieces are on the map's own ellipsoid, which may be another one.
+        """Take the Jacobian point by point, from one side only, where seams are too tangled to cut."""
+        # It costs 20 times as much: it is done in small pieces, and if these are few, as about a singular point, where
+        # splitting soon helps, in very small ones. Areas are shares of the globe, as ellipsoids may differ.
         share = pieces.weight.sum(axis=(1, 2)) / self.projection.ellipsoid.area
         whole = 1e6 * self.region.area_km2 / self.region.figure.area
         ragged = np.flatnonzero(suspects & (pieces.unresolved > TEAR) & (share < _SMALL * whole))
@@ -227,7 +226,7 @@ class Mesh:
         return H
 
     def _forget(self, H: FloatArray, pieces: Pieces, some: BoolArray) -> None:
-        """Put NaN into H in those of some pieces where J has no derivatives: at kinks, and beside singular points."""
+        """Put NaN into H in those of some pieces whose J has no derivatives, at kinks and beside singular points."""
         index = np.flatnonzero(some)
         H[index[spectral.blurred(pieces, index, self.projection.ellipsoid)]] = np.nan
 
@@ -310,7 +309,7 @@ class Mesh:
         self._judge(chosen, parent[kept], first + np.arange(len(kept)), goal)
 
     def _judge(self, chosen: IntArray, parent: IntArray, children: IntArray, goal: MeshGoal) -> None:
-        """Give strikes to panels that resolve the map and yet gained nothing when split: they are at rounding."""
+        """Give strikes to panels that resolve the map but gained nothing when split: their errors are rounding."""
         panels = self.panels
         before = panels.tails[chosen, goal.column].sum(axis=-1)
         after = _summed(panels.tails[children, goal.column].sum(axis=-1), parent, chosen.size)

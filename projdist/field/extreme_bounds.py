@@ -18,7 +18,7 @@ from projdist.regions import Region, height_of, latitude_of
 
 @dataclass(frozen=True)
 class Goal:
-    """A measure, its `values` (n, p, p) at samples, and whether its largest or its smallest value is wanted."""
+    """A measure, its `values` (n, p, p) at the nodes, and whether its largest or its smallest value is wanted."""
 
     measure: Measure
     values: FloatArray
@@ -26,7 +26,7 @@ class Goal:
 
     @property
     def sign(self) -> float:
-        """1 or -1; the measure times this is to be large."""
+        """1 or -1: the measure times this is maximised."""
         return 1.0 if self.largest else -1.0
 
     @property
@@ -59,8 +59,8 @@ def defined(values: FloatArray) -> FloatArray:
 # ---- the Jacobian as polynomials -----------------------------------------------------------------
 
 _SLOPE = 50.0  # of the first Legendre polynomial left out, at the ends: ORDER (ORDER + 1) / 2 = 55
-_BENT = 1e3  # its second derivative there, over the width
-# Times the last coefficients: smooth fields have less left out; rounding, all as large, adds up to that in a corner.
+_BENT = 1e3  # the second derivative there
+# Times the last coefficients: smooth fields leave out less; rounding in all coefficients adds up to that in a corner.
 _LEFT_OUT = 4.0
 _HALVES = 0.5 * NODES - 0.5, 0.5 * NODES + 0.5
 
@@ -116,8 +116,7 @@ def polynomials_of(nodes: Pieces, H: FloatArray, clipped: BoolArray) -> Polynomi
     field = np.ascontiguousarray(np.moveaxis(np.concatenate(entries, axis=-1), -1, 1))
     with np.errstate(invalid="ignore", over="ignore"):
         along = np.stack([np.abs(LEGENDRE @ field).max(axis=3), np.abs(field @ LEGENDRE.T).max(axis=2)], axis=-2)
-        last = along[..., ORDER - 2 :].max(axis=-1)
-        error = _LEFT_OUT * last.sum(axis=-1)
+        error = _LEFT_OUT * along[..., ORDER - 2 :].max(axis=-1).sum(axis=-1)
         scale = np.sqrt(0.5 * (field[:, :4] ** 2).sum(axis=1).mean(axis=(1, 2)))
         error[:, :4] += (_SLOPE * doubt * scale)[:, None]
         if field.shape[1] > 4:
@@ -144,7 +143,7 @@ _LINE_FIT = np.linalg.pinv(_LINE_DESIGN)
 
 
 def bounds_on_cells(values: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Upper bounds (n,) on cells from values (n, 5, 5), their places, and axes (n, 2) that may be stationary."""
+    """Upper bounds (n,) on cells from values (n, 5, 5), their places, and axes (n, 2) that may have a turning point."""
     flat, spoilt = _mended(values.reshape(len(values), -1))
     c = flat @ _FIT.T
     rest = np.abs(flat - c @ _DESIGN.T).max(axis=1)
@@ -170,7 +169,7 @@ def bounds_on_lines(values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _mended(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values with the least finite one in place of others, and the spread where there were any, to add to bounds."""
+    """Values with the least finite one in place of others, and their spread if there were others, to add to bounds."""
     finite = np.isfinite(values)
     low = np.where(finite, values, np.inf).min(axis=1, keepdims=True)
     low = np.where(np.isfinite(low), low, -(np.finfo(float).max ** 0.5))
@@ -236,9 +235,8 @@ class _Cells(NamedTuple):
 
 
 def reach(goal: Goal, pieces: Polynomials, chosen: IntArray, inside: Inside) -> tuple[FloatArray, Top]:
-    """Upper bounds over whole pieces, also beyond the region, and the largest values seen within it."""
-    cells = _Cells.of(len(chosen))
-    upper, _, top = _look_at_cells(goal, pieces, chosen, cells, inside)
+    """Upper bounds over whole pieces, even beyond the region, and the largest values seen within it."""
+    upper, _, top = _look_at_cells(goal, pieces, chosen, _Cells.of(len(chosen)), inside)
     best = top.value.reshape(-1, 4).argmax(axis=1) + 4 * np.arange(len(chosen))
     return upper.reshape(-1, 4).max(axis=1), Top(*(part[best] for part in top))
 
@@ -246,10 +244,9 @@ def reach(goal: Goal, pieces: Polynomials, chosen: IntArray, inside: Inside) -> 
 def climb_cells(
     goal: Goal, pieces: Polynomials, chosen: IntArray, error: FloatArray, inside: Inside, known: float, exact: float
 ) -> tuple[float, Top]:
-    """An upper bound over the pieces, to `exact` if that is not too much work, and the largest values seen in each."""
-    # In pieces that the region's edge crosses, only peaks within the region count, and peaks on the pieces' own sides,
-    # where the map may be torn; other largest values lie on the region's edge. `error` (n,) is that of the goal in each
-    # piece, and `known` a value that it certainly reaches.
+    """An upper bound over pieces, to `exact` if that is not too much work, and the largest value seen in each."""
+    # In pieces that the region's edge crosses only peaks in the region count, and peaks on the pieces' sides, where the
+    # map may be torn; `climb_borders` sees the edge. `error` (n,) is the goal's, `known` a value it surely reaches.
     cells = _Cells.of(len(chosen))
     top = Top(np.full(len(chosen), -np.inf), np.zeros(len(chosen)), np.zeros(len(chosen)))
     bound = -np.inf
@@ -273,7 +270,7 @@ def climb_cells(
 
 
 def _close_but(most: int, open_: BoolArray, reached: FloatArray) -> None:
-    """Leave no more parts open than the ones with the highest bounds."""
+    """Leave open only the parts with the highest bounds, no more than `most`."""
     if open_.sum() > most:
         open_[np.argsort(-np.where(open_, reached, -np.inf), kind="stable")[most:]] = False
 
@@ -281,7 +278,7 @@ def _close_but(most: int, open_: BoolArray, reached: FloatArray) -> None:
 def _look_at_cells(
     goal: Goal, pieces: Polynomials, chosen: IntArray, cells: _Cells, inside: Inside
 ) -> tuple[FloatArray, BoolArray, Top]:
-    """Bounds of a goal on cells, where it may be largest not only as the region ends, and its largest values within."""
+    """Bounds of a goal on cells, a mask of cells with a peak or a side, and its largest values within the region."""
     piece = chosen[cells.piece]
     r, s = (middle[:, None] + cells.half * OFFSETS for middle in (cells.r, cells.s))
     values = goal.of(pieces.on_grids(piece, r, s))
@@ -316,7 +313,7 @@ _LAST_NODE = float(NODES[-1])
 
 @dataclass(frozen=True)
 class Border(Rows):
-    """The intervals of edges within pieces: each of a piece, from one place in degrees to another."""
+    """Intervals of edges, each within a piece, from one place in degrees to another."""
 
     piece: IntArray
     start: FloatArray  # (n, 2), lon and lat
@@ -331,7 +328,7 @@ class Border(Rows):
 def climb_borders(
     goal: Goal, pieces: Polynomials, border: Border, error: FloatArray, known: float, exact: float
 ) -> tuple[float, FloatArray]:
-    """An upper bound along a border, and the largest value seen, lon and lat; `error` (n,) is that of all pieces."""
+    """An upper bound along a border, and the largest value seen with lon and lat; `error` (n,) is of all pieces."""
     best = np.array([-np.inf, np.nan, np.nan])
     bound = last = -np.inf
     for _ in range(_INTERVAL_LEVELS):
@@ -393,8 +390,7 @@ def _square(pieces: Polynomials, piece: IntArray, u: FloatArray, v: FloatArray) 
 def _by_newton(pieces: Polynomials, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Coordinates r, s in pieces (n,) whose sides are curves; places outside stay outside."""
     chart = np.stack([pieces.u, pieces.v], axis=1)
-    coordinates = np.concatenate([chart, DIFFERENTIATE @ chart, chart @ DIFFERENTIATE.T], axis=1)
-    bent = replace(pieces, field=coordinates)
+    bent = replace(pieces, field=np.concatenate([chart, DIFFERENTIATE @ chart, chart @ DIFFERENTIATE.T], axis=1))
     r, s = np.zeros(u.shape), np.zeros(u.shape)
     everyone = np.arange(len(u))
     for _ in range(_NEWTON):

@@ -1,4 +1,4 @@
-"""Largest and smallest values of measures over a region, where they are, and by how much they may be missed."""
+"""Largest and smallest values of measures over a region, their places, and by how much they may be exceeded."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Extreme(NamedTuple):
 
 @dataclass(frozen=True)
 class Chosen(Rows):
-    """Pieces, a goal's bounds there, and its errors."""
+    """Pieces with a goal's bounds and errors there."""
 
     piece: IntArray
     bound: FloatArray
@@ -41,7 +41,7 @@ _NONE = Chosen(np.empty(0, dtype=int), np.empty(0), np.empty(0))
 
 
 class State:
-    """State of the search for one goal: a value that it certainly reaches, a bound, and the pieces still to look at."""
+    """The search for one goal: a value that it certainly reaches, a bound, and the pieces still to look at."""
 
     def __init__(self, goal: Goal) -> None:
         self.goal = goal
@@ -54,19 +54,19 @@ class State:
         self.places: list[tuple[float, float]] = []  # where the goal may be largest
 
     def raise_bound(self, bounds: FloatArray | float) -> None:
-        """Take account of the bounds of pieces that are left."""
+        """Raise the bound by those of pieces that are left."""
         self.bound = max(self.bound, float(np.max(bounds, initial=-np.inf)))
 
 
 # ---- values at places ----------------------------------------------------------------------------
 
-_EXACT = 1e-10  # of the scales: a search resolves as much, which is above the rounding of derivatives
+_EXACT = 1e-10  # relative error of scales to which a search goes, above the rounding of derivatives
 BENT = 1e-7  # of the second derivatives
-_LEAST = 2e-12  # of J, as the differences leave it
+_LEAST = 2e-12  # relative error of J that differences leave
 
 
 def _measured(projection: Projection, states: Sequence[State], found: Sequence[Extreme]) -> list[Extreme]:
-    """The largest value of each goal at its places, with its error, from derivatives at points; or its best node."""
+    """The largest value of each goal at its places, by derivatives there, with its error; else its best node."""
     places = [place for state in states for place in state.places]
     bent = any(state.goal.measure.needs_hessian for state in states)
     lon, lat = np.array(places).reshape(-1, 2).T
@@ -90,7 +90,7 @@ def _measured(projection: Projection, states: Sequence[State], found: Sequence[E
 
 
 def fields_at(projection: Projection, lon: FloatArray, lat: FloatArray, bent: bool) -> tuple[FloatArray, FloatArray]:
-    """The entries of J, and of H if `bent`, at points, and their errors, both (n, k)."""
+    """The entries of J (and of H if `bent`) at points, and their errors, both (n, k)."""
     lon, lat = np.asarray(lon), np.asarray(lat)
     found = derivatives(projection, lon, lat)
     field = found.jacobian.reshape(-1, 4)
@@ -110,8 +110,8 @@ def _size(field: FloatArray) -> FloatArray:
 # ---- measures without bound ----------------------------------------------------------------------
 
 _BROAD = 3e-3  # of the largest panel's area
-# Ever nearer to the maximum, in shares of the way to the middle of the nearest broad panel. Not nearer than
-# this: the last thousandths of a degree before a singular point often are not defined, so that it is not found itself.
+# Distances from the maximum, over that of the middle of the nearest broad panel. None is smaller: maps often are
+# undefined in the last thousandths of a degree before a singular point, which then is not found itself.
 _APPROACH = 10.0 ** -np.arange(0.5, 2.5, 0.5)
 _NEARER = 10.0 ** -np.arange(1.5, 5.25, 0.25)  # on the way to a pole, where growth may come to an end
 _BESIDE = 0.1  # degrees from a pole
@@ -124,10 +124,9 @@ _FEWEST = 3  # steps where it is defined
 def _unbounded(
     projection: Projection, pieces: Pieces, goals: Sequence[Goal], found: Sequence[Extreme]
 ) -> list[Extreme]:
-    """Extremes found for the goals, infinite where a goal grows without bound on the way to its place."""
+    """The extremes found for goals, infinite where a goal grows without bound on the way to its place."""
     # The way leads from the middle of the nearest broad panel. A goal without bound grows by no less in every step, and
-    # beside a pole the growth does not come to an end.
-    # Only signed measures, such as logarithms, may fall without bound.
+    # also beside a pole. Only signed measures, such as logarithms, may fall without bound.
     may_grow = [not goal.measure.bounded and (goal.largest or goal.measure.kind == "signed") for goal in goals]
     doubtful = [k for k, one in enumerate(found) if may_grow[k] and np.isfinite(one.value)]
     result = list(found)
@@ -142,30 +141,35 @@ def _unbounded(
     distance = np.sin(np.radians(north) / 2) ** 2 + cosines * np.sin(np.radians(east) / 2) ** 2
     nearest = np.argmin(distance, axis=1)[:, None]
     east, north = (np.take_along_axis(way, nearest, axis=1) for way in (east, north))
-    # To the place; and to a pole that it is beside, on the panel's own meridian, away from a seam that ends there.
-    pole = np.copysign(90.0, lat)
-    lons, lats = lon + _APPROACH * east, lat + _APPROACH * north
-    to_pole = np.broadcast_to(lon + east, (len(lon), _NEARER.size)), pole + _NEARER * (lat + north - pole)
     bent = any(goals[k].measure.needs_hessian for k in doubtful)
-    lons, lats = (np.concatenate(both, axis=1) for both in zip((lons, lats), to_pole, strict=True))
-    fields = fields_at(projection, lons.ravel(), lats.ravel(), bent)[0].reshape(*lons.shape, -1)
-    values = np.stack([goals[k].of(own) for k, own in zip(doubtful, fields, strict=True)])
-    values, nearer = np.split(values, [_APPROACH.size], axis=1)
+
+    def values_at(chosen: IntArray, lons: FloatArray, lats: FloatArray) -> FloatArray:
+        """The goals' values on the ways (m, n) of those chosen."""
+        fields = fields_at(projection, lons.ravel(), lats.ravel(), bent)[0].reshape(*lons.shape, -1)
+        return np.stack([goals[doubtful[k]].of(own) for k, own in zip(chosen, fields, strict=True)])
+
+    values = values_at(np.arange(len(lon)), lon + _APPROACH * east, lat + _APPROACH * north)
     with np.errstate(invalid="ignore"):
         gains, defined_at = np.diff(values), np.isfinite(values)
-        grows = ((gains > _GROWTH * np.abs(values[:, 1:])) | ~defined_at[:, 1:]).all(axis=1)
+        grows = np.all((gains > _GROWTH * np.abs(values[:, 1:])) | ~defined_at[:, 1:], axis=1)
         grows &= ((gains[:, 1:] > _SLOWING * gains[:, :-1]) | ~defined_at[:, 2:]).all(axis=1)
         grows &= defined_at[:, :_FEWEST].all(axis=1)
-    reached, at_pole = (np.where(np.isfinite(some), some, -np.inf).max(axis=1) for some in (values, nearer))
-    alike = reached < _ALIKE * at_pole
-    grows &= ~(_ends(nearer) & alike & (90.0 - np.abs(lat[:, 0]) < _BESIDE))
+    polar = np.flatnonzero(grows & (90.0 - np.abs(lat[:, 0]) < _BESIDE))
+    if polar.size:
+        # On to the pole, on the panel's own meridian, away from a seam that ends there.
+        lon, lat, east, north = (each[polar] for each in (lon, lat, east, north))
+        pole = np.copysign(90.0, lat)
+        lons, lats = np.broadcast_to(lon + east, (polar.size, _NEARER.size)), pole + _NEARER * (lat + north - pole)
+        nearer = values_at(polar, lons, lats)
+        reached, at_pole = (np.where(np.isfinite(some), some, -np.inf).max(axis=1) for some in (values[polar], nearer))
+        grows[polar] = ~(_ends(nearer) & (reached < _ALIKE * at_pole))
     for k in np.array(doubtful)[grows]:
         result[k] = result[k]._replace(value=np.inf)
     return result
 
 
 def _ends(values: FloatArray) -> BoolArray:
-    """True if growth comes to an end: the gains between values (n, m) fall twice in a row, and clearly."""
+    """True if growth comes to an end: gains between values (n, m) fall twice in a row, and clearly."""
     with np.errstate(invalid="ignore"):
         gains = np.diff(values)
         less, slow = gains[:, 1:] < gains[:, :-1], gains[:, 1:] < _SLOWING**0.5 * gains[:, :-1]
@@ -175,14 +179,14 @@ def _ends(values: FloatArray) -> BoolArray:
 # ---- search --------------------------------------------------------------------------------------
 
 _NOISY = 1e-3  # errors of the scales
-_SURE = 4.0  # times an error: at a pole, where coefficients fall slowly, it was twice the estimate
+_SURE = 4.0  # times an estimated error: at a pole, where coefficients fall slowly, the error was twice that
 _SMALL = 0.01  # errors of polynomials, over the gap between a bound and what is known
 _NARROW = 1e-4  # of the region's width: nothing is certain in narrower pieces
-_GOOD = 30.0  # times the error that a search resolves: better polynomials are not sampled again
+_GOOD = 30.0  # times the error to which a search goes: better polynomials are not sampled again
 _ROUNDS = 5  # of sampling again: then a piece is a thousandth of what it was
-_BESIDE_A_POLE = 1e-8  # a larger error is of a singular point, which smaller pieces leave outside of the region
-_STUCK = 0.5  # a quarter that keeps this share of an error has a kink, a singular point or rounding
-_BEYOND = 0.25  # of the span of values at nodes: by how much they may be passed between these, and at the sides
+_BESIDE_A_POLE = 1e-8  # larger errors are due to a singular point, which smaller pieces leave outside the region
+_STUCK = 0.5  # share of an error that a quarter keeps at a kink, a singular point or by rounding
+_BEYOND = 0.25  # of the span of values at nodes: by how much values between nodes and at sides may exceed them
 _MOST_ROUGH, _FEW = 512, 64  # pieces that are taken point by point
 _SOME, _FEWER = [0, 3, 6, 9], [1, 8]  # of the nodes along either axis, if they are few or many
 _TURNS, _SHRINK = 10, 0.4
@@ -195,7 +199,7 @@ _CANDIDATES = 3  # places of a goal to measure at
 def find_extremes(
     projection: Projection | None, charted: Region | None, nodes: Pieces, goals: Sequence[Goal]
 ) -> list[Extreme]:
-    """The extreme of each goal, of points (`charted` None) the best one; NaN if the measure is defined nowhere."""
+    """The extreme of each goal; of points (`charted` None) the best one; NaN if the measure is defined nowhere."""
     if projection is None or charted is None:
         found = [_best_point(nodes, goal) for goal in goals]
     else:
@@ -259,7 +263,7 @@ class _Search:
     # ---- sifting the pieces -------------------------------------------------------------
 
     def _at_nodes(self, state: State) -> Extreme:
-        """The best node; the pieces that may have more stay live."""
+        """The best node; pieces that may exceed it stay live."""
         goal, pieces = state.goal, self.pieces
         n = len(pieces.patch)
         values = bounds.defined(goal.sign * goal.values)
@@ -302,7 +306,7 @@ class _Search:
         return best
 
     def _sift(self, state: State, *, last: bool) -> None:
-        """Bound a goal on its live pieces; leave some, keep good and hopeless ones for `_climb`; others stay live."""
+        """Bound a goal on its live pieces: some are left, good and hopeless ones wait for `_climb`, others stay."""
         live = state.live = self._touched(state.live)
         if not live.size:
             return
@@ -383,10 +387,9 @@ class _Search:
         clipped = self.pieces.clipped[piece]
         if not clipped.any():
             return piece
-        rim = np.linspace(-1.0, 1.0, 3)
-        middle = np.broadcast_to(rim, (int(clipped.sum()), 3))
+        rim = np.broadcast_to(np.linspace(-1.0, 1.0, 3), (int(clipped.sum()), 3))
         held = np.ones(len(piece), dtype=bool)
-        held[clipped] = self._contains(piece[clipped], middle, middle).any(axis=(1, 2))
+        held[clipped] = self._contains(piece[clipped], rim, rim).any(axis=(1, 2))
         held |= np.array([bool(one) and len(self._edges(k)) > 0 for k, one in zip(piece, clipped & ~held, strict=True)])
         return piece[held]
 
@@ -403,7 +406,7 @@ class _Search:
     # ---- climbing -----------------------------------------------------------------------
 
     def _climb(self, state: State) -> None:
-        """Find the places where a goal may be largest, and a bound of it."""
+        """Find the places where a goal may be largest, and bound it."""
         goal = state.goal
         good = Chosen.joined(state.good)
         if good.piece.size:

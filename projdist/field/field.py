@@ -1,4 +1,4 @@
-"""The Jacobian field of a map over a region, and all figures that are made of it."""
+"""The Jacobian field of a map over a region, and all figures computed from it."""
 
 from __future__ import annotations
 
@@ -24,15 +24,14 @@ _STEEPNESS = 2.0  # derivative of a measure by the logarithms of the scales, ove
 _NOISE = 1e-7  # of logarithms of scales, as interpolation leaves them
 # Of a square about r^-1.67, the strongest singularity that counts as convergent, the Gauss rule misses 16 %.
 _MISSED = 0.16
-_BOUNDED = 0.01  # error of an extreme over itself: noise alone, as beside the rim of Guyou's map, makes no infinity
+_BOUNDED = 0.01  # error of an extreme over itself, up to which it is finite: noise can look like a singularity
 _ROUNDING = 1e-12  # of J, from the differentiation of x and y
-# Panels smaller than this hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, and at most
-# 7e-3 of any measure that has a mean (a of laea). A diverging one has as much in every decade of area from 1 to 1e-12,
-# so half of it in them.
+# Smaller panels hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, and at most 7e-3 of that
+# of a measure with a mean (a of laea); of one that diverges half, the same in each decade of area from 1 to 1e-12.
 _TINY = 1e-6  # of the area
-_GOOD_PART, _LARGE_PART = 0.02, 0.1  # of the integral
-_RESOLVED = 0.01  # of a mean: what diverges is wrong by as much as its smallest panels hold, which is more
-_NOTHING = 1e-6  # of a mean, in the unit of any measure: omega of conformal maps is not more
+_GOOD_PART, _LARGE_PART = 0.02, 0.1  # of the integral, held by tiny panels
+_RESOLVED = 0.01  # relative error of a mean that converges; one that diverges is wrong by more
+_NOTHING = 1e-6  # a mean that is only rounding, in the unit of any measure
 # Shares of the area on which a measure may be undefined: at singular points, and at kinks, of second derivatives.
 _UNDEFINED, _UNDEFINED_AT_KINKS = 1e-6, 1e-3
 # Points for quantiles, whose error falls as one over their number: of all panels, and of one.
@@ -44,22 +43,22 @@ AnyMeasure = str | Measure | Callable[..., FloatArray]
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Field:
-    """The Jacobian of a map over a region, at n nodes with weights, and every figure that is made of it.
+    """The Jacobian of a map over a region at n nodes with weights, and every figure computed from it.
 
-    A measure is given by its name, as a function of J (n, 2, 2), or by its values (n,) at the nodes. Figures are those
-    of the whole region: the weights, which may be negative along edges, integrate a polynomial through the nodes.
+    A measure is given by its name, as a function of J (n, 2, 2), or as its values (n,) at the nodes. Figures are those
+    of the whole region: the weights, some negative along edges, integrate the polynomial through the nodes.
     """
 
     projection: Projection | None  # None for a field of given Jacobians
     region: regions.Place | None  # likewise
-    measures: dict[str, Measure]  # those whose means the nodes resolve, by the names that they were asked for
+    measures: dict[str, Measure]  # whose means the nodes resolve, by the names that they were asked for
     coverage: float  # share of the region that can be projected; the figures are for that share
     evaluations: int  # points that were projected
     limit: str  # what stopped the refinement: "" the tolerance, "rounding" the projection's own noise, or "budget"
     _pieces: Pieces
-    _charted: regions.Region | None = None  # the region whose chart the pieces are of; None for points
-    _undecided: float = 0.0  # share of the area that is left out, because its part within the map is not known
-    _coarser: Field | None = None  # of the same region; figures are as uncertain as they differ from its own
+    _charted: regions.Region | None = None  # the region whose chart the pieces use; None for points
+    _undecided: float = 0.0  # share of the area left out because it is not known how much of it the map shows
+    _coarser: Field | None = None  # of the same region; its differences are the errors of figures
 
     def __repr__(self) -> str:
         """The map, the region and the number of nodes."""
@@ -294,7 +293,7 @@ class Field:
         return measure
 
     def _given(self, figure: Any) -> tuple[Measure | None, FloatArray]:
-        """The measure, None for given values, and its values at the nodes in the samples' shape."""
+        """The measure (None for given values) and its values at the nodes, in the shape of the pieces."""
         if isinstance(figure, str | Measure) or callable(figure):
             measure = self._measure(figure)
             return measure, self._values(measure)
@@ -318,7 +317,7 @@ class Field:
         return found._replace(error=found.error + abs(found.value - other.value))
 
     def _extremes(self, wanted: Sequence[tuple[Measure, bool]]) -> list[Extreme]:
-        """The extreme of each measure, the largest if True, from one search."""
+        """The extremes of measures, the largest where True, from one search."""
         goals = [Goal(one, self._values(one), largest) for one, largest in wanted]
         found = find_extremes(self.projection, self._charted, self._pieces, goals) if goals else []
         if self._coarser is not None and self.projection is None:
@@ -384,7 +383,7 @@ class Field:
         return [Estimate(*pair) for pair in zip(means.tolist(), errors.tolist(), strict=True)]
 
     def _singular_part(self, values: FloatArray) -> float:
-        """Part of a mean that tiny panels hold, infinite if it diverges, 0 if it is no good part of it, or points."""
+        """Part of a mean that tiny panels hold: infinite if the mean diverges, 0 if the part is small or for points."""
         # A smaller part that is resolved does not diverge: at corners of Adams' square, with s as r^-1.5, it is 2.5 %.
         if self._charted is None:
             return 0.0
@@ -404,7 +403,7 @@ class Field:
             return values.reshape(len(values), -1)[:, ::every], pieces.weight.ravel()[::every]
         smooth = np.isfinite(values).all(axis=(0, 2, 3))
         m = int(np.clip(_DENSE / values.shape[1], 64, _DENSEST)) // every
-        # In each panel a lattice of the golden ratio: as many levels along either direction as points.
+        # In each panel a golden-ratio lattice, which has as many different r and s as points.
         step = np.arange(m) + 0.5
         r, s = 2.0 * step / m - 1.0, 2.0 * np.mod(step * (np.sqrt(5.0) - 1.0) / 2.0, 1.0) - 1.0
         fine = []

@@ -72,23 +72,18 @@ class Figure:
 
     @property
     def essence(self) -> tuple[Measure, str, str]:
-        """All that determines the number; figures that only differ in name have the same."""
+        """All that determines the value; figures that differ only in name have the same."""
         return self.measure, self.statistic, self.version
 
     @property
     def is_airy_kavrayskiy(self) -> bool:
-        """True for the raw, scaled and affine Airy-Kavrayskiy errors."""
+        """True for the raw, the scaled and the affine Airy-Kavrayskiy error."""
         return self.measure == MEASURES["fisher"] and self.statistic == "rms"
 
     @property
     def is_maximum(self) -> bool:
         """True if it is the largest value of its measure, not a mean."""
         return self.statistic == "max"
-
-    @property
-    def may_vanish(self) -> bool:
-        """True if it may be 0 for all maps of a family, as angles are for conformal maps."""
-        return self.aspect in ("angles", "areas", "")
 
     @property
     def rounding(self) -> float:
@@ -132,7 +127,7 @@ class Spread(NamedTuple):
 
 
 def _scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """a and b, NaN where the map is singular."""
+    """The principal scales a and b, NaN where the map is singular."""
     scales = matrices.principal_scales(J)
     a, b = np.moveaxis(np.where(scales[..., 1:] > 0, scales, np.nan), -1, 0)
     return a, b

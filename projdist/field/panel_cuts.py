@@ -1,8 +1,7 @@
 """Cutting panels along the seams and edges of a map.
 
-Where a seam or the end of the map crosses a panel from side to side, it is found by bisection
-on each line of nodes; it is a smooth curve, so that what lies on either side of it is a smooth
-patch like others. Interrupted, oblique and limited maps then converge as fast as whole ones.
+A seam or an edge of the map that crosses a panel from side to side is found by bisection on each line of nodes. It is
+a smooth curve, so that either side of it is a smooth patch: interrupted and limited maps converge like whole ones.
 """
 
 from __future__ import annotations
@@ -20,13 +19,13 @@ from projdist.projections import Projection
 from projdist.regions import Region
 
 TEAR = 1e-4  # of the semi-major axis; smaller jumps are PROJ's own (eck4 snaps to its pole line by 2e-5)
-_SLIVER = 1e-13  # of a slice; less of the region in it is rounding
+_SLIVER = 1e-13  # of a slice: a smaller part of the region in it is rounding
 _TRIAL, _REST = 7, 29  # halvings: a few distinguish steep places from tears, all locate a tear to 1e-11 of the panel
 _STATIONS = np.concatenate([[-1.0], NODES, [1.0]])
 
 
 def jumps(xy: FloatArray, smallest: float) -> BoolArray:
-    """True for the panels in which the speed of x, y (2, n, p, p) along either axis breaks out between two nodes."""
+    """True for panels in which the speed of x, y (2, n, p, p) along either axis breaks out between two nodes."""
     # It does so if it is out of line with its neighbours by more than twice what they differ, or eight times at either
     # end. Smooth maps do that only where they are already resolved. `smallest` is the least jump that counts, in m.
     found = np.zeros(xy.shape[1], dtype=bool)
@@ -48,8 +47,8 @@ class Cuts:
 
     pieces: list[Pieces]  # in place of the panels of the mask `done`
     done: BoolArray
-    # (n, 2), u and v at which to split a panel further: where the seam leaves one that could not be cut, and beside or
-    # across the seam of one that was; NaN for a direction that would not help
+    # (n, 2), u and v at which to split panels: where the seam leaves one that could not be cut, beside or across the
+    # seam of one that was; NaN for a direction in which a split would not help.
     split_at: FloatArray
     evaluations: int
 
@@ -64,7 +63,7 @@ def cut(
     *,
     curved: bool,
 ) -> Cuts:
-    """Cut panels, `whole` ones lie within the region, along the seam or the edge of the map that crosses them."""
+    """Cut panels along the seam or the map's edge that crosses them; `whole` panels lie within the region."""
     n = len(rectangles)
     result = Cuts([], np.zeros(n, dtype=bool), np.full((n, 2), np.nan), 0)
     for along in (1, 0):
@@ -96,7 +95,7 @@ def cut(
     return result
 
 
-# What happens along a line: no single cut; the map ends; it starts; it is torn.
+# What happens along a line: no single cut; the map ends; the map starts; the map is torn.
 _NONE, _END, _START, _SEAM = range(4)
 _SIDES = np.array([-1.0, 1.0]) * (1.0 - 1e-9)  # the sides of a panel, as seen from within
 
@@ -131,7 +130,7 @@ class _Lines:
         return np.stack(self.projection(points.lon, points.lat))
 
     def find_cuts(self, count: Cuts, *, every: bool) -> tuple[FloatArray, IntArray]:
-        """Where each line (n, k) is cut, and how; with `every` only in panels whose lines may all be cut."""
+        """Where each line (n, k) is cut, and how; `every` looks only at panels whose lines may all be cut."""
         half = 0.5 * (self.high - self.low)
         stations = (0.5 * (self.low + self.high)[:, None] + half[:, None] * _STATIONS)[:, None]
         stations = np.broadcast_to(stations, (*self.across.shape, _STATIONS.size))
@@ -177,7 +176,7 @@ class _Lines:
         return a, b, fa, fb
 
     def beside(self, where: FloatArray) -> FloatArray:
-        """Where to split along the lines without touching the cut: in the wider of two gaps, NaN if neither is wide."""
+        """Where to split along the lines beside the cut: in the wider of the two gaps; NaN if neither is wide."""
         low, high = where.min(axis=1), where.max(axis=1)
         # The curve goes on beyond the outermost nodes.
         margin = 0.1 * (high - low) + 0.01 * (self.high - self.low)
@@ -187,7 +186,7 @@ class _Lines:
 
 
 def _exit(lines: _Lines, count: Cuts) -> tuple[FloatArray, FloatArray]:
-    """Where a seam or edge leaves the panels on either of two opposite sides (NaN if nowhere), and how centrally."""
+    """Where a seam or edge leaves panels on either of two opposite sides (NaN if on neither), and how centrally."""
     where, kind = lines.find_cuts(count, every=False)
     share = (where - lines.low[:, None]) / (lines.high - lines.low)[:, None]
     # None so near to a corner that the split would be no gain.
@@ -241,7 +240,7 @@ def _slices(
         chart = lines.patch[held], u[held], v[held], (u_r, u_s, v_r, v_s)
         layout = lay(lines.region, lines.projection.ellipsoid, *chart, rule[held], whole[held])
         piece = pieces_of(lines.projection, panel[held], layout, curved=curved)
-        piece.doubt[:] = 0.0  # the tear that it might come from is the cut
+        piece.doubt[:] = 0.0  # its cause would be the tear, which is the cut
         pieces.append(piece)
     return pieces
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Self
 
 import numpy as np
@@ -36,7 +36,7 @@ class Rows:
 
 # ---- seams along the sides of panels -------------------------------------------------------------
 
-_DEEPEST = 8  # strips of strips: each is a 38th as wide, the last one rounding
+_DEEPEST = 8  # strips of strips, each a 38th as wide; the last is as wide as rounding
 _INSET = 1e-9  # of half a panel: a seam on the side itself does no harm
 LINES = [1, 4, 8]  # the nodes through which lines go from side to side
 _LINES = NODES[LINES]
@@ -44,16 +44,16 @@ _SIDES = np.array([_INSET - 1.0, 1.0 - _INSET])
 _STATIONS = np.concatenate([_SIDES, NODES])
 _EXTRAPOLATE = np.polynomial.legendre.legvander(_SIDES, ORDER - 1) @ LEGENDRE
 _STRIP = 1.0 + NODES[0]  # of half a panel: as far as the first node
-_LEAST = 1e-3  # of the semi-major axis; a smaller jump over so small a strip does not matter
+_LEAST = 1e-3  # of the semi-major axis; smaller jumps do not matter in so narrow a strip
 _EIGHTHS = np.arange(9.0)[:, None] / 8.0
 _DIVISIONS, _MOST_OF_IT = 4, 0.1
-_UNRESOLVED = 10.0  # times the last coefficients: the rest of a series that falls slowly is as large
+_UNRESOLVED = 10.0  # times the last coefficients, as large as the rest of a series that falls slowly
 
 
 def torn_sides(
     projection: Projection, region: Region, patch: IntArray, rectangles: FloatArray, nodes: FloatArray, ends: FloatArray
 ) -> BoolArray:
-    """True where a seam lies between outermost nodes and the side of a panel: (n, 2, 2), by u and v, low and high."""
+    """True where a seam lies between the outermost nodes and a side: (n, 2, 2), by u and v, low and high."""
     # `nodes` (2, n, 2, p, 3) are x and y on three lines along u and three along v, `ends` (2, n, 2, 2, 3) those where
     # the lines meet the sides. A suspect step is divided until it turns out to be steep or torn.
     jump_x, jump_y = ends - _EXTRAPOLATE @ nodes
@@ -115,7 +115,7 @@ def _lines(rectangles: FloatArray, stations: FloatArray) -> tuple[FloatArray, Fl
 def _smallest_step(
     projection: Projection, region: Region, patch: IntArray, ends: FloatArray, f: FloatArray
 ) -> FloatArray:
-    """Steps (n,) of f, x and y (2, 2, n) at the ends u, v (2, 2, n), in a tiny part of the way."""
+    """The largest steps (n,) of f in tiny parts of the ways between ends u, v (2, 2, n), where f has x, y (2, 2, n)."""
     # The way is divided into eight, and the part with the largest step again: at a kink or a steep place next to
     # nothing of the step is left, at a tear all of it.
     rows = np.arange(len(patch))
@@ -132,7 +132,7 @@ def _smallest_step(
 
 
 def _divided(rectangles: FloatArray, torn: BoolArray) -> tuple[IntArray, FloatArray]:
-    """The parts into which strips along torn sides (n, 2, 2) divide rectangles, with the rectangle's index of each."""
+    """The parts into which strips along torn sides (n, 2, 2) divide rectangles, and the index of each rectangle."""
     index, parts = [], []
     for k, (rectangle, sides) in enumerate(zip(rectangles, torn, strict=True)):
         edges = []
@@ -141,10 +141,9 @@ def _divided(rectangles: FloatArray, torn: BoolArray) -> tuple[IntArray, FloatAr
             width = 0.5 * (high - low) * _STRIP
             inner = [at for at, cut in zip((low + width, high - width), sides[axis], strict=True) if cut]
             edges.append([low, *inner, high])
-        for u0, u1 in pairwise(edges[0]):
-            for v0, v1 in pairwise(edges[1]):
-                index.append(k)
-                parts.append((u0, u1, v0, v1))
+        for in_u, in_v in product(*map(pairwise, edges)):
+            index.append(k)
+            parts.append((*in_u, *in_v))
     return np.array(index, dtype=int), np.array(parts)
 
 
@@ -220,7 +219,7 @@ def lay(
     rule: FloatArray,
     whole: BoolArray,
 ) -> Layout:
-    """The layout of pieces with u, v and the weights `rule` at nodes (n, p, p); `whole` ones have Gauss's rule."""
+    """The layout of pieces with u, v and weights `rule` at nodes (n, p, p); `whole` pieces have Gauss's rule."""
     points = region.chart(patch[:, None, None], u, v)
     meridian, vertical = ellipsoid.radii(points.lat)
     u_r, u_s, v_r, v_s = partials
@@ -251,7 +250,7 @@ def lay(
 
 @dataclass(frozen=True)
 class First:
-    """The first panels of a region, and where maps are evaluated: at nodes, then (n, 2, 2, 3) on their sides."""
+    """The first panels of a region, and the points to evaluate: their nodes, then (n, 2, 2, 3) on their sides."""
 
     clips: Clips
     layout: Layout
@@ -261,7 +260,7 @@ class First:
 
 @dataclass(eq=False)
 class Plan:
-    """The layouts of a region's panels on an ellipsoid, each kept once it has been asked for."""
+    """The layouts of a region's panels on an ellipsoid, which are kept once they are made."""
 
     region: Region
     ellipsoid: Ellipsoid
@@ -269,7 +268,7 @@ class Plan:
     _first: dict[Discontinuities, First] = field(default_factory=dict)
 
     def first(self, breaks: Discontinuities) -> First:
-        """The region's own panels for maps with such breaks."""
+        """The region's first panels, for maps with some discontinuities."""
         if breaks not in self._first:
             if len(self._first) == _WAYS:
                 self._first.pop(next(iter(self._first)))
@@ -310,7 +309,7 @@ class Plan:
         return lay(self.region, self.ellipsoid, patch, u, v, partials, clips.rule, clips.whole)
 
 
-# Compared maps, and those of an optimisation, have a region in common.
+# Maps that are compared or optimised have their region in common.
 plan_of = functools.lru_cache(maxsize=_REGIONS)(Plan)
 
 
@@ -321,13 +320,13 @@ _FROM_LEFT = np.concatenate([DIFFERENTIATE, LEGENDRE[ORDER - 6 :]])
 _FROM_RIGHT = np.ascontiguousarray(_FROM_LEFT.T)
 _FALLING = 0.5  # pairs of coefficients that fall at least so fast go on falling; those of kinks and rounding do not
 _ROUNDING = 1e-12  # of x and y; PROJ's own arithmetic included
-_BLURRED, _HARMLESS = 0.05, 0.01  # of J's largest coefficient but the constant; per radian
-_SLOPE = 1.0  # their slopes reach 45 at the ends, but most of it integrates to nothing
+_BLURRED, _HARMLESS = 0.05, 0.01  # of J's largest coefficient except the constant; per radian
+_SLOPE = 1.0  # of the last polynomials: it reaches 45 at the ends, but most of that integrates to nothing
 
 
 @dataclass(kw_only=True)
 class Pieces(Rows):
-    """Smooth pieces of panels: whole panels, or what lies on one side of a cut; or points, which have one node each.
+    """Smooth pieces of panels: whole panels, or parts on one side of a cut; or points, with one node each.
 
     The first axis of each array is that of the pieces; those with values at nodes have two more, of the nodes. Where an
     edge of polygons crosses a panel, some nodes lie outside, and weights have either sign: they integrate the
@@ -347,13 +346,13 @@ class Pieces(Rows):
     weight: FloatArray  # m^2, or a point's own; of either sign in panels that the region's edge crosses
     share: FloatArray  # (n,), of the piece that is in the region; 1 for the whole of it
     unresolved: FloatArray  # last Legendre coefficients of x and y, in semi-major axes: rounding, or a seam
-    doubt: FloatArray  # (n, 2): by how much, along u and v, these may have changed the logarithms of the scales
+    doubt: FloatArray  # (n, 2), changes of the logarithms of the scales that `unresolved` may cause, along u and v
 
 
 def pieces_of(
     projection: Projection, panel: IntArray, layout: Layout, xy: FloatArray | None = None, *, curved: bool
 ) -> Pieces:
-    """The pieces of a layout under a projection, whose xy (2, n, p, p) may be known; `curved` ones have `sides`."""
+    """The pieces of a layout under a projection, whose xy (2, n, p, p) may be given; `curved` pieces have `sides`."""
     ellipsoid = projection.ellipsoid
     xy = np.stack(projection(layout.lon, layout.lat)) if xy is None else xy
     # Less a constant, there is less to round, and nothing where PROJ snaps to a pole line.
@@ -414,7 +413,7 @@ def second_derivatives(pieces: Pieces, ellipsoid: Ellipsoid) -> FloatArray:
 
 
 def blurred(pieces: Pieces, index: IntArray, ellipsoid: Ellipsoid) -> BoolArray:
-    """True for pieces of an index in which J is so rough that it makes a difference to flexion and skewness."""
+    """True for the pieces of an index in which J is too rough for flexion and skewness."""
     J = np.moveaxis(pieces.jacobian[index], (-2, -1), (1, 2))
     along = np.stack([np.abs(LEGENDRE @ J).max(axis=(1, 2, 4)), np.abs(J @ LEGENDRE.T).max(axis=(1, 2, 3))], axis=1)
     last = np.maximum(along[..., -1], along[..., -2])

@@ -1,4 +1,4 @@
-"""Fields of maps over regions and a check of them, Jacobians at fixed nodes, and fields of given Jacobians."""
+"""Fields of maps over regions, with a check; Jacobians at fixed nodes; and fields of given Jacobians."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from projdist.support import check_number, check_numbers, listed_values, tell
 # ---- fields of maps ------------------------------------------------------------------------------
 
 DEFAULT_TOLERANCE = 1e-8
-_SLACK = 0.5  # of the tolerance that would be enough if the error were proportional to it
+_SLACK = 0.5  # share of the tolerance that would do if errors were proportional to it
 _MAX_EVALUATIONS = 1_500_000
 _MEAN_TOLERANCE = 1e-6  # measures have kinks, which cost more
-# Of second derivatives, which grow as panels shrink where J has a jump, so that splitting gains nothing.
+# For second derivatives: where J has a jump they grow as panels shrink, so that splitting gains nothing.
 _SECOND_TOLERANCE = 1e-5
-_STUCK = 1.5  # for means of integrands: kinks may keep nearly all of their errors, rounding doubles
+_STUCK = 1.5  # for means of integrands: kinks may keep nearly all of their error, rounding doubles it
 
 
 def named_measures(measures: Any) -> dict[str, Measure]:
-    """Measures by the names that they were asked for, or such already; raises ValueError if two have the same."""
+    """Measures by the names that they were asked for; raises ValueError if two have the same name."""
     if isinstance(measures, Mapping):
         return {str(name): get_measure(given) for name, given in measures.items()}
     chosen: dict[str, Measure] = {}
@@ -203,7 +203,7 @@ _AS_DECLARED = 1e-5
 def check_declared_property(
     projection: Projection, J: FloatArray, weight: FloatArray | None = None, error: float = 0.0
 ) -> None:
-    """Give a notice if most Jacobians, wrong by up to `error`, lack the property that the map's method declares."""
+    """Give a notice if most Jacobians, good to `error`, lack the property that the map's method declares."""
     # The heaviest weights (...) count, because nodes crowd where a map is singular and PROJ's rounding is large.
     declared = declared_property_of(projection)
     if declared is None:
@@ -238,19 +238,19 @@ def check_declared_property(
 
 # ---- fixed nodes ---------------------------------------------------------------------------------
 
-# Radians. Where the truncation of the fourth order, step^4 / 30, meets rounding, 1e-16 / step; and, where a pole that
-# is drawn as a line is near, as a part of the distance to it.
+# Radians: where truncation (step^4 / 30) equals rounding (1e-16 / step). Near a pole, which may be drawn as a line, a
+# share of the distance to it.
 _STEP, _POLAR_STEP, _SHORTEST = 5e-4, 0.05, 1e-8
-# The second and the fourth order differ by a seventh or more of the derivative across a seam, and by step^2 / 3 d^2 at
-# the distance d of a singular point. There the careful differences of `derivatives` step in.
+# Second and fourth order differ by a seventh of the derivative or more across a seam, and by step^2 / 3 d^2 at a
+# distance d from a singular point. There the careful differences of `derivatives` take over.
 _DOUBTFUL = 0.02
-_NOTHING = 1e-10  # of the area: nodes next to a pole, which take long and make no difference
+_NOTHING = 1e-10  # of the area: weights of nodes next to a pole, which take long and make no difference
 _HIGHEST = 20  # Gauss nodes along a side of a panel: enough for whole hemispheres of smooth maps
 
 
 @dataclass(frozen=True, kw_only=True)
 class Nodes:
-    """Points (n,) in degrees, and shares of the area; 0 on edges, for extremes only."""
+    """Points (n,) in degrees with their shares of the area; those of weight 0 on edges count for extremes only."""
 
     lon: FloatArray
     lat: FloatArray
@@ -276,7 +276,7 @@ class Nodes:
         return J, shown
 
     def _by_differences(self, projection: Projection) -> tuple[FloatArray, BoolArray]:
-        """J by one step, and where that is good enough."""
+        """J by differences of one step, and a mask of where they are good enough."""
         lon, lat, step = self._stencil
         J = np.empty((self.lon.size, 2, 2))
         change = np.zeros(self.lon.size)
@@ -319,7 +319,7 @@ def nodes_at(lon: FloatArray, lat: FloatArray, weight: FloatArray, ellipsoid: ea
     return Nodes(lon=lon, lat=lat, weight=weight / weight.sum(), ellipsoid=ellipsoid)
 
 
-_ALONG, _MOST_ALONG = 100, 1500  # points on an edge that is as long as the region; on all edges
+_ALONG, _MOST_ALONG = 100, 1500  # points on an edge as long as the region, and on all edges
 _ALL_ALONG = 20_000  # points on all edges, besides their ends
 _POLE = 90.0 - 1e-9  # degrees
 
@@ -327,7 +327,7 @@ _POLE = 90.0 - 1e-9  # degrees
 def nodes_of(
     region: Place, ellipsoid: earth.Ellipsoid, count: int, *, edges: bool = False, all_ends: bool = False
 ) -> Nodes:
-    """About `count` nodes of a region; with `edges` also some, or with `all_ends` all, of weight 0 where it ends."""
+    """About `count` nodes of a region; `edges` adds some of weight 0 on its edges, `all_ends` all ends of edges."""
     # Where the panels lie wholly in the region, as those of boxes and caps do, the nodes are the panels' Gauss points.
     # Otherwise each of `count` cells has a node at the middle of its part of the region, with the area of that part, so
     # that means are good to the square of a cell, and islands count.
@@ -362,7 +362,7 @@ def nodes_of(
 
 
 def _along_edges(region: Region, all_ends: bool) -> tuple[FloatArray, FloatArray]:
-    """Points on the edges: every end and points between where ends are far apart, or else a selection of them."""
+    """Points on the edges: all ends, and points between ends that are far apart; or a selection of these."""
     lon0, lat0, lon1, lat1 = region.edges.T
     length = np.hypot(lon1 - lon0, lat1 - lat0)
     west, south, east, north = region.bounds
@@ -378,7 +378,7 @@ def _along_edges(region: Region, all_ends: bool) -> tuple[FloatArray, FloatArray
 
 
 def _split(patch: IntArray, rectangles: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
-    """Panels cut into equal parts, so that none needs more nodes than the highest order has."""
+    """Panels cut into equal parts, so that none needs more nodes than the highest order."""
     parts = int(np.ceil(np.sqrt(count / (len(rectangles) * _HIGHEST**2))))
     if parts == 1:
         return patch, rectangles
@@ -392,7 +392,7 @@ def _split(patch: IntArray, rectangles: FloatArray, count: int) -> tuple[IntArra
 def _chart(
     region: Region, patch: IntArray, rectangles: FloatArray, r: FloatArray, s: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points (n, m) of panels at r, s (m,) in [-1, 1], and area on the unit sphere per area of r and s."""
+    """Points (n, m) of panels at r, s (m,) in [-1, 1], and areas on the unit sphere per area of r and s."""
     u0, u1, v0, v1 = (side[:, None] for side in rectangles.T)
     u, v = 0.5 * (u0 + u1 + (u1 - u0) * r), 0.5 * (v0 + v1 + (v1 - v0) * s)
     points = region.chart(patch[:, None], u, v)

@@ -31,7 +31,7 @@ _FORWARD = np.array(
 _FORWARD_OFFSETS = np.arange(1.0, 7.0)
 _FORWARD_STEPS = (1.5e-3, 1.5e-4, 1.5e-5)
 _AT_ONCE = 4096  # points whose arrays have some megabytes
-_TOGETHER = 400  # points, each with a step, in one call: few points cost as much as a call does
+_TOGETHER = 400  # points, each with a step, in one call: so few cost no more than the call
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def _improve(
     patient: bool = False,
     one_sided: bool = False,
 ) -> None:
-    """Take over better Jacobians of ever smaller steps at points of an index; one-sided ones if ten times better."""
+    """Improve Jacobians at points of an index by ever smaller steps; one-sided ones must be ten times better."""
     # They are sixth-order differences: central ones, or the best one-sided ones of the four quadrants. Points where a
     # smaller central step does not help are given up, unless `patient`: near a smooth singularity the error falls by
     # 4^6, beside a seam it does not. All further steps of few points are computed together.
@@ -123,11 +123,10 @@ class StencilPoints:
 
     def along(self, directions: Sequence[tuple[float, float]], steps: FloatArray) -> tuple[FloatArray, FloatArray]:
         """f (2, k, m, n) at signed steps (m, n) or (m, 1) along k directions (east, north), and metres (k, m, n)."""
-        # The projection is called once, because for few points the call costs more than the points. Up to 89.99 degrees
-        # the lines are straight in longitude and latitude, so that those along a parallel or a meridian do not cross
-        # the seams and kinks that lie on these. Nearer the poles they are straight in the tangent plane, where a pole
-        # is a point like others. Either has the unit velocity of its direction at the point itself. A step of 1 is an
-        # equatorial radius up to 87 degrees, and shrinks with the distance to the pole beyond.
+        # The projection is called once, because a call costs more than a few points. Up to 89.99 degrees lines are
+        # straight in longitude and latitude, so that those along parallels and meridians cross no seams and kinks that
+        # lie on these. Nearer the poles they are straight in the tangent plane, where a pole is a point like others. A
+        # step of 1 is an equatorial radius up to 87 degrees, and shrinks with the distance to the pole beyond.
         ellipsoid, polar = self.projection.ellipsoid, self.tangent
         cos = np.cos(np.radians(self.lat))
         distance = steps * np.where(polar, 1.0, np.minimum(1.0, 20.0 * cos))
@@ -137,8 +136,7 @@ class StencilPoints:
         lon = self.lon + np.degrees(east / parallel)
         lat = self.lat + np.degrees(north / meridian)
         taken = np.repeat(distance[None], len(directions), axis=0)
-        # The step that was really taken: rounding of the angles, as the projection sees them in radians,
-        # is 2e-16 / step of the derivative, and in the quotient it cancels.
+        # The steps as taken: rounding of angles in radians, 2e-16 / step of the derivative, cancels in the quotient.
         for k, direction in enumerate(directions):
             if direction == NORTH:
                 taken[k] = meridian * (np.radians(lat[k]) - np.radians(self.lat))
@@ -155,9 +153,8 @@ def drop(
     ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, east: FloatArray, north: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Degrees of the points `east`, `north` (in semi-major axes) of tangent planes at (lon, lat), on the ellipsoid."""
-    # They drop along the normal at the tangent point: straight lines become geodesics to second order.
-    # In the frame of the point's own meridian the tangent plane at latitude phi has axes
-    # east (0, 1, 0) and north (-sin, 0, cos), and the normal is (cos, 0, sin).
+    # They drop along the normal at the tangent point, so that straight lines become geodesics to second order. In the
+    # frame of the point's meridian the plane has axes east (0, 1, 0), north (-sin, 0, cos) and normal (cos, 0, sin).
     sin, cos = np.sin(np.radians(lat)), np.cos(np.radians(lat))
     cos = np.where(np.abs(lat) == 90.0, 0.0, cos)
     e2 = ellipsoid.eccentricity_squared
@@ -189,7 +186,7 @@ _Differences = Callable[[StencilPoints, FloatArray, FloatArray], _Found]
 
 
 def _in_parts(differences: _Differences, points: StencilPoints, centre: FloatArray, steps: FloatArray) -> _Found:
-    """Differences of some thousand points at a time, because one-sided ones need a hundred numbers a point."""
+    """Differences for a few thousand points at a time, because one-sided ones need a hundred numbers a point."""
     if not points.projection.answers_everywhere:  # functions, whose answers may depend on the other points
         return differences(points, centre, steps)
     parts = [np.arange(start, min(start + _AT_ONCE, steps.size)) for start in range(0, steps.size, _AT_ONCE)]
@@ -219,7 +216,7 @@ def _central(points: StencilPoints, centre: FloatArray, steps: FloatArray) -> _F
 
 
 def _one_sided(points: StencilPoints, centre: FloatArray, steps: FloatArray) -> _Found:
-    """Sixth-order one-sided differences with a step (n,) for each point, into the quadrant where they are best."""
+    """Sixth-order one-sided differences with a step (n,) for each point, in the quadrant where they are best."""
     n = steps.size
     f, t = points.along(_RAYS, steps * _FORWARD_OFFSETS[:, None])
     f = np.concatenate([np.broadcast_to(centre[:, None, None], (2, len(_RAYS), 1, n)), f], axis=2)
@@ -237,7 +234,7 @@ def _one_sided(points: StencilPoints, centre: FloatArray, steps: FloatArray) -> 
 
 
 def fourth_order(values: FloatArray, metre: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Derivatives of values (4, n) at h, -h, 2 h and -2 h by 1 / h, `metre`, and what fourth order adds to second."""
+    """Derivatives from values (4, n) at h, -h, 2 h, -2 h (`metre` is 1 / h), and their changes from second order."""
     ahead, behind, far_ahead, far_behind = values
     near = ahead - behind
     change = (near - 0.5 * (far_ahead - far_behind)) * (metre / 6.0)
@@ -284,8 +281,7 @@ def is_torn(points: StencilPoints, centre: FloatArray) -> BoolArray:
     for distance in (1e-5, 1e-7):
         f, _ = points.along((EAST, NORTH), distance * np.array([[1.0], [-1.0]]))
         jumps.append(np.nan_to_num(np.abs(f - centre[:, None, None]), nan=0.0).max(axis=(0, 1, 2)))
-    scale = points.projection.ellipsoid.a
-    return np.asarray((jumps[1] > 0.5 * jumps[0]) & (jumps[1] > 1e-6 * scale))
+    return np.asarray((jumps[1] > 0.5 * jumps[0]) & (jumps[1] > 1e-6 * points.projection.ellipsoid.a))
 
 
 # At the first step rounding, eps / step^2 = 2e-12, and truncation, step^6, balance; near singularities smaller ones do.

@@ -13,7 +13,7 @@ from projdist.regions import GLOBE, Place, Region
 
 Map = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
-_BENT = 0.1  # of the link's length; neighbours 1 degree apart stay well below, but for tears and singular points
+_BENT = 0.1  # of the link's length; links of 1 degree stay well below, except at tears and singular points
 _HALVINGS = 36  # of 1 degree leave 2 micrometres
 _ROUNDING = 3e-8  # of the Earth's radius, 0.2 m: below it a jump is rounding, or 1 m from a pole
 _JUMP = 1e-3  # of the link's length
@@ -84,7 +84,7 @@ def _distance(start: FloatArray, stop: FloatArray) -> FloatArray:
 
 
 def _halve(function: Map, start: FloatArray, stop: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The two sides of the largest jump, or of the first change between drawn and not drawn."""
+    """The two sides of the largest jump, or of a change between drawn and not drawn."""
     low, high = start.copy(), stop.copy()
     for _ in range(_HALVINGS):
         middle = evaluate(function, *(0.5 * (low[:, :2] + high[:, :2])).T)
@@ -101,13 +101,13 @@ def _halve(function: Map, start: FloatArray, stop: FloatArray) -> tuple[FloatArr
 _CELLS = 60  # along the longer side of a region: 3 or 6 degrees on the globe
 _BLOCK = 4  # cells in a row, within which a cut is a straight line
 _OFFSET = 0.4937  # of a cell: keeps links off the round longitudes and latitudes where cuts are
-_INSET = 1e-6  # of a cell: a cut on the region's side is none
-_ONE_CUT = 1.25 * np.pi  # radii: half of the next longer one, a meridian, and another to the equator
+_INSET = 1e-6  # of a cell: a cut along the region's side does not count
+_ONE_CUT = 1.25 * np.pi  # radii: between a meridian and the next longer cut, a meridian and a half
 
 
 def is_interrupted(projection: Projection, region: Region) -> bool:
-    """True if a map is cut within a region where it need not be."""
-    # In a region that goes round the globe a map may have cuts, unless they are longer than from pole to pole.
+    """True if a map is cut within a region, where it need not be."""
+    # In a region that goes round the globe a map may have cuts, if they are not longer than from pole to pole.
     if cut_length(projection, region) == 0.0:
         return False
     west, _, east, _ = region.bounds

@@ -347,25 +347,28 @@ def draw_places(ax: Axes, surface: Surface, context: str) -> None:
     _draw_cities(ax, surface, texts)
 
 
-def _corners(surface: Surface, width: float, height: float) -> list[tuple[float, float]]:
-    """Lower left corners, as fractions of the frame, of boxes in its four corners, least of the region first."""
+def _corners(surface: Surface, width: float, height: float) -> dict[tuple[float, float], float]:
+    """Lower left corners of boxes in the corners of the frame, and how much of them the region covers, least first."""
+    # All are fractions of the frame, or of its area.
     west, east, south, north = surface.view
-    nodes = np.flatnonzero(surface.weights > 0)
-    share = (np.column_stack([surface.x[nodes], surface.y[nodes]]) - [west, south]) / [east - west, north - south]
-
-    def covered(corner: tuple[float, float]) -> float:
-        inside = ((share >= corner) & (share <= np.add(corner, [width, height]))).all(axis=1)
-        return float(surface.weights[nodes[inside]].sum())
-
-    return sorted([(0.0, 0.0), (1.0 - width, 0.0), (0.0, 1.0 - height), (1.0 - width, 1.0 - height)], key=covered)
+    corner, size = np.array([west, south]), np.array([east - west, north - south])
+    if surface.pieces:
+        parts = np.array([shapely.Polygon((piece - corner) / size) for piece in surface.pieces])
+    else:
+        parts = shapely.polygons((np.column_stack([surface.x, surface.y])[surface.triangles] - corner) / size)
+    parts = parts[shapely.is_valid(parts)]
+    places = [(0.0, 0.0), (1.0 - width, 0.0), (0.0, 1.0 - height), (1.0 - width, 1.0 - height)]
+    boxes = [shapely.box(x, y, x + width, y + height) for x, y in places]
+    covered = [float(shapely.area(shapely.intersection(parts, box)).sum()) for box in boxes]
+    return {places[k]: covered[k] for k in np.argsort(covered, kind="stable")}
 
 
 def _draw_locator(ax: Axes, surface: Surface, texts: _Texts) -> None:
     side = _LOCATOR * min(texts.width, texts.height)
     air = 0.25 * side
     shares = (side + air) / texts.width, (side + air) / texts.height
-    for x, y in _corners(surface, *shares):
-        if texts.take(x * texts.width + 0.5 * air, y * texts.height + 0.5 * air, side, side):
+    for (x, y), covered in _corners(surface, *shares).items():
+        if not covered and texts.take(x * texts.width + 0.5 * air, y * texts.height + 0.5 * air, side, side):
             break
     else:
         return

@@ -16,7 +16,7 @@ from projdist._typing import FloatArray, IntArray
 from projdist.field import Field, sample
 from projdist.plots import layouts, map_drawing
 from projdist.plots.colours import ColourScale, level_labels, round_values
-from projdist.plots.style import FigureStyle, Look, StyledFigure, look_for, new_figure, scale_for, style_of, titles_for
+from projdist.plots.style import FigureStyle, Look, StyledFigure, look_for, scale_for, style_of, titles_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 
 
@@ -115,11 +115,10 @@ def distribution_figure(
     look, room = look_for(look), layouts.check_size(size)
     name = "" if place == regions.GLOBE else place.name[:60]
     with look.applied():
-        style = FigureStyle(look, scale_for(look, room))
-        figure = StyledFigure(style, room or _SIZES[kind], layouts.check_dpi(dpi), layout="constrained")
+        style = FigureStyle(look, scale_for(look, room), has_heading=True)
+        content = style.content(room or _SIZES[kind])
+        figure = StyledFigure(style, content, layouts.check_dpi(dpi), layout="constrained")
         ax = figure.add_subplot()
-        if look.title:
-            figure.suptitle(look.title, **style.letters(11.0))
         if kind == "pareto":
             _draw_pareto(figure, ax, fields, names, f", over {name}" if name else "", is_free=size is None)
         else:
@@ -187,7 +186,9 @@ def _range(measure: matrices.Measure, many: list[tuple[FloatArray, FloatArray]])
     return min(low, *(one for one, _ in ends)), max(high, *(one for _, one in ends))
 
 
-def _draw_pareto(figure: Figure, ax: Axes, fields: list[Field], names: list[str], over: str, *, is_free: bool) -> None:
+def _draw_pareto(
+    figure: StyledFigure, ax: Axes, fields: list[Field], names: list[str], over: str, *, is_free: bool
+) -> None:
     points = np.array([field.angles_and_areas for field in fields])
     finite = np.isfinite(points).all(axis=1)
     if not finite.any():
@@ -202,7 +203,7 @@ def _draw_pareto(figure: Figure, ax: Axes, fields: list[Field], names: list[str]
     ax.set_aspect("equal")
     if is_free:
         shape = np.ptp(ax.get_ylim()) / np.ptp(ax.get_xlim())
-        figure.set_size_inches(7.0, float(np.clip(0.8 + 6.2 * shape, 3.0, 8.0)))
+        figure.resize((7.0, float(np.clip(0.8 + 6.2 * shape, 3.0, 8.0))))
     ticks = np.asarray(ticker.MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(0.0, 1.2 * reach))
     for axis, most in ((ax.xaxis, ax.get_xlim()[1]), (ax.yaxis, ax.get_ylim()[1])):
         axis.set_major_locator(ticker.FixedLocator(ticks[(ticks >= 0) & (ticks <= most)].tolist()))
@@ -379,28 +380,27 @@ def profile_figure(
     panels = _panels(found)
     letters = scale_for(look, size)
     left, right, top, foot = (letters * inches for inches in (_LEFT, _RIGHT, _TOP if name else _LEGEND, _FOOT))
-    fixed = top + foot + _GAP * (len(panels) - 1)
-    width, height = size or (_WIDTH, fixed + _PANEL * len(panels))
+    fixed, style = top + foot + _GAP * (len(panels) - 1), FigureStyle(look, letters)
+    width, height = style.content(size) if size else (_WIDTH, fixed + _PANEL * len(panels))
     each = (height - fixed) / len(panels)
     if each < 0.3 or width < left + right + 0.5:
+        width, height = size or (width, height)
         raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {len(panels)} panels.")
     factor, unit = (1.0, "km") if found.distance_km[-1] >= 2.0 else (1e3, "m")
-    across = (left / width, (width - left - right) / width)
+    across = width - left - right
     with look.applied():
-        figure = new_figure(look, letters, (width, height), dpi, has_heading=False)
+        figure = StyledFigure(style, (width, height), dpi)
         for k, panel in enumerate(panels):
-            bottom = foot + (len(panels) - 1 - k) * (each + _GAP)
-            ax = figure.add_axes((across[0], bottom / height, across[1], each / height))
+            ax = figure.panel(left, foot + (len(panels) - 1 - k) * (each + _GAP), across, each)
             _draw_curves(ax, panel, factor * found.distance_km, factor * found.vertices, found.torn)
             ax.tick_params(labelbottom=k == len(panels) - 1)
+        ax.set_xlabel(f"Distance along the line ({unit})", **style.letters(8.5))
         legend: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2, "ncols": 2}
         figure.axes[0].legend(frameon=False, fontsize=letters * 7.5, labelcolor=look.colours.text, **legend)
-        words, high = figure.style.letters(10.5), 1.0 - letters * 0.12 / height
-        head = figure.text(across[0], high, name, ha="left", va="top", **words)
-        share = across[1] * figure.bbox.width / max(head.get_window_extent().width, 1.0)
+        words, high = style.letters(10.5), 1.0 - letters * 0.12 / figure.get_figheight()
+        head = figure.text(left / width, high, name, ha="left", va="top", **words)
+        share = across * figure.dpi / max(head.get_window_extent().width, 1.0)
         head.set_fontsize(words["fontsize"] * min(1.0, share))
-        middle, low, text = across[0] + 0.5 * across[1], letters * 0.08 / height, f"Distance along the line ({unit})"
-        figure.text(middle, low, text, ha="center", va="bottom", **figure.style.letters(8.5))
     return figure
 
 

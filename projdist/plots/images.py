@@ -19,7 +19,17 @@ from projdist.applications import mosaics
 from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap, scan_extent
 from projdist.plots import basemap, layouts, map_drawing
 from projdist.plots.colours import ColourScale, level_labels, shown_levels
-from projdist.plots.style import Look, add_lines, add_polygons, look_for, new_figure, scale_for, set_view, style_of
+from projdist.plots.style import (
+    FigureStyle,
+    Look,
+    StyledFigure,
+    add_lines,
+    add_polygons,
+    look_for,
+    scale_for,
+    set_view,
+    style_of,
+)
 
 _LONGEST = 4000  # pixels of a side that are drawn
 _PAPER = 0.7  # of the pixels are darker than blank paper
@@ -69,7 +79,6 @@ _PIXELS = 1200  # across, of colours on a scan
 _DARKEST = 0.25  # of a colour's brightness, where the scan is black
 _POINT, _OUTLIER, _FOLD = "#1f3b57", "#b3002d", "#d81b60"
 _GAP, _TITLE, _FOOT, _BAR = 0.2, 0.55, 0.15, 0.75  # inches
-_HEADING = 0.36  # inches above all
 _NARROWEST, _TEXT = 0.5, 3.6  # inches: of a map, and of a column, for the lines below the titles
 
 
@@ -368,26 +377,28 @@ def _layout(
     columns = 1 if count == 1 or (count == 2 and shape < 0.4) else 2
     in_rows = [panels[first : first + columns] for first in range(0, count, columns)]
     letters = scale_for(look, None if size is None else (size[0] / columns, size[1] / len(in_rows)))
-    title, heading = letters * _TITLE if look.has_titles else _FOOT, letters * _HEADING if look.title else 0.0
+    style = FigureStyle(look, letters, has_heading=True)
+    title = letters * _TITLE if look.has_titles else _FOOT
     feet = [letters * _BAR if look.colourbar and set(row) & set(_WITH_BAR) else _FOOT for row in in_rows]
-    fixed = sum(feet) + len(in_rows) * title + heading
-    width, height = size if size is not None else (7.0 if columns == 1 else 11.0, 9.0 if len(in_rows) == 1 else 12.0)
+    fixed = sum(feet) + len(in_rows) * title
+    usual = 7.0 if columns == 1 else 11.0, 9.0 if len(in_rows) == 1 else 12.0
+    width, height = style.content(usual if size is None else size)
     w = min((width - _GAP) / columns - _GAP, (height - fixed) / len(in_rows) / shape)
     if not w > _NARROWEST:
+        width, height = usual if size is None else size
         raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {count} panels.")
     if size is None:
         width, height = columns * max(w + _GAP, letters * _TEXT) + _GAP, len(in_rows) * w * shape + fixed
     spare = (height - fixed - len(in_rows) * w * shape) / len(in_rows)
-    figure = new_figure(look, letters, (width, height), dpi)
+    figure = StyledFigure(style, (width, height), dpi)
     length = min(max(0.8 * w, 0.6 * (width - _GAP) / columns), 5.0)
-    placed, upper = [], height - heading
+    placed, upper = [], height
     for row, foot in zip(in_rows, feet, strict=True):
         lower = upper - title - 0.5 * spare - w * shape
         for column in range(len(row)):
             middle = 0.5 * width + (column - 0.5 * (len(row) - 1)) * (width - _GAP) / columns
-            place = (middle - 0.5 * w) / width, lower / height, w / width, w * shape / height
-            below = (lower - letters * 0.22) / height, length / width, letters * 0.12 / height
-            ax, bar = figure.add_axes(place), figure.add_axes(((middle - 0.5 * length) / width, *below))
+            ax = figure.panel(middle - 0.5 * w, lower, w, w * shape)
+            bar = figure.panel(middle - 0.5 * length, lower - letters * 0.22, length, letters * 0.12)
             bar.set_axis_off()
             placed.append(_OldMapPanel(ax, bar, sheet))
         upper = lower - 0.5 * spare - foot

@@ -57,13 +57,12 @@ def _shrink(texts: Sequence[Text], points: float, room: float) -> float:
 
 FOOT, BAR = 0.3, 0.75  # inches below the maps, for a line of text, and for a colour bar
 _GAP, _TITLE, _EMPTY = 0.15, 0.5, 0.06
-_HEADING = 0.36  # for a heading above several maps
 _LEAST_TEXT = 0.7  # of the usual size: rather fewer columns than smaller titles
 _WIDEST, _HIGHEST = 11.0, 9.0
 
 # In a figure of a stated size margins are kept small.
 _TIGHT_FOOT = {BAR: 0.57, FOOT: 0.22}
-_TIGHT_GAP, _TIGHT_TITLE, _TIGHT_HEADING, _BELOW = 0.06, 0.24, 0.26, 0.14
+_TIGHT_GAP, _TIGHT_TITLE, _BELOW = 0.06, 0.24, 0.14
 
 
 class _Grid:
@@ -91,9 +90,10 @@ class _Grid:
         above = _TIGHT_TITLE + (_BELOW if any(below for _, below in words) else 0.0) if is_tight else _TITLE
         self.gap = _TIGHT_GAP if is_tight else _GAP
         self.title = letters * above if look.has_titles else _EMPTY
-        self.heading = letters * (_TIGHT_HEADING if is_tight else _HEADING) if look.title and count > 1 else 0.0
+        self.style = FigureStyle(look, letters, is_tight=is_tight, is_one_line=is_one_line, has_heading=count > 1)
+        size = self.style.content(size) if size else None
         beside, below = letters * labels[0], letters * labels[1]
-        fixed = letters * foot + self.heading + highest.size * (self.title + self.gap + below)
+        fixed = letters * foot + highest.size * (self.title + self.gap + below)
         width = size[0] if size else (8.0 if count == 1 else _WIDEST)
         height = size[1] if size else (_HIGHEST if count == 1 else 3.0 + 3.0 * highest.size)
         across = width - self.gap * (columns + 1) - beside * columns
@@ -105,8 +105,7 @@ class _Grid:
         spare = (height - fixed - unit * highest.sum()) / highest.size
         self.columns, self.width, self.height, self.unit = columns, width, height, unit
         self.rows = unit * highest + spare + self.title + self.gap + below
-        # Room beside and below each panel; font size relative to the usual one; if titles and subtitles share lines.
-        self.labels, self.letters, self.is_one_line = (beside, below), letters, is_one_line
+        self.labels = beside, below  # room beside and below each panel
 
     @property
     def pitch(self) -> float:
@@ -114,14 +113,14 @@ class _Grid:
         return (self.width - self.gap) / self.columns
 
     def place(self, index: int, count: int, shape: FloatArray) -> tuple[float, float, float, float]:
-        """Left, bottom, width and height of a panel in its cell of the grid, as fractions of the figure."""
+        """Left, bottom, width and height of a panel in its cell of the grid."""
         (w, h), (beside, below) = shape * self.unit, self.labels
         row, column = divmod(index, self.columns)
         in_row = min(self.columns, count - row * self.columns)
         left = 0.5 * (self.width - in_row * self.pitch) + (column + 0.5) * self.pitch - 0.5 * (w - beside)
-        top = self.height - self.heading - self.rows[:row].sum()
+        top = self.height - self.rows[:row].sum()
         middle = top - 0.5 * (self.rows[row] + self.title - below)
-        return left / self.width, (middle - 0.5 * h) / self.height, w / self.width, h / self.height
+        return left, middle - 0.5 * h, w, h
 
 
 def arranged(
@@ -155,21 +154,18 @@ def arranged(
         width, height = size or (grid.width, grid.height)
         maps_text = "a map" if count == 1 else f"{count} maps"
         raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {maps_text}.")
-    style = FigureStyle(look, grid.letters, is_tight=size is not None, is_one_line=grid.is_one_line)
-    figure = StyledFigure(style, (grid.width, grid.height), dpi)
-    if look.title and count > 1:
-        figure.head(look.title)
-    axes = [figure.add_axes(grid.place(k, count, shape)) for k, shape in enumerate(shapes)]
+    figure = StyledFigure(grid.style, (grid.width, grid.height), dpi)
+    axes = [figure.panel(*grid.place(k, count, shape)) for k, shape in enumerate(shapes)]
     return figure, axes, grid.pitch - grid.gap - grid.labels[0]
 
 
 def bar_axes(figure: StyledFigure) -> Axes:
     """Axes at the foot of a figure, for a colour bar."""
-    width, height = figure.get_size_inches()
+    width = figure.content[0]
     length = min(0.7 * width, 6.0)
     sizes = (0.40, 0.10) if figure.style.is_tight else (0.48, 0.13)
     bottom, thickness = (figure.style.scale * inches for inches in sizes)
-    return figure.add_axes((0.5 - 0.5 * length / width, bottom / height, length / width, thickness / height))
+    return figure.panel(0.5 * (width - length), bottom, length, thickness)
 
 
 def check_size(size: Any) -> tuple[float, float] | None:

@@ -11,14 +11,13 @@ import numpy as np
 import shapely
 from matplotlib import colors, tri
 from matplotlib.animation import FFMpegWriter
-from matplotlib.axes import Axes
 from PIL import Image
 
 from projdist import earth, field, matrices, projections, regions, support, surfaces
 from projdist._typing import AnyArray, AnyPath, BoolArray, FloatArray, IntArray
 from projdist.plots import layouts, map_drawing
 from projdist.plots.colours import ColourScale
-from projdist.plots.style import Look, add_lines, look_for, new_figure, scale_for
+from projdist.plots.style import FigureStyle, Look, StyledFigure, add_lines, look_for, scale_for
 from projdist.projections import Projection
 
 _POLE = 89.9  # degrees: nearer to a pole maps may be singular
@@ -187,7 +186,6 @@ ANIMATION_SUFFIXES = (".gif", ".mp4")
 
 _SIZE, _DPI = (7.0, 4.6), 100.0
 _TOP, _FOOT, _SIDE = 0.42, 0.62, 0.1  # inches
-_HEADING = 0.34
 _HOLD = 0.8  # seconds at either end
 _COLOURS, _DARKER, _GREYS = 120, 40, 24  # of a GIF, which has room for 256
 _MOST_FRAMES, _LONGEST = 500, 600.0
@@ -310,52 +308,50 @@ class _Stage:
         self.blend, self.measure = blend, measure
         values = [blend.values(share, measure) for share in (0.0, 0.5, 1.0)]
         self.scale = ColourScale.of(measure, values, [blend.weights] * len(values), colours=look.colours)
-        letters, (width, height) = scale_for(look, size), size
-        self.figure = new_figure(look, letters, size, dpi)
+        letters = scale_for(look, size)
+        style = FigureStyle(look, letters, has_heading=True)
+        width, height = style.content(size)
+        self.figure = StyledFigure(style, (width, height), dpi)
         self.canvas: Any = self.figure.canvas
-        heading = letters * _HEADING if look.title else 0.0
-        top = heading + (letters * _TOP if look.has_titles else _SIDE)
+        top = letters * _TOP if look.has_titles else _SIDE
         foot = letters * _FOOT if look.colourbar else _SIDE
-        place = (_SIDE / width, foot / height, 1.0 - 2.0 * _SIDE / width, (height - top - foot) / height)
-        self.ax: Axes = self.figure.add_axes(place)
+        across, up = width - 2.0 * _SIDE, height - top - foot
+        self.ax = self.figure.panel(_SIDE, foot, across, up)
         self.ax.set_axis_off()
-        self.shape = self.ax.get_position().width * width / (self.ax.get_position().height * height)
+        self.shape = across / up
         colours = look.colours
         styles = ((colours.over_graticule, 0.4, 1.0), (colours.over_coast, 0.6, 1.2), (colours.outline, 0.8, 3.0))
         self.lines = [add_lines(self.ax, [], colors=one, linewidths=line, zorder=order) for one, line, order in styles]
         self.field: Any = None
         self.dot: Any = None
         if look.has_titles:
-            self._draw_titles(1.0 - (heading + letters * 0.2) / height)
+            self._draw_titles()
         if look.colourbar:
             bar = min(0.6 * width, 4.5)
-            place = (0.5 - 0.5 * bar / width, letters * 0.42 / height, bar / width, letters * 0.11 / height)
+            place = self.figure.panel(0.5 * (width - bar), letters * 0.42, bar, letters * 0.11)
             over = "" if blend.region == regions.GLOBE else f", over {blend.region.name[:50]}"
-            drawn_bar = map_drawing.draw_colourbar(self.figure, self.scale, cax=self.figure.add_axes(place))
+            drawn_bar = map_drawing.draw_colourbar(self.figure, self.scale, cax=place)
             drawn_bar.set_label(f"{self.scale.label}{over}", fontsize=letters * 8)
 
-    def _draw_titles(self, y: float) -> None:
-        """Draw the names of both maps, and a dot that moves between them."""
-        width = self.figure.get_figwidth()
-        size, colours = self.figure.style.scale * 10.0, self.figure.style.colours
-        left, right = self.blend.maps
-        names = [
-            self.figure.text(x, y, one.name, ha=side, va="center", fontsize=size, color=colours.text)
-            for x, one, side in ((0.15 / width, left, "left"), (1.0 - 0.15 / width, right, "right"))
-        ]
-        widest = 0.40 * width * self.figure.dpi
-        wider = max(name.get_window_extent().width for name in names)
-        for name in names:
-            name.set_fontsize(size * min(1.0, widest / max(wider, 1.0)))
-        ends = [name.get_window_extent().width / self.figure.bbox.width for name in names]
-        self.way = 0.3 / width + ends[0], 1.0 - 0.3 / width - ends[1]
-        strip = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), zorder=5)
+    def _draw_titles(self) -> None:
+        """Draw the names of both maps, and a dot that moves between them, in a strip with coordinates in inches."""
+        figure, style = self.figure, self.figure.style
+        width, height = figure.content
+        strip = figure.panel(0.0, 0.0, width, height, zorder=5)
         strip.set_axis_off()
         strip.patch.set_alpha(0.0)
-        strip.set(xlim=(0, 1), ylim=(0, 1))
-        strip.plot(self.way, (y, y), color=colours.graticule, linewidth=1.0)
+        strip.set(xlim=(0, width), ylim=(0, height))
+        size, self.height = style.scale * 10.0, height - style.scale * 0.2
+        ends = zip((0.15, width - 0.15), self.blend.maps, ("left", "right"), strict=True)
+        look: dict[str, Any] = {"va": "center", "fontsize": size, "color": style.colours.text}
+        names = [strip.text(x, self.height, one.name, ha=side, **look) for x, one, side in ends]
+        wider = max(name.get_window_extent().width for name in names) / figure.dpi
+        for name in names:
+            name.set_fontsize(size * min(1.0, 0.4 * width / max(wider, 1e-3)))
+        left, right = (name.get_window_extent().width / figure.dpi for name in names)
+        self.way = 0.3 + left, width - 0.3 - right
+        strip.plot(self.way, (self.height, self.height), color=style.colours.graticule, linewidth=1.0)
         (self.dot,) = strip.plot([], [], "o", color=_DOT, markersize=5.0)
-        self.height = y
 
     def draw(self, share: float) -> None:
         """Draw the blend at a fraction of the way."""

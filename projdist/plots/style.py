@@ -14,7 +14,7 @@ from typing import Any, Literal, cast
 import matplotlib
 import matplotlib.style
 import numpy as np
-from matplotlib import collections, colors, rc_context
+from matplotlib import collections, colors, rc_context, transforms
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -104,7 +104,8 @@ def with_minus(text: str) -> str:
 # ---- style ---------------------------------------------------------------------------------------
 
 _FONT = 9.0  # points: the usual size of a colour bar's label, to which all others are in proportion
-_HEADING, _FOOT = 12.0, 7.5
+_HEADING, _FOOT, _CREDITS = 12.0, 7.5, 6.5
+_HEAD_ROOM, _TIGHT_HEAD_ROOM, _CREDITS_ROOM = 0.36, 0.26, 0.16  # inches
 _MARGINS = 8.0  # points, of a line across a figure
 _LEAST, _FEWEST = 0.75, 12  # of its size, and letters
 _NOT_OF_PICTURES = frozenset(
@@ -130,6 +131,8 @@ class Look:
         The title of a map alone, or a heading above several; "" for no titles at all. If not given, maps have names.
     colourbar : bool
         Whether there is one.
+    credits : str, optional
+        A line at the foot of the picture, such as its sources and author.
 
     Raises
     ------
@@ -152,6 +155,7 @@ class Look:
     transparent: bool = False
     title: str | None = None
     colourbar: bool = True
+    credits: str | None = None
 
     def __post_init__(self) -> None:
         if self.theme is not None and not isinstance(self.theme, Theme) and self.theme not in THEMES:
@@ -161,8 +165,9 @@ class Look:
             points = support.check_number("font size", self.font_size)
             if not 1.0 <= points <= 72.0:
                 raise ValueError(f"Invalid font size {support.quoted(self.font_size)}. It must be 1 to 72 points.")
-        if self.title is not None:
-            support.check_text("title", self.title)
+        for name in ("title", "credits"):
+            if getattr(self, name) is not None:
+                support.check_text(name, getattr(self, name))
         _ = self.rc
 
     @functools.cached_property
@@ -225,6 +230,20 @@ class FigureStyle:
     scale: float = 1.0  # of letters, relative to the usual one
     is_tight: bool = False  # the figure's size was stated, so that all margins are small
     is_one_line: bool = False  # subtitles stand beside titles
+    has_heading: bool = False  # the look's title is a heading above all
+
+    @property
+    def margins(self) -> tuple[float, float]:
+        """Inches above and below the content of a figure, for what all figures may have: a heading, and credits."""
+        heading = _TIGHT_HEAD_ROOM if self.is_tight else _HEAD_ROOM
+        return (
+            self.scale * heading if self.has_heading and self.look.title else 0.0,
+            self.scale * _CREDITS_ROOM if self.look.credits else 0.0,
+        )
+
+    def content(self, size: tuple[float, float]) -> tuple[float, float]:
+        """Width and height in inches between the margins of a figure of a size."""
+        return size[0], size[1] - sum(self.margins)
 
     @property
     def colours(self) -> Theme:
@@ -237,30 +256,53 @@ class FigureStyle:
 
 
 class StyledFigure(Figure):
-    """A figure that is drawn in its style."""
+    """A figure in a style: content of a size in inches, between the margins that hold its heading and credits."""
 
     def __init__(
-        self, style: FigureStyle, size: tuple[float, float], dpi: float, layout: Literal["constrained"] | None = None
+        self, style: FigureStyle, content: tuple[float, float], dpi: float, layout: Literal["constrained"] | None = None
     ) -> None:
         background = "none" if style.look.transparent else style.colours.background
-        super().__init__(figsize=size, dpi=dpi, facecolor=background, layout=layout)
+        super().__init__(dpi=dpi, facecolor=background, layout=layout)
         self.style = style
         FigureCanvasAgg(self)
+        self.resize(content)
+        above, below = style.margins
+        if above:
+            self._write(str(style.look.title), -0.1, style.letters(_HEADING))
+        if below:
+            self._write(str(style.look.credits), 0.05, style.letters(_CREDITS, quiet=True))
+
+    def resize(self, content: tuple[float, float]) -> None:
+        """Give the content another size in inches."""
+        above, below = self.style.margins
+        self.content = content
+        width, height = content[0], content[1] + above + below
+        self.set_size_inches(width, height)
+        if self.get_layout_engine() is not None:
+            self.set_layout_engine("constrained", rect=(0.0, below / height, 1.0, content[1] / height))
+
+    def panel(self, left: float, bottom: float, width: float, height: float, **options: Any) -> Axes:
+        """Axes at a place in the content, in inches from its lower left corner."""
+        whole = self.get_size_inches()
+        place = np.array([left, bottom + self.style.margins[1], width, height]) / [*whole, *whole]
+        return self.add_axes(tuple(place.tolist()), **options)
 
     def draw(self, renderer: Any) -> None:
         """Draw in the style."""
         with self.style.look.applied():
             super().draw(renderer)
 
-    def head(self, text: str) -> None:
-        """Write a heading."""
-        top = 1.0 - self.style.scale * 0.1 / self.get_figheight()
-        self.fit(self.text(0.5, top, text, ha="center", va="top", **self.style.letters(_HEADING)))
-
     def foot(self, text: str) -> None:
-        """Write a line at the foot."""
-        bottom = self.style.scale * (0.05 if self.style.is_tight else 0.08) / self.get_figheight()
-        self.fit(self.text(0.5, bottom, text, ha="center", va="bottom", **self.style.letters(_FOOT, quiet=True)))
+        """Write a line at the foot of the content."""
+        above = self.style.margins[1] / self.style.scale
+        self._write(text, above + (0.05 if self.style.is_tight else 0.08), self.style.letters(_FOOT, quiet=True))
+
+    def _write(self, text: str, inches: float, letters: dict[str, Any]) -> None:
+        """Write a centred line so far above the figure's lower edge, or below its upper edge if negative."""
+        offset = transforms.ScaledTranslation(0.0, self.style.scale * inches, self.dpi_scale_trans)
+        edge, anchor = (1.0, "top") if inches < 0.0 else (0.0, "bottom")
+        place: dict[str, Any] = {"ha": "center", "va": anchor, "transform": self.transFigure + offset}
+        self.fit(self.text(0.5, edge, text, **place, **letters))
 
     def fit(self, text: Text) -> None:
         """Shrink a centred line to fit the figure's width, then shorten it."""
@@ -273,16 +315,6 @@ class StyledFigure(Figure):
         while text_width(text.get_text(), float(text.get_fontsize())) > room and longest > _FEWEST:
             longest -= 1
             text.set_text(shortened(words, longest))
-
-
-def new_figure(
-    look: Look, scale: float, size: tuple[float, float], dpi: float, *, has_heading: bool = True
-) -> StyledFigure:
-    """Empty figure in a look, with its title as a heading."""
-    figure = StyledFigure(FigureStyle(look, scale), size, dpi)
-    if look.title and has_heading:
-        figure.head(look.title)
-    return figure
 
 
 def text_width(text: str, points: float) -> float:

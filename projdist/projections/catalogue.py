@@ -1,4 +1,4 @@
-"""Friendly names of textbook map projections, and what a misspelt name may have been meant for."""
+"""Friendly names of textbook map projections, and suggestions for misspelt ones."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ NOT_IN_METRES = {
 
 # ---- hints ---------------------------------------------------------------------------------------
 
-MOST_HINTS = 6  # hints: Eckert and Wagner each made that many maps
+MOST_HINTS = 6  # Eckert and Wagner each made that many maps
 
 
 def normalised(text: str) -> str:
@@ -72,7 +72,7 @@ def operation_titles() -> dict[str, str]:
 
 
 def close_names(text: str) -> list[str]:
-    """Names that begin with the text, are spelt almost like it, or that it begins with; empty if none is close."""
+    """Names that begin with the text or are spelt like it, else those that the text begins with."""
     known, wanted = _spellings(), normalised(text)
     found = support.close_words(wanted, known) or [key for key in known if wanted.startswith(f"{key}-")]
     return list(dict.fromkeys(known[key] for key in found))[:MOST_HINTS]
@@ -115,13 +115,13 @@ def codes_elsewhere(authority: str, number: str) -> list[str]:
 
 
 def folded(text: str) -> str:
-    """A name without what programs spell in different ways: capitals, spaces, underscores, brackets."""
+    """A name without what programs write differently: capitals, spaces, underscores, brackets."""
     return re.sub(r"[^a-z0-9+]+", "", text.lower())
 
 
 @functools.cache
 def crs_names() -> dict[str, tuple[str, str]]:
-    """Codes and names of the projected CRSs of the Earth by their folded names; of a name of several, EPSG's code."""
+    """Codes and names of the Earth's projected CRSs by folded name; the first authority's if several have the name."""
     found: dict[str, tuple[str, str]] = {}
     for authority in AUTHORITIES:
         for info in pyproj.database.query_crs_info(authority, PJType.PROJECTED_CRS):
@@ -130,14 +130,14 @@ def crs_names() -> dict[str, tuple[str, str]]:
 
 
 def database_rows(query: str, values: Sequence[str] = ()) -> list[tuple[Any, ...]]:
-    """What a query finds in PROJ's database; raises sqlite3.Error if the file is missing or has other tables."""
+    """The rows of a query of PROJ's database; raises sqlite3.Error if the file is missing or has other tables."""
     path = Path(get_data_dir(), "proj.db").resolve().as_uri()
     with contextlib.closing(sqlite3.connect(f"{path}?mode=ro", uri=True)) as connection:
         return connection.execute(query, values).fetchall()
 
 
 def readable_rows(query: str, values: Sequence[str] = ()) -> list[tuple[Any, ...]]:
-    """As `database_rows`; none if the database cannot be read."""
+    """The rows of `database_rows`; none if the database cannot be read."""
     with contextlib.suppress(sqlite3.Error):
         return database_rows(query, values)
     return []
@@ -151,7 +151,7 @@ def registered_names() -> frozenset[str]:
 
 @functools.cache
 def _spellings() -> dict[str, str]:
-    """Names by what they may be called: by themselves, and by PROJ's descriptions of its ids."""
+    """Names by what users may call them: the names themselves, and PROJ's descriptions of its ids."""
     operations = {key: text for key, text in pyproj.list.get_proj_operations_map().items() if key not in NOT_MAPS}
     spellings = {normalised(name): name for name in [*NAMES, *WORLD_MAPS, *operations]}
     friendly = {operation: name for name, operation in NAMES.items()}

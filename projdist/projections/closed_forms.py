@@ -1,4 +1,4 @@
-"""Derivatives of the methods of most CRSs by their formulas, wherever PROJ has the formulas' coordinates."""
+"""Derivatives by formulas for the methods of most CRSs, wherever PROJ's coordinates are those of the formulas."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _EPS = float(np.finfo(float).eps)
 
 
 Second = tuple[ComplexArray, ComplexArray, ComplexArray]
-"""Derivatives by metres along geodesics: by east twice, by east and north, and by north twice."""
+"""Second derivatives by metres along geodesics: east-east, east-north and north-north."""
 
 
 class Place(NamedTuple):
-    """Points (n,), or one, as formulas need them: longitudes in radians from the central meridian, and of latitudes."""
+    """Points (n,) or one: longitude in radians from the central meridian, sine and cosine of the latitude, ..."""
 
     ellipsoid: Ellipsoid
     lon: Any
@@ -33,7 +33,7 @@ class Place(NamedTuple):
 
     @classmethod
     def of(cls, ellipsoid: Ellipsoid, lon: Any, lat: Any) -> Place:
-        """Of degrees."""
+        """The points of longitudes and latitudes in degrees."""
         sin, cos = np.sin(np.radians(lat)), np.cos(np.radians(lat))
         return cls(ellipsoid, np.radians(lon), sin, cos, ellipsoid.radii(lat)[1] * cos)
 
@@ -45,14 +45,14 @@ class Place(NamedTuple):
 
     @property
     def below(self) -> Any:
-        """Area from the equator by radians of longitude, in half squares of the semi-major axis: q of Snyder's 3-12."""
+        """Area from the equator per radian of longitude, in half squares of the semi-major axis: Snyder's q (3-12)."""
         e2 = self.ellipsoid.eccentricity_squared
         e, sin = math.sqrt(e2), self.sin
         return (1.0 - e2) * (sin / (1.0 - e2 * sin * sin) + (np.arctanh(e * sin) / e if e else sin))
 
 
 class Plane(NamedTuple):
-    """x + iy of points (n,) up to a constant, and its derivatives by metres to the east and to the north."""
+    """x + iy of points (n,) up to a constant, and its derivatives per metre east and north."""
 
     w: ComplexArray
     east: ComplexArray
@@ -71,7 +71,7 @@ Formula = Callable[[Place], Plane]
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """The formula of a map about its central meridian."""
+    """The formula of a map relative to its central meridian."""
 
     ellipsoid: Ellipsoid
     formula: Formula
@@ -79,7 +79,7 @@ class ClosedForm:
     origin: complex = 0.0
 
     def plane(self, lon: FloatArray, lat: FloatArray) -> tuple[Plane, FloatArray]:
-        """The plane at points (n,) in degrees, and its derivatives' relative errors, NaN where they are not good."""
+        """The plane at points (n,) in degrees, and relative errors of its derivatives, NaN where they are not good."""
         lon = wrapped(lon - self.meridian)
         place = Place.of(self.ellipsoid, lon, lat)
         with np.errstate(all="ignore"):
@@ -90,7 +90,7 @@ class ClosedForm:
         return plane, error
 
     def checked(self, lon: FloatArray, lat: FloatArray, x: FloatArray, y: FloatArray) -> tuple[Plane, FloatArray]:
-        """The plane and the errors, NaN also where x and y, as PROJ has them, are not the formula's to rounding."""
+        """As `plane`, with errors NaN also where PROJ's x and y differ from the formula's by more than rounding."""
         plane, error = self.plane(lon, lat)
         gap = np.abs(plane.w.real - x) + np.abs(plane.w.imag - y)
         error[~(gap <= _DISAGREEMENT * (self.ellipsoid.a + np.abs(x) + np.abs(y)))] = np.nan
@@ -107,7 +107,7 @@ _NOT_MAPS = ("", "pipeline", "unitconvert", "axisswap", "longlat", "noop")
 
 
 def closed_form(function: Function, ellipsoid: Ellipsoid) -> ClosedForm | None:
-    """The closed form of a PROJ operation, if its method has one that has PROJ's coordinates on a wide grid."""
+    """The closed form of a PROJ operation, if its method has one that agrees with PROJ on a wide grid."""
     # Functions of the user's need not have a hash.
     return _form_of(function, ellipsoid) if isinstance(function, CrsOperation | Pipeline) else None
 
@@ -138,7 +138,7 @@ def _form_of(operation: CrsOperation | Pipeline, ellipsoid: Ellipsoid) -> Closed
     return form if np.isfinite(form.checked(lon, lat, x, y)[1][used]).all() else None
 
 
-# ---- what methods are given ----------------------------------------------------------------------
+# ---- parameters of methods -----------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ class Stated:
     ellipsoid: Ellipsoid
 
     def number(self, *keys: str, default: float = 0.0) -> float:
-        """The value of the first of the parameters that is stated; raises ValueError for what is no number."""
+        """The value of the first parameter that is stated; raises ValueError for what is no number."""
         return next((float(self.texts[key]) for key in keys if key in self.texts), default)
 
     def radians(self, key: str) -> float:
@@ -167,7 +167,7 @@ class Stated:
         return 6.0 * self.number("zone") - 183.0 if "zone" in self.texts else self.number("lonc", "lon_0")
 
     def at(self, key: str) -> Place:
-        """A stated latitude."""
+        """The point on the central meridian at a stated latitude."""
         return Place.of(self.ellipsoid, 0.0, self.number(key))
 
     @property
@@ -177,7 +177,7 @@ class Stated:
 
     @property
     def pole(self) -> float:
-        """1 and -1 for maps about a pole, else 0."""
+        """1 for maps about the north pole, -1 about the south pole, else 0."""
         lat = self.number("lat_0")
         return math.copysign(1.0, lat) if abs(lat) > 90.0 - 1e-9 else 0.0
 
@@ -186,7 +186,7 @@ class Stated:
 
 
 Spacing = Literal["angles", "areas"] | Callable[[Place], Any]
-"""What a map keeps, of which the scale along meridians follows, or metres by radians along them."""
+"""What determines the scale along meridians: the property that the map keeps, or metres per radian of latitude."""
 
 
 def _straight(n: float, width: float, distance: Callable[[Place], FloatArray], spacing: Spacing) -> Formula:
@@ -324,7 +324,7 @@ def _clenshaw(series: FloatArray, cosine: ComplexArray, sine: ComplexArray) -> t
 
 
 _Sphere = tuple[float, float, float]
-"""By what longitudes and isometric latitudes are stretched, what is added to either: that of the latitudes first."""
+"""The factor of longitudes and isometric latitudes, and the shifts of the latitudes and of the longitudes."""
 
 
 def _turned(
@@ -374,7 +374,7 @@ def _gauss_sphere(stated: Stated) -> tuple[_Sphere, float, float]:
 
 
 def _swiss(stated: Stated) -> Formula:
-    """Swiss oblique Mercator: that of the sphere, turned; by PROJ up to 90 degrees of its equator."""
+    """Swiss oblique Mercator: Mercator's map of the sphere about a new pole, within 85 degrees of longitude."""
     sphere, radius, there = _gauss_sphere(stated)
     return _turned(stated, sphere, -there, radius, math.radians(85.0))
 

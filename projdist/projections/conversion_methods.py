@@ -21,19 +21,19 @@ from projdist.support import NEAR, did_you_mean, listed, shown, tell
 
 
 class StatedParameter(NamedTuple):
-    """A parameter as written in a definition; the value is in the definition's unit."""
+    """A parameter as written in a definition, with its value in the definition's unit."""
 
     name: str
     value: float
 
     @property
     def kind(self) -> str:
-        """Its kind, by any program's name; "" if no program knows it."""
+        """The kind, by the name that any program uses; "" if none does."""
         return kind_of(self.name).kind
 
 
 class ParameterKind(NamedTuple):
-    """A kind of parameters."""
+    """A kind of parameter: what it measures, and its names in all programs."""
 
     kind: str = ""
     quantity: str = ""  # angle, length, scale, or option, a choice between methods
@@ -56,7 +56,7 @@ def _kinds() -> dict[str, ParameterKind]:
 
 
 def kind_of(name: str) -> ParameterKind:
-    """The kind of the parameter that any program calls so; an empty one if none does."""
+    """The kind of a parameter by its name in any program; an empty kind if no program has it."""
     return _kinds().get(folded(name), ParameterKind())
 
 
@@ -97,7 +97,7 @@ class _Method:
 
 @functools.cache
 def _methods() -> tuple[_Method, ...]:
-    """The methods and their parameters: `8801`, `8801?` that may be missing, `8801=90,-90`, `8832|latitude`."""
+    """The methods and their parameters: `8801`, optional `8801?`, of fixed values `8801=90,-90`, or `8832|latitude`."""
     # A parameter without EPSG's code has a word of ours in its place.
     names = {row["code"]: row["name"] for row in data_rows("method_parameters.csv")}
     methods = []
@@ -117,7 +117,7 @@ def _methods() -> tuple[_Method, ...]:
 
 @dataclass
 class _Reading:
-    """Match of stated parameters to a method: PROJJSON of those taken, and their values by folded stated name."""
+    """Stated parameters matched to a method: PROJJSON of those taken, and their values by folded stated name."""
 
     method: _Method
     taken: dict[_Parameter, dict[str, Any]] = field(default_factory=dict)
@@ -126,6 +126,7 @@ class _Reading:
 
     @property
     def missing(self) -> list[_Parameter]:
+        """The required parameters that nothing states; false origins default to 0."""
         needed = (wanted for wanted in self.method.parameters if wanted not in self.taken and not wanted.optional)
         return [wanted for wanted in needed if wanted.kind.kind not in ("easting", "northing")]
 
@@ -135,7 +136,7 @@ class _Reading:
         return next((float(item["value"]) for wanted, item in self.taken.items() if wanted.code == "8832"), 0.0)
 
     def take(self, wanted: _Parameter, item: dict[str, Any], name: str) -> None:
-        """Take a stated parameter for one of the method's, if PROJ supports its value."""
+        """Accept a stated parameter as one of the method's, if PROJ supports its value."""
         if wanted.optional or wanted.has(item["value"]):
             self.taken[wanted] = item
             self.names[folded(name)] = item["value"]
@@ -244,7 +245,7 @@ def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[S
 
 
 def _unit(wanted: _Parameter, name: str, read: Sequence[dict[str, Any]]) -> Any:
-    """The unit of a parameter stated by a name: that which PROJ read for it, or for others of its quantity."""
+    """The unit that PROJ read for a parameter of a name, or for others of its quantity."""
     alike = (item for item in read if folded(item["name"]) == folded(name))
     quantity = wanted.kind.quantity
     others = (item for item in read if kind_of(item["name"]).quantity == quantity)
@@ -252,7 +253,7 @@ def _unit(wanted: _Parameter, name: str, read: Sequence[dict[str, Any]]) -> Any:
 
 
 def _complete(reading: _Reading, name: str) -> None:
-    """Warn of unused parameters, set missing scales to 1, and raise if any other parameter is missing."""
+    """Warn of unused parameters, set missing scales to 1, and raise ProjectionError for other missing parameters."""
     method = reading.method
     strange = [item for item in reading.unused if not item.kind]
     needed = [wanted for wanted in reading.missing if wanted.kind.quantity != "scale"]

@@ -1,4 +1,4 @@
-"""Coordinates of other CRSs: of a map's plane, of its graticule, of data and tables; geodesics, datum transformations.
+"""Coordinates of a map's plane, of its graticule, of data and of tables; geodesics, datum transformations.
 
 pandas and geopandas are not imported: anything with their methods is a frame.
 """
@@ -33,7 +33,7 @@ from projdist.support import MISSING, did_you_mean, has_decimal_comma, listed, n
 
 _SAME_ELLIPSOID = 1e-6  # relative: GRS 80 and WGS 84 are equal, WGS 72 is not
 _BACK = 1e-6  # of the Earth's radius: inverses are accurate to centimetres or better
-_INSIDE = 1e-3  # of that, 6 mm
+_INSIDE = 1e-3  # of that tolerance: 6 mm
 _EARTHLY = 2e-3  # of the radius: spheres for the Earth have 6370 to 6378 km
 
 
@@ -108,7 +108,7 @@ def graticule_of(projection: Projection) -> Graticule:
 
 @dataclass(frozen=True, kw_only=True)
 class DataCrs:
-    """The CRS of data, u, v in GIS order, perhaps in degrees, and the transformation to the datum of a map."""
+    """The CRS of data u, v in GIS order, perhaps degrees, and the transformation to the datum of a map."""
 
     name: str
     has_degrees: bool
@@ -140,7 +140,7 @@ class DataCrs:
     def _there_and_back(
         self, u: FloatArray, v: FloatArray, east: float, north: float
     ) -> tuple[FloatArray, FloatArray, BoolArray]:
-        """Datum coordinates of points offset by parts of the tolerance, and a mask of those that do not map back."""
+        """Datum coordinates of points offset by shares of the tolerance, and a mask of those that do not map back."""
         lon, lat = operations.transform(self.transformer, u + east * self.tolerance, v + north * self.tolerance)
         back_u, back_v = operations.transform(self.transformer, lon, lat, direction=TransformDirection.INVERSE)
         with np.errstate(invalid="ignore"):
@@ -153,7 +153,7 @@ class DataCrs:
 
 
 def data_crs_of(projection: Projection, crs: Any, thing: str = "points") -> DataCrs:
-    """The CRS of data, called `thing` in messages, with its transformation to the datum of a map; ProjectionError."""
+    """The CRS of data (`thing` in messages), with its transformation to the datum of a map; raises ProjectionError."""
     # For a map without a datum (a name, a PROJ string, a function) the data keep their own longitudes and latitudes.
     source = read_crs(crs)
     operation = projection.function
@@ -392,8 +392,7 @@ def is_geographic(frame: Any) -> bool:
 
 def places(projection: Projection, frame: Any) -> tuple[FloatArray, FloatArray]:
     """Longitudes and latitudes (n,) of a frame's points, on the datum of the map; ValueError names the row, from 1."""
-    # Points of a GeoDataFrame are transformed from their CRS; otherwise the columns `lon` and `lat` are taken as they
-    # are. Missing points are NaN, with a warning.
+    # GeoDataFrames are transformed from their CRS, columns `lon` and `lat` are not. Missing points become NaN.
     if not is_geographic(frame):
         names = list(frame.columns)
         found = coordinate_columns(names)
@@ -436,7 +435,7 @@ class PointTable:
 
 
 def read_point_table(path: Path, complaint: str, *, ragged: bool = False) -> PointTable:
-    """The table of a text file with a header and any separator; raises ValueError that begins with `complaint`."""
+    """The table of a text file with a header and any separator; raises ValueError beginning with `complaint`."""
     # Rows must be as long as the header, unless they may be `ragged`.
     (_, header), *rows = numbered_rows(path, complaint, comments=False)
     header = [word.strip() for word in header]
@@ -496,12 +495,10 @@ def tell_of_missing(lon: FloatArray, lat: FloatArray) -> None:
 
 
 def _numbers(name: str, values: list[Any]) -> FloatArray:
-    numbers = np.empty(len(values))
+    numbers = np.full(len(values), np.nan)
     for row, value in enumerate(values):
         try:
-            if value is None or str(value).strip() in MISSING:
-                numbers[row] = np.nan
-            else:
+            if value is not None and str(value).strip() not in MISSING:
                 numbers[row] = number_of(value) if isinstance(value, str) else float(value)
         except (TypeError, ValueError) as error:
             raise ValueError(
@@ -512,7 +509,7 @@ def _numbers(name: str, values: list[Any]) -> FloatArray:
 
 
 def _check_all(good: BoolArray, reason: str, values: Any = None) -> None:
-    """Raise ValueError for the first row that is not good; with `values` the reason has a place for that row's."""
+    """Raise ValueError for the first row that is not good; its value, if given, is filled into the reason."""
     bad = np.flatnonzero(~np.asarray(good, dtype=bool))
     if bad.size:
         text = reason if values is None else reason.format(values[bad[0]])

@@ -25,7 +25,7 @@ _TOKEN = re.compile(
 )
 _VERTICAL = re.compile(r",\s*VERTCS\s*[\[(]")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
-# How many numbers a node holds.
+# The count of numbers in a node.
 _NUMBERS = {"SPHEROID": 2, "ELLIPSOID": 2, "BBOX": 4} | dict.fromkeys(
     ["PARAMETER", "PRIMEM", "PRIMEMERIDIAN", "UNIT", "ANGLEUNIT", "LENGTHUNIT", "SCALEUNIT"], 1
 )
@@ -61,7 +61,7 @@ class WktNode:
 
 
 def form_of(value: Any) -> str:
-    """The form of a text, "wkt", "json" or "proj", by how it begins or its `proj=`, else ""; "json" for PROJJSON."""
+    """The form of a text: "wkt" or "json" by its beginning, "proj" by its `proj=`, else ""; "json" for PROJJSON."""
     if not isinstance(value, str):
         return "json" if isinstance(value, Mapping) and "proj" not in value else ""
     if re.match(r"\s*\w+\s*[\[(]", value):
@@ -75,7 +75,7 @@ def parse_wkt(text: str) -> list[WktNode]:
     """The tree of WKT, or two trees if Esri's VERTCS follows after a comma; raises ProjectionError."""
     complaint = f"Invalid projection '{shown(text)}'."
     roots: list[WktNode] = []
-    waiting: list[WktNode] = []  # the nodes whose brackets are open
+    waiting: list[WktNode] = []  # nodes whose brackets are open
     word, at = "", 0
     while match := _TOKEN.match(text, at):
         at = match.end()
@@ -102,7 +102,7 @@ def parse_wkt(text: str) -> list[WktNode]:
 
 
 def _check_wkt(roots: list[WktNode], text: str) -> None:
-    """Raise ProjectionError for decimal commas, and for flattenings in place of their inverses."""
+    """Raise ProjectionError for decimal commas, and for a flattening where its inverse belongs."""
     complaint = f"Invalid projection '{shown(text)}'."
     for node in (node for root in roots for node in root.walk()):
         this = f"{node.keyword} '{shown(node.name)}'"
@@ -152,7 +152,7 @@ class CfAttributes(NamedTuple):
 
 
 def cf_attributes(wkt: str) -> CfAttributes:
-    """Attributes of a CRS after CF 1.11, section 5.6, with GDAL's `spatial_ref`."""
+    """Attributes of a CRS by CF 1.11, section 5.6, with GDAL's `spatial_ref`."""
     crs = CRS.from_wkt(wkt)
     mapping = crs.to_cf() | {"spatial_ref": wkt}
     if crs.is_geographic:
@@ -175,7 +175,7 @@ def grid_mapping_in(value: Any) -> dict[str, Any] | None:
 
 
 def crs_of_grid_mapping(mapping: Mapping[str, Any]) -> CRS:
-    """The CRS of a grid mapping's attributes after CF 1.11, appendix F; raises ProjectionError."""
+    """The CRS of a grid mapping's attributes by CF 1.11, appendix F; raises ProjectionError."""
     name = str(mapping[_NAME])
     stated = {key: _checked(name, key, value) for key, value in mapping.items()}
     geodetic = {key: value for key, value in stated.items() if key in _GEODETIC}
@@ -211,7 +211,7 @@ def _checked(name: str, key: str, value: Any) -> Any:
 
 
 def _check_figure(name: str, crs: CRS, stated: Mapping[str, Any]) -> None:
-    """Raise ProjectionError for sizes that PROJ ignores, and warn if WGS 84 is assumed."""
+    """Raise ProjectionError for sizes that PROJ ignores, and give a notice if WGS 84 is assumed."""
     figure = crs.ellipsoid
     assert figure is not None  # of a geodetic CRS
     a, b, rf = figure.semi_major_metre, figure.semi_minor_metre, figure.inverse_flattening
@@ -244,7 +244,7 @@ def _parameters(name: str, mapping: Mapping[str, Any]) -> list[StatedParameter]:
     return found
 
 
-# ---- crs -----------------------------------------------------------------------------------------
+# ---- any CRS -------------------------------------------------------------------------------------
 
 
 def parse_crs(value: Any) -> Parts:
@@ -292,7 +292,7 @@ def parse_crs(value: Any) -> Parts:
 
 
 def read_crs(value: Any) -> CRS:
-    """The CRS of anything that pyproj accepts, with parameters of its WKT that PROJ alone would drop."""
+    """The CRS of anything that pyproj accepts, with the parameters of its WKT that PROJ alone would drop."""
     # Raises pyproj's CRSError, TypeError or ValueError, and ProjectionError for input that PROJ would misread.
     if not isinstance(value, str) and (mapping := grid_mapping_in(value)) is not None:
         value = next((str(mapping[key]) for key in _WKT if mapping.get(key)), "") or crs_of_grid_mapping(mapping)
@@ -340,10 +340,8 @@ def _with_conversion(crs: dict[str, Any], stated: Sequence[StatedParameter] | No
 
 def registered_code(crs: CRS) -> str:
     """AUTHORITY:CODE of a registered CRS, else ""."""
-    # PROJ is sure of a CRS without a code only if its name is registered. For any other name it would search its
-    # database for 0.1 s, for CRSs that are equal but for their names, and not be sure of them.
-    inner = cast(CRS, crs.source_crs) if crs.is_bound else crs
-    parts = inner.to_json_dict()
+    # Without a code PROJ is sure of registered names only; for others it would search its database for 0.1 s in vain.
+    parts = (cast(CRS, crs.source_crs) if crs.is_bound else crs).to_json_dict()
     name, is_identified = parts["name"], "id" in parts or "ids" in parts
     if not is_identified and name not in (catalogue.registered_names() or [name]):
         return ""
@@ -361,7 +359,7 @@ def bounds_of(crs: CRS) -> tuple[float, float, float, float] | None:
 
 
 def _check_spread(function: CrsOperation, crs: CRS, method: str, complaint: str) -> None:
-    """Raise for a derived CRS that PROJ maps to a single point, as it does with an unknown conversion."""
+    """Raise ProjectionError for a derived CRS that PROJ maps to a single point, because it knows no such conversion."""
     west, south, east, north = bounds_of(crs) or (-170.0, -80.0, 170.0, 80.0)
     x, y = function(np.linspace(west, east, 9), np.linspace(south, north, 9))
     here = np.isfinite(x)

@@ -27,7 +27,7 @@ class CrsAxis(NamedTuple):
 
 
 class Setting(NamedTuple):
-    """A parameter of a method; the value is a number, PROJ's text, or None for a flag, the unit "" for none."""
+    """A parameter of a method: its value is a number, PROJ's text, or None for a flag; its unit may be ""."""
 
     name: str
     value: float | str | None
@@ -99,7 +99,7 @@ def _metadata_of_crs(projection: Projection, plane: CRS) -> CrsMetadata:
 
 
 def _metadata_of_string(projection: Projection, function: Pipeline) -> CrsMetadata:
-    """Metadata of a PROJ string; of a pipeline without parameters, which its definition shows step by step."""
+    """Metadata of a PROJ string, without the parameters of pipelines, which the definition shows step by step."""
     tokens = [token.lstrip("+").partition("=") for token in function.definition.split()]
     operations = [value for key, _, value in tokens if key == "proj"]
     alone = len(operations) == 1
@@ -135,7 +135,7 @@ class DeclaredProperty(NamedTuple):
     keeps: str
 
 
-# Property, and the figure on which it holds ("any" or "sphere"), by kind and name of a method or operation.
+# The property and the figure on which it holds ("any" or "sphere"), by kind and name of a method or operation.
 _DECLARED = {(row["kind"], row["name"]): (row["keeps"], row["figure"]) for row in data_rows("declared_properties.csv")}
 
 
@@ -190,7 +190,7 @@ def _known_about(kind: str, name: Any, centre: float) -> Discontinuities:
 
 
 def _numbers_in(pipeline: str) -> dict[str, float | str]:
-    """The parameters of a PROJ string, those that are numbers as numbers."""
+    """The parameters of a PROJ string, numbers as numbers."""
     found: dict[str, float | str] = {}
     for key, text in proj_strings.stated_in(pipeline.split()).items():
         try:
@@ -202,7 +202,7 @@ def _numbers_in(pipeline: str) -> dict[str, float | str]:
 
 # ---- native poles --------------------------------------------------------------------------------
 
-_AZIMUTHAL = frozenset("laea aeqd stere ortho gnom airy nsper".split())  # about lon_0, lat_0
+_AZIMUTHAL = frozenset("laea aeqd stere ortho gnom airy nsper".split())  # centred on lon_0, lat_0
 _ENDLESS = frozenset("stere merc webmerc cc lcc".split())  # unbounded at a pole
 _TRANSVERSE = frozenset("tmerc cass tcea".split())  # cylinders about the point 90 degrees east of lon_0
 _ON_ELLIPSOIDS = frozenset(["laea", "ortho"])  # others show rounding at their poles that graded panels would resolve
@@ -218,13 +218,13 @@ class NativePole(NamedTuple):
     lat: float
     discontinuities: Discontinuities  # in longitude and latitude about it, from its southern meridian on
     widest: float  # degrees, of the widest panel
-    # If panels are graded towards the pole and its antipode, as maps grow there without bound; nodes so near would see
-    # in other maps how PROJ snaps to these points.
+    # True if panels are graded towards the pole and its antipode, where the map grows without bound. In other maps,
+    # nodes so close to these points would only see how PROJ snaps to them.
     graded: bool
 
 
 def native_pole_of(projection: Projection) -> NativePole | None:
-    """The native pole of a map, from its PROJ string; None if it is the Earth's or unknown."""
+    """The native pole of a map by its PROJ string; None if it is the Earth's pole or unknown."""
     function = projection.function
     if not isinstance(function, Pipeline):
         return None

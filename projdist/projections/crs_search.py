@@ -1,4 +1,4 @@
-"""Search of CRSs in PROJ's database by words, and the one that words name."""
+"""Search of PROJ's database for CRSs by words, and the CRS that a text names."""
 
 from __future__ import annotations
 
@@ -65,17 +65,17 @@ _MODERN = 1984  # year of the first satellite datum still in use
 _BEGINNING = 3  # letters that suffice to find a word
 # Score of a word of the query, by where it is found.
 _IN_NAME, _BEGINS, _ELSEWHERE, _BEGINS_ELSEWHERE = 6, 4, 2, 1
-_LAST = 4  # tier of hits by a word's beginning in a list of countries or a method, which others make needless
-_NO_NEWS = "zone"  # people say utm 33 for UTM zone 33
+_LAST = 4  # tier of hits by the beginning of a word in a list of countries or a method: left out if there are others
+_IGNORED = "zone"  # people say utm 33 for UTM zone 33
 _WORD = re.compile(r"[^\W\d_]+|\d+(?:\.\d+)?")
 _YEAR = re.compile(r"\b(?:19|20)\d\d\b")
 _OLD = re.compile(r"\b(?:old|former|obsolete|superseded|reconstruction)\b", re.IGNORECASE)
-_WHOLE, _MINOR = 0.9, 0.1  # of the people of a country
-# Scopes of special users, and ones that state nothing; uses that come first: maps of most scales, surveys, other maps;
-# statistics and the like come last.
+_WHOLE, _MINOR = 0.9, 0.1  # shares of a country's people
+# Scopes of special users, and scopes that state nothing.
 SPECIAL = re.compile(
     r"oil|gas |railway|highway|tunnel|project|military|navigation|user-defined|not known|no official", re.IGNORECASE
 )
+# Uses, the preferred first: maps of most scales, surveys, other maps; statistics and the like come after them.
 _USES = [
     re.compile(pattern, re.IGNORECASE)
     for pattern in (
@@ -128,8 +128,7 @@ class CrsSearch(support.Answer):
         rows = (asdict(hit) | dict(zip(ends, hit.area_of_use or (None,) * 4, strict=True)) for hit in self.results)
         return [{key: value for key, value in row.items() if key != "area_of_use"} for row in rows]
 
-    def _table(self) -> list[dict[str, Any]]:
-        return self.rows()
+    _table = rows
 
 
 def find_crs(
@@ -206,12 +205,12 @@ class _Entry(NamedTuple):
 
     @property
     def is_old(self) -> bool:
-        """True if it is on a datum from before satellites, or called so."""
+        """True if its datum is from before satellites, or its name calls it old."""
         return self.years[0] < _MODERN or _OLD.search(self.hit.name) is not None
 
     @property
     def is_variant(self) -> bool:
-        """True if another one differs only by its axes or the zone in its easting."""
+        """True if it differs from another CRS only by its axes or the zone in its easting."""
         return VARIANT.search(self.hit.name) is not None
 
     def has_code(self, code: tuple[str, str]) -> bool:
@@ -264,7 +263,7 @@ class _Country(NamedTuple):
     iso: str
 
     def score(self, one: _Entry) -> int:
-        """Score of an entry by where its area of use has the country; 0 if it has none of it, or is within another."""
+        """Score of an entry by where its area of use names the country; 0 if it does not, or is in another one."""
         head, *rest = map(_phrase_of, one.area.split(" - "))
         if self.names.isdisjoint([head, *rest[:1]]) and head in _countries():
             return 0
@@ -275,7 +274,7 @@ class _Country(NamedTuple):
         return 0
 
     def fit(self, one: _Entry, score: int) -> tuple[Any, ...]:
-        """Sort key of an entry of a score, so that what the country's surveyors and mapmakers use comes first."""
+        """Sort key of an entry with a score: what the country's surveyors and mapmakers use comes first."""
         share, is_own = self._share(one), score == _IN_NAME
         general = [scope for scope in one.scopes.split("|") if scope and not SPECIAL.search(scope)]
         use = next((k for k, pattern in enumerate(_USES) if any(map(pattern.search, general))), len(_USES))
@@ -314,7 +313,7 @@ def _towns(iso: str) -> tuple[FloatArray, FloatArray, IntArray]:
 
 @functools.cache
 def _countries() -> dict[str, _Country]:
-    """Countries by each of their names and by that of their people; not by names that a state has, too."""
+    """Countries by all of their names and by their people's; names that a US state has, too, are left out."""
     found: dict[str, _Country] = {}
     for row in earth.data_rows("countries.csv"):
         names = frozenset(map(_phrase_of, filter(None, [row["name"], *row["other_names"].split("|")])))
@@ -325,7 +324,7 @@ def _countries() -> dict[str, _Country]:
 
 
 def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str], country: _Country | None) -> tuple[Any, ...] | None:
-    """Sort key of an entry; None if it lacks a word and does not lie in the country that the words name."""
+    """Sort key of an entry; None if it lacks a word and is not of the country that the words name."""
     hit, text = one.hit, f"{one.names} {one.area} {one.others}"
     is_code, national = one.has_code(code), country.score(one) if country and one.area else 0
     if not is_code and not national and not all(word in text for word in words):  # ten times faster than what follows
@@ -363,7 +362,7 @@ def _edition(name: str) -> int:
 
 def _phrase(words: Iterable[str]) -> str:
     """Words joined in order, with a space around each."""
-    return f" {' '.join(word for word in words if word != _NO_NEWS)} "
+    return f" {' '.join(word for word in words if word != _IGNORED)} "
 
 
 def _phrase_of(text: str) -> str:
@@ -387,7 +386,7 @@ _IN_BRACKETS = re.compile(r"\([^)]*\)")
 
 
 def meanings(text: str) -> tuple[list[CrsHit], bool]:
-    """CRSs in force whose names have all words of a text, the likeliest first, and whether that is the name of one."""
+    """CRSs in force whose names have all words of a text, likeliest first, and whether the text names a single one."""
     words = _WORD.findall(_folded(text))
     if not words or len(text) > _LONGEST_NAME or _phrase(words) in _countries():
         return [], False
@@ -404,9 +403,8 @@ def meanings(text: str) -> tuple[list[CrsHit], bool]:
     for hit in find_crs(text, limit=len(_entries())).results if having else ():
         if hit.code in having:
             datum, slash, name = hit.name.rpartition(" / ")
-            found.setdefault(
-                folded(datum_root(datum) + slash + _IN_BRACKETS.sub("", name)), hit
-            )  # realisations are one
+            key = folded(datum_root(datum) + slash + _IN_BRACKETS.sub("", name))  # the same for all realisations
+            found.setdefault(key, hit)
     return list(found.values()), bool(named) and len(found) == 1 < len(words)
 
 
@@ -433,7 +431,7 @@ def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated
 
 
 def _nearest(word: str, known: set[str]) -> str:
-    """The word itself if it finds anything, else a close spelling, else ""."""
+    """The word itself if it matches anything, else a close spelling, else ""."""
     if word in known or word[0].isdigit():
         return word if word in known else ""
     if len(word) >= _BEGINNING and any(one.startswith(word) for one in known):

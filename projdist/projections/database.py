@@ -71,7 +71,7 @@ def facts_of(codes: Collection[str]) -> dict[str, Facts]:
 
 
 def _drawing(columns: Sequence[Any]) -> list[tuple[int, float, int]]:
-    """Codes, values and units' codes of the parameters in some columns, without those of the false origin."""
+    """Codes, values and unit codes of the parameters in some columns, without the false origin."""
     parameters = zip(columns[::3], columns[1::3], columns[2::3], strict=True)
     return [(key, value, unit) for key, value, unit in parameters if key and key not in FALSE_ORIGINS]
 
@@ -157,18 +157,18 @@ def load_crs(code: str) -> DatabaseCrs:
     try:
         projection = (world_map and world_map.projection(crs)) or Projection.from_user_input(code)
     except pyproj.exceptions.ProjError:
-        projection = Projection.from_user_input(code)  # whose words are clearer
+        projection = Projection.from_user_input(code)  # whose error message is clearer
     return DatabaseCrs(projection, geodetic.name if geodetic else "", conversion, upright)
 
 
 class _WorldMap(NamedTuple):
-    """A CRS that the database holds as a text with ESRI's names of WGS 84, here with PROJ's."""
+    """A CRS that the database defines by a text, in which PROJ's names of WGS 84 replace ESRI's."""
 
     record: CrsRecord
     text: str
 
     def projection(self, crs: CRS) -> Projection | None:
-        """That of the CRS of the text, without a search for it; raises pyproj's ProjError if PROJ cannot compute it."""
+        """The projection of the text's CRS, without a search of the database; raises pyproj's ProjError."""
         ellipsoid, operation = ellipsoid_of_crs(crs), crs.coordinate_operation
         function = Pipeline((operation and operation.to_proj4()) or "", 1.0)
         if ellipsoid is None or not function.transformer:
@@ -190,7 +190,7 @@ def _world_maps() -> dict[str, _WorldMap]:
 
 
 def reasons_against(codes: Iterable[str]) -> dict[str, str]:
-    """Why CRSs are not on an Earth ellipsoid, by code, worded as in `load_crs`; only those that the database tells."""
+    """Why CRSs are not on an Earth ellipsoid, by code, in the words of `load_crs`; only if the database tells."""
     # PROJ's database holds ESRI's world maps, half of them on spheres, as texts that PROJ takes 10 ms each to read.
     stated = _spheroids()
     found = {code: _reason_against(code, *stated[code]) for code in codes if code in stated}
@@ -219,7 +219,7 @@ def _spheroids() -> dict[str, tuple[str, float, float]]:
 
 # ---- CRSs of one map -----------------------------------------------------------------------------
 
-_FIGURE = 1e-8  # of the axes: GRS 80 and WGS 84 differ by 2e-11 of them
+_FIGURE = 1e-8  # relative difference of axes: that of GRS 80 and WGS 84 is 2e-11
 _SEXAGESIMAL = 9110  # EPSG's code for degrees, minutes and seconds as DDD.MMSSsss
 _DEGREE = 9102
 

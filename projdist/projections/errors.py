@@ -1,4 +1,4 @@
-"""Errors for input that is not a map projection, texts of their messages, and authorities."""
+"""Errors for input that is not a map projection, what their messages say, and the authorities of CRSs."""
 
 from __future__ import annotations
 

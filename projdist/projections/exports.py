@@ -30,7 +30,7 @@ _SAME_MERIDIAN = 1e-13  # degrees, 0.01 micrometres
 _SHARES = np.meshgrid((np.arange(18) + 0.5) / 18.0, (np.arange(17) + 0.5) / 17.0)
 # Without any of these keys PROJ's operation is on GRS 80, but the CRS made of the string on WGS 84: 0.1 mm away.
 _ELLIPSOIDS = frozenset("ellps datum a R init".split())
-_BESIDE = frozenset("pipeline unitconvert axisswap longlat".split())  # steps around the projecting one
+_BESIDE = frozenset("pipeline unitconvert axisswap longlat".split())  # steps around the one that projects
 _REPLACED = frozenset("k k_0 lat_ts units to_meter".split())
 _OPEN = "1"  # placeholder of a scale to be fitted
 _WITH_K_0 = frozenset("merc tmerc etmerc stere sterea lcc somerc omerc krovak labrd gstmerc".split())
@@ -62,8 +62,7 @@ def pipeline_of(projection: Projection, matrix: FloatArray) -> str | None:
 
 def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str | None, str | None]:
     """WKT2 of a derived projected CRS in metres east and north, and None; or None and the reason."""
-    # Its deriving conversion is EPSG's affine parametric transformation (method 9624). The WKT is read back and
-    # compared with the map, so that nothing a CRS cannot hold is lost silently.
+    # It is derived by EPSG's affine parametric transformation (method 9624), and read back to compare it with the map.
     base = base_crs(projection)
     if base is None:
         return None, f"{projection.name} is not a CRS, but a function or a pipeline."
@@ -73,8 +72,8 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
     points = tried(projection)
     truth = matrix @ np.array(projection(*points))
     u, v = (axis.unit_conversion_factor for axis in base.axis_info[:2])
-    # From the CRS's own coordinates, likely ones first: PROJ applies the affine transformation in the axis order and
-    # unit of the CRS; on polar maps the axis directions do not tell the order.
+    # PROJ transforms coordinates in the axis order and unit of the CRS. As the axes of polar maps do not tell their
+    # order, all are tried, likely ones first.
     for sign_u, sign_v, swapped in itertools.product((1.0, -1.0), (1.0, -1.0), (False, True)):
         axes = np.diag([sign_u * u, sign_v * v])
         (a1, a2), (b1, b2) = (matrix @ (axes[::-1] if swapped else axes)).tolist()
@@ -106,7 +105,7 @@ def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
 
     for changed in _changed_parameters(tokens, float(matrix[0, 0]), float(matrix[1, 1])):
         try:
-            if changed.get("k_0") == _OPEN:  # that whose coordinates fit the truth best (least squares)
+            if changed.get("k_0") == _OPEN:  # the scale whose coordinates fit the truth best (least squares)
                 unscaled = coordinates(changed)
                 origin = np.array([[float(changed.get(key) or 0.0)] for key in ("x_0", "y_0")])
                 both = np.isfinite(unscaled + truth).all(axis=0)
@@ -142,7 +141,7 @@ def agree(projection: Projection, found: FloatArray, truth: FloatArray) -> bool:
 
 
 def base_crs(projection: Projection) -> CRS | None:
-    """The projected CRS of a map, or one made of its PROJ string, which may be another map; None without any."""
+    """The projected CRS of a map, or the CRS that PROJ makes of its string, which may be another map; else None."""
     if isinstance(projection.function, CrsOperation):
         return CRS.from_wkt(projection.function.crs)
     if not isinstance(projection.function, Pipeline) or "+proj=pipeline" in projection.function.definition:
@@ -178,7 +177,7 @@ def _derived_wkt(name: str, base: str, conversion: str) -> str:
 
 
 def _projecting_step(projection: Projection) -> dict[str, str] | None:
-    """Parameters of the only projecting step of a PROJ operation; None if there is not exactly one."""
+    """Parameters of the one step of a PROJ operation that projects; None if there is not exactly one."""
     function = projection.function
     if not isinstance(function, Pipeline | CrsOperation):
         return None
@@ -249,7 +248,7 @@ LINEAR_UNITS = {
 def geodetic_ellipsoid(geodetic: str) -> Ellipsoid:
     """The ellipsoid of a geographic CRS, as EPSG:6318; raises ProjectionError."""
     ellipsoid = operations.ellipsoid_of_crs(_geodetic(geodetic))
-    assert ellipsoid is not None  # as `_geodetic` sees to
+    assert ellipsoid is not None  # `_geodetic` makes sure
     return ellipsoid
 
 
@@ -258,18 +257,16 @@ def geodetic_of(projection: Projection) -> str | None:
     if not isinstance(projection.function, CrsOperation):
         return None
     geodetic = CRS.from_wkt(projection.function.crs).geodetic_crs
-    if geodetic is None or not operations.has_plain_axes(geodetic):
+    if geodetic is None or not operations.has_plain_axes(geodetic) or GeographicAxes.of(geodetic) != GeographicAxes():
         return None
-    in_degrees = GeographicAxes.of(geodetic) == GeographicAxes()
-    return str(geodetic.to_wkt()) if in_degrees else None
+    return str(geodetic.to_wkt())
 
 
 def crs_wkt(
     projection: Projection, name: str, *, geodetic: str | None = None, version: str = "WKT2_2019"
 ) -> tuple[str | None, str | None]:
     """WKT, WKT2_2019 or WKT1_ESRI, of a CRS that is the projection, and None; or None and the reason."""
-    # It is based on the geographic CRS `geodetic`; by default on WGS 84 where the ellipsoid is that of WGS 84, else on
-    # an unnamed datum. The WKT is read back and compared with the map.
+    # Its base is `geodetic`, by default WGS 84 on its ellipsoid, else an unnamed datum. It is compared with the map.
     if version not in _VERSIONS:
         raise ValueError(f"Invalid version '{version}'. It must be {' or '.join(_VERSIONS)}.")
     base = base_crs(projection)
@@ -379,7 +376,7 @@ class AreaOfUse(NamedTuple):
 
 @dataclass(frozen=True)
 class DerivedCrs:
-    """A CRS as a PROJ pipeline from degrees, projected WKT2 with it as conversion, and WKT2 derived from the base."""
+    """A CRS as a PROJ pipeline from degrees, as WKT2 with that conversion, and as WKT2 derived from its base."""
 
     pipeline: str
     wkt: str

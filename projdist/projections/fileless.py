@@ -120,6 +120,7 @@ def environment_without_files() -> dict[str, str]:
 
 
 def _in_proj_string(text: str) -> str:
+    """Suspect parameter of a PROJ string; "" if there is none."""
     return _in_parameters(token for token in _BLANKS.split(text) if token)
 
 

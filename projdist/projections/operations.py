@@ -30,9 +30,8 @@ _IDENTITY = ("id", "ids", "$schema", "scope", "area", "bbox", "usages", "remarks
 
 def geographic_base(crs: CRS) -> CRS | None:
     """A geographic CRS on a CRS's datum that `always_xy` turns into longitudes east, then geodetic latitudes."""
-    # It is the geodetic CRS if that has such axes. Bodies of IAU_2015 have others (longitudes positive west,
-    # planetocentric latitudes), which `always_xy` leaves as they are: PROJ converts between these and a new CRS of the
-    # same datum.
+    # It is the geodetic CRS if that has such axes. Bodies of IAU_2015 have others (longitudes west, planetocentric
+    # latitudes), which `always_xy` leaves as they are: PROJ converts between these and a new CRS of the same datum.
     geodetic = crs.geodetic_crs
     if geodetic is None or has_plain_axes(geodetic):
         return geodetic
@@ -68,7 +67,7 @@ class GeographicAxes:
 
     @classmethod
     def of(cls, geodetic: CRS) -> GeographicAxes:
-        """Those of a geodetic CRS."""
+        """The axes of a geodetic CRS."""
         meridian, axes = geodetic.prime_meridian, geodetic.axis_info
         factor = float(next((axis for axis in axes if axis.direction == "east"), axes[0]).unit_conversion_factor)
         greenwich = np.degrees(float(meridian.longitude) * float(meridian.unit_conversion_factor)) if meridian else 0.0
@@ -89,7 +88,7 @@ class GeographicAxes:
 # ---- operation ellipsoids ------------------------------------------------------------------------
 
 
-# With PROJ's digits of e^2.
+# With e^2 to PROJ's digits.
 _BESSEL = Ellipsoid(6377397.155, 1.0 - math.sqrt(1.0 - 0.006674372230614))
 _INTERNATIONAL = Ellipsoid(6378388.0, 1.0 / 297.0)
 _CLARKE_1866 = Ellipsoid(6378206.4, 1.0 - math.sqrt(1.0 - 0.00676866))
@@ -107,7 +106,7 @@ _SAME = 1e-6  # of size and flattening: interchangeable ellipsoids differ by les
 
 
 def operation_ellipsoid(operation: str, stated: Ellipsoid, *, warn: bool = False) -> Ellipsoid:
-    """The ellipsoid that PROJ uses for an operation if `stated` is requested; with a warning for another one."""
+    """The ellipsoid that PROJ uses for an operation if `stated` is asked for; `warn` gives a notice if they differ."""
     used = _ALWAYS.get(operation, stated)
     if operation in _OF_TWO:
         used = _CLARKE_SPHERE if stated.is_sphere else _CLARKE_1866
@@ -236,7 +235,7 @@ class CrsOperation:
         return made
 
     def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """x, y in metres, inf where undefined."""
+        """x, y in metres; inf where undefined."""
         u, v = self.native(lon, lat)
         if self.axes == ((1.0, 0.0), (0.0, 1.0)):
             return u, v

@@ -1,4 +1,4 @@
-"""Projections from PROJ strings and pipelines, and their parameters."""
+"""Projections from PROJ strings and pipelines, and checks of their parameters."""
 
 from __future__ import annotations
 
@@ -43,13 +43,10 @@ _KROVAK = {"alpha": 30.28813975}
 _CONSTANTS = {"krovak": _KROVAK, "mod_krovak": _KROVAK, "peirce_q": {"lat_0": 90.0}}
 _CONSTANTS["nzmg"] = {"lat_0": -41.0, "lon_0": 173.0, "x_0": 2510000.0, "y_0": 6023150.0}
 _SAME = 1e-6  # degrees: EPSG has Krovak's angle to 0.0001", and ESRI another last digit
-# Keys that define a step and its direction, and keys without influence on a map.
-_BESIDE = frozenset(
-    """proj step inv omit_fwd omit_inv title init type no_defs wktext towgs84 nadgrids geoidgrids vunits vto_meter
-    geoid_crs datum""".split()
-)
-
+# PROJ would apply these, which relate a datum to WGS 84 or concern heights: they are not part of the map.
+_DATUM_SHIFT_KEYS = frozenset("towgs84 nadgrids geoidgrids vunits vto_meter geoid_crs type no_defs wktext".split())
 _OF_STEPS = frozenset("proj step inv init omit_fwd omit_inv title".split())
+_BESIDE = _OF_STEPS | _DATUM_SHIFT_KEYS | {"datum"}  # keys without influence on a map
 _OF_ALL = frozenset("k lon_wrap t_0 x_0 y_0 z_0 h_0 R R_lat_a R_lat_g a b e es f rf".split())
 
 _FIGURE = r"(?:\d+(?:_\d+)*(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
@@ -96,7 +93,7 @@ def tell_of_idle(tokens: Sequence[str]) -> None:
 
 
 def check_read(tokens: Sequence[str], added: Iterable[str], text: str) -> None:
-    """Raise ProjectionError, which names the parameters of the map, for added tokens that it does not use."""
+    """Raise ProjectionError for added tokens that the map does not use; the message lists those that it does."""
     for token in added:
         if token.partition("=")[0] not in _OF_STEPS and _is_used(token, tokens):
             continue
@@ -123,12 +120,13 @@ def _made(tokens: Iterable[str]) -> Transformer | None:
 
 
 def _read(tokens: Iterable[str]) -> set[str]:
-    """Parameters that PROJ read of a step."""
+    """The parameters of a step that PROJ has read."""
     made = _made(tokens)
     return set(made.definition.split()) if made else set()
 
 
 def _is_unread(token: str, read: set[str]) -> bool:
+    """True if PROJ did not read a parameter that concerns the map."""
     key, _, value = token.partition("=")
     return key not in _BESIDE and (token if value else key) not in read
 
@@ -138,7 +136,7 @@ def _is_used(token: str, step: Sequence[str]) -> bool:
 
 
 def _is_in_vain(token: str, step: Sequence[str]) -> bool:
-    """True if a parameter that PROJ reads of every map has another value than its default and changes nothing."""
+    """True if a parameter that PROJ reads for every map differs from its default, but changes nothing."""
     key, _, value = token.partition("=")
     if key not in _READ_OF_ALL or stated_in(step).get("proj") in catalogue.NOT_MAPS:
         return False
@@ -154,7 +152,7 @@ def _is_in_vain(token: str, step: Sequence[str]) -> bool:
 
 
 def _meant(token: str, step: Sequence[str]) -> list[str]:
-    """Parameters spelt like a token that PROJ reads of this map and that are not set."""
+    """Parameters spelt like a token that PROJ reads for this map and that are not set yet."""
     key, equals, value = token.partition("=")
     rest = [other for other in step if other is not token]
     near = (name for name in close_words(key.lower(), sorted(KEYS)) if name not in stated_in(step))
@@ -168,7 +166,7 @@ Stated = Mapping[str, str]
 
 
 def stated_in(tokens: Iterable[str]) -> dict[str, str]:
-    """Keys and values of tokens; of a repeated key the first value."""
+    """Keys and values of tokens; the first value of a repeated key."""
     found: dict[str, str] = {}
     for token in tokens:
         key, _, value = token.lstrip("+").partition("=")
@@ -188,7 +186,7 @@ def steps_of(tokens: Sequence[str]) -> list[list[str]]:
 
 
 def tokens_of(stated: Stated) -> list[str]:
-    """The tokens of parameters, `key=value` or a flag."""
+    """Parameters as tokens: `key=value`, or a flag."""
     return [f"{key}={value}" if value else key for key, value in stated.items()]
 
 
@@ -198,7 +196,7 @@ def string_of(stated: Stated) -> str:
 
 
 def defined_by(text: str, parameters: Mapping[str, float]) -> str:
-    """A PROJ string of one step with other values of numeric parameters."""
+    """The PROJ string of one step with numeric parameters set to other values."""
     for key, value in parameters.items():
         token = f"+{key}={number_text(value)}"
         text, count = re.subn(rf"(?<!\S)\+?{re.escape(key)}=\S+", token, text, count=1)
@@ -221,7 +219,7 @@ def degrees_of(text: str) -> float:
         return sign * float(figures[:-1]) * 57.29577951308232
     total, unit, parts = 0.0, 0, re.findall(r"([^dD°'\"]+)([dD°'\"]?)", figures)
     for figure, mark in parts:
-        unit = {"": unit, "'": 1, '"': 2}.get(mark, 0)  # without a mark that after the last
+        unit = {"": unit, "'": 1, '"': 2}.get(mark, 0)  # without a mark, the unit after the last one
         total, unit = total + float(figure) / 60.0**unit, unit + 1
     if not parts or unit > 3:
         raise ValueError(f"Invalid angle '{text}'. It must be in degrees, minutes and seconds.")
@@ -235,9 +233,6 @@ def prime_meridian(stated: Stated) -> float:
 
 
 # ---- projections of PROJ strings -----------------------------------------------------------------
-
-# These relate a datum to WGS 84 or concern heights: PROJ would apply them, but they are not part of the map.
-_DATUM_SHIFT_KEYS = frozenset("towgs84 nadgrids geoidgrids vunits vto_meter geoid_crs type no_defs wktext".split())
 
 
 def string_of_parameters(parameters: Mapping[str, Any]) -> str:
@@ -337,8 +332,7 @@ def ellipsoid_of(tokens: list[str]) -> Ellipsoid:
 def _metres_per_unit(text: str, tokens: list[str]) -> float:
     """Metres per output unit, from the last step that states a unit, back to the projection."""
     for step in map(stated_in, reversed(steps_of(tokens))):
-        name = step.get("units", step.get("xy_out"))
-        if name is not None:
+        if (name := step.get("units", step.get("xy_out"))) is not None:
             units = pyproj.database.get_units_map(category="linear").values()
             return next((float(unit.conv_factor) for unit in units if unit.proj_short_name == name), 1.0)
         if "to_meter" in step:
@@ -356,9 +350,8 @@ def _metres_per_unit(text: str, tokens: list[str]) -> float:
 
 def _maps_degrees(text: str, transformer: Transformer) -> bool:
     """True for pipelines whose input is angles and whose output is not."""
-    # With `radians` pyproj scales angles only: the same points in degrees and radians give the same output if and only
-    # if the input is angular and the output is not. pyproj does not treat grads as angles, so pipelines that begin by
-    # converting grads are compared with unscaled input.
+    # With `radians` pyproj scales angles only: points in degrees and the same in radians give the same output if the
+    # input is angular and the output is not. Grads are no angles to pyproj, so that they are also tried unscaled.
     lon, lat = np.meshgrid(np.linspace(-170.0, 170.0, 18), np.linspace(-85.0, 85.0, 18))
     degrees = np.array(transform(transformer, lon, lat))
     tried = [np.array(transform(transformer, np.radians(lon), np.radians(lat), radians=True))]

@@ -1,4 +1,4 @@
-"""The `Projection` type, the body that it maps, and all that names a map."""
+"""The `Projection` type, the body that it maps, and the parsing of anything that names a map."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from projdist.support import close_words, did_you_mean, listed, shown
 # ---- names with parameters and a centre, as robinson+lon_0=150 -----------------------------------
 
 _BEHIND = re.compile(r"\+\s*[A-Za-z]\w*\s*(?==|\+|@|$)|@")  # start of a parameter or point
-_CHOICES = 3  # CRSs that a text may mean, by name
+_CHOICES = 3  # CRSs that a message lists if a text may mean several
 _NAME = re.compile(r"[^\s:/+@=][^:+@=]*")  # codes and names of CRSs have other characters
 _DEGREES = re.compile(r"lon_0=[+-]?\d+\.?\d*")
 _HEMISPHERES = {"N": (1.0, "lat"), "S": (-1.0, "lat"), "E": (1.0, "lon"), "W": (-1.0, "lon")}
@@ -57,13 +57,13 @@ class NamedMap:
     centre: tuple[float, float] | None = None
 
     def __str__(self) -> str:
-        """The text that stands for it."""
+        """The name with its parameters and centre, as users write it."""
         point = "" if self.centre is None else "@" + ",".join(map(proj_strings.number_text, self.centre))
         return "".join([self.name, *(f"+{token}" for token in self.parameters), point])
 
     @property
     def stated(self) -> dict[str, str]:
-        """The values of the parameters, as texts."""
+        """Values of the parameters, as text."""
         return proj_strings.stated_in(self.parameters)
 
     def number(self, key: str) -> float:
@@ -72,7 +72,7 @@ class NamedMap:
 
     @property
     def title(self) -> str:
-        """Its title in print, with the parameters and the centre."""
+        """Title for print, with the parameters and the centre."""
         title = catalogue.TITLES.get(self.name) or catalogue.operation_titles()[self.name]
         added = f" ({', '.join(self.parameters)})" if self.parameters else ""
         if self.centre is not None:
@@ -119,7 +119,7 @@ def _degrees(value: float, letters: str) -> str:
 
 
 def named_map(text: str) -> NamedMap:
-    """Name, parameters and centre of a text; only a name if it is no name followed by these. Raises ProjectionError."""
+    """Name, parameters and centre of a text; if it has another form all of it is the name. Raises ProjectionError."""
     starts = [match.start() for match in _BEHIND.finditer(text)]
     if not starts or not _NAME.fullmatch(text[: starts[0]]):
         return NamedMap(text)
@@ -140,7 +140,7 @@ def named_map(text: str) -> NamedMap:
 
 
 def _centre(point: str, text: str) -> tuple[float, float]:
-    """Latitude and longitude of `@45,-100`; in any order with letters of hemispheres."""
+    """Latitude and longitude of `@45,-100`; with hemisphere letters their order is free."""
     complaint = f"Invalid point '{shown(point)}' in '{shown(text)}'."
     match = re.fullmatch(r"@\s*([+-]?[\d.]+)\s*°?\s*([NSEW]?)\s*[,\s]\s*([+-]?[\d.]+)\s*°?\s*([NSEW]?)", point, re.I)
     found: dict[str, float] = {}
@@ -161,7 +161,7 @@ def _centre(point: str, text: str) -> tuple[float, float]:
 
 
 def turned_tokens(tokens: Sequence[str], lat: float, lon: float) -> list[str]:
-    """Tokens of a PROJ string, operation first, moved so that a point is at the centre with north up."""
+    """Tokens of a PROJ string, operation first, after moving a point to the centre with north up."""
     operation, rest = tokens[0].removeprefix("proj="), list(tokens[1:])
     longitude = f"lon_0={proj_strings.number_text(lon)}"
     if operation in WITH_LATITUDE:
@@ -216,22 +216,19 @@ def parse_name(text: str) -> Parts:
         utm = re.fullmatch(r"utm[\s_-]*(?:zone[\s_-]*)?(0?[1-9]|[1-5]\d|60)[\s_-]*([ns]?)", text, re.IGNORECASE)
         if utm:
             return parse_crs(f"EPSG:32{7 if utm[2].lower() == 's' else 6}{int(utm[1]):02}")
-        if (
-            words.name == text
-            and (not close or "/" in text)
-            and (known := catalogue.crs_names().get(catalogue.folded(text)))
-        ):
-            return parse_crs(known[0])
-        # Names of CRSs contain one of these, or are too short to tell from other words.
-        if words.name == text and ("/" in text or "_" in text):
-            names = catalogue.crs_names()
-            spelt = close_words(catalogue.folded(text), names)
-            close = close or [names[name][1] for name in spelt][: catalogue.MOST_HINTS]
-        meant, is_one = crs_search.meanings(text) if words.name == text else ([], False)
-        if is_one and not close:
-            return parse_crs(meant[0].code)
+        meant: list[crs_search.CrsHit] = []
+        if words.name == text:  # without parameters, it may be the name of a CRS
+            names, key = catalogue.crs_names(), catalogue.folded(text)
+            if (not close or "/" in text) and key in names:
+                return parse_crs(names[key][0])
+            # Names of CRSs contain one of these, or are too short to tell from other words.
+            if not close and ("/" in text or "_" in text):
+                close = [names[name][1] for name in close_words(key, names)][: catalogue.MOST_HINTS]
+            meant, is_one = crs_search.meanings(text)
+            if is_one and not close:
+                return parse_crs(meant[0].code)
         choices = [] if meant and not close else [ALLOWED]
-        choices += [_told_meanings(text, meant)] if meant else []
+        choices += [_list_of_meanings(text, meant)] if meant else []
         raise ProjectionError(f"{complaint} {did_you_mean(close)}{' '.join(choices)}")
     if name in catalogue.NOT_MAPS:
         raise ProjectionError(f"{complaint} PROJ's {catalogue.operation_titles()[name]} is not a map projection.")
@@ -250,12 +247,12 @@ def parse_name(text: str) -> Parts:
     return parts._replace(name=words.title)
 
 
-def _told_meanings(text: str, hits: Sequence[crs_search.CrsHit]) -> str:
-    """The sentence that tells which of several CRSs a text may mean."""
+def _list_of_meanings(text: str, hits: Sequence[crs_search.CrsHit]) -> str:
+    """The sentence that lists the CRSs that a text may mean."""
     most = _CHOICES if len(hits) > _CHOICES + 1 else len(hits)
-    told = [f"{hit.code} ({hit.name})" for hit in hits[:most]]
+    choices = [f"{hit.code} ({hit.name})" for hit in hits[:most]]
     more = [f"one of {len(hits) - most} more (see 'projdist find')"] if len(hits) > most else []
-    return f"'{shown(text)}' may be {listed([*told, *more], 'or')}."
+    return f"'{shown(text)}' may be {listed([*choices, *more], 'or')}."
 
 
 def known_name(text: str) -> str:
@@ -289,7 +286,7 @@ def operation_of(name: str) -> tuple[str, list[str]]:
 
 
 def _named_string(words: NamedMap, text: str) -> str:
-    """The PROJ string of a named map; raises ProjectionError for parameters that lack or do not fit."""
+    """The PROJ string of a named map; raises ProjectionError for parameters that are missing or do not fit."""
     complaint, name, stated = f"Invalid projection '{shown(text)}'.", words.name, words.stated
     needed = [key for key in needed_parameters(name) if key not in stated]
     if needed:
@@ -319,7 +316,7 @@ def _named_string(words: NamedMap, text: str) -> str:
 
 
 def has_centre(function: Function, lat: float, lon: float, origin: tuple[float, float]) -> bool:
-    """True if a map has a point at `origin` (metres) with north up; icosahedra and Werner's map have not."""
+    """True if a map has a point at `origin` (metres) with north up there, as icosahedra and Werner's map have not."""
     step = _NEAR if lat < 89.0 else -_NEAR
     x, y = function(np.array([lon, lon]), np.array([lat, lat + step]))
     x, y = x - origin[0], y - origin[1]
@@ -342,13 +339,13 @@ _SAME_SIZE = 0.04
 
 
 class Body(NamedTuple):
-    """A celestial body: an ellipsoid of it, and its name ("" if unknown)."""
+    """A celestial body: its ellipsoid, and its name ("" if unknown)."""
 
     ellipsoid: Ellipsoid
     name: str = ""
 
     def __str__(self) -> str:
-        """In words: the Earth, Mars, a body of radius 1737.4 km."""
+        """The body in words: the Earth, Mars, a body of radius 1737.4 km."""
         if not self.ellipsoid.is_of_another_body:
             return "the Earth"
         article = "the " if self.name in ("Moon", "Sun") else ""
@@ -365,7 +362,7 @@ def _body_names() -> tuple[str, ...]:
 
 @functools.cache
 def body_in(wkt: str) -> str:
-    """Body named by the datum, ellipsoid or base of a CRS, as in "Mars_2000_IAU_IAG"; "" if none is."""
+    """The body in the name of a CRS's datum, ellipsoid or base, such as "Mars_2000_IAU_IAG"; "" if there is none."""
     words = " ".join(_NAMED.findall(wkt)).replace("_", " ")
     whole = (name for name in _body_names() if re.search(rf"(?<!\w){re.escape(name)}(?!\w)", words, re.IGNORECASE))
     return next(whole, "")
@@ -381,7 +378,7 @@ def is_same_body(one: Body, other: Body) -> bool:
     return abs(one.ellipsoid.a - other.ellipsoid.a) < _SAME_SIZE * max(one.ellipsoid.a, other.ellipsoid.a)
 
 
-# ---- what names a map ----------------------------------------------------------------------------
+# ---- anything that names a map -------------------------------------------------------------------
 
 
 def parse(value: Any) -> Parts:
@@ -482,7 +479,7 @@ class Projection:
 
     @property
     def is_of_another_body(self) -> bool:
-        """True if the ellipsoid has the size of another body, as a planet or moon."""
+        """True if the ellipsoid has the size of another planet or of a moon."""
         return self.ellipsoid.is_of_another_body
 
     @property
@@ -499,7 +496,7 @@ class Projection:
 
     @property
     def closed_form(self) -> ClosedForm | None:
-        """Its derivatives by formulas, if there are some that have its coordinates."""
+        """The formulas of its derivatives; None if there are none whose coordinates are the map's."""
         return closed_form(self.function, self.ellipsoid)
 
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:

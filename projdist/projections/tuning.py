@@ -24,7 +24,7 @@ from projdist.support import check_number, close_words, did_you_mean, listed, sh
 
 
 def with_parameters(projection: Projection, parameters: Mapping[str, float]) -> Projection:
-    """Projection of a one-step PROJ string with other numbers, but not ellipsoid; raises ProjectionError."""
+    """The projection of a one-step PROJ string with other numbers, the ellipsoid aside; raises ProjectionError."""
     # Only PROJ's own checks run, so that thousands can be made: each takes 0.05 ms, a tenth of parsing the string.
     function = projection.function
     if not isinstance(function, Pipeline) or "+proj=pipeline" in function.definition:
@@ -34,7 +34,7 @@ def with_parameters(projection: Projection, parameters: Mapping[str, float]) -> 
 
 
 def run_as(projection: Projection, definition: str, pipeline: str) -> Projection:
-    """Projection with another PROJ string, same ellipsoid and unit; ProjectionError if PROJ refuses it."""
+    """A projection with another PROJ string on the same ellipsoid; raises ProjectionError if PROJ refuses it."""
     assert isinstance(projection.function, Pipeline)
     changed = Pipeline(pipeline, projection.function.to_metre)
     try:
@@ -58,14 +58,14 @@ class ParameterRange:
     low: float
     high: float
     step: float  # for a slider; 1 or more for integers
-    value: float  # the map's current one, always within the range
+    value: float  # of the map; always within the range
 
 
 def _ranges(operation: str, stated: Stated, *, sphere: bool) -> tuple[ParameterRange, ...]:
-    """The numeric parameters of an operation with some parameters stated."""
-    # Rows of the table with different `form` exclude each other: of alternatives, such as k_0 or lat_ts, those are
-    # taken that are stated, else the first. `where` limits a row to polar maps, to maps of an ellipsoid, or to maps
-    # with another parameter stated. A range is mirrored or extended to include the value.
+    """The numeric parameters of an operation, some of them stated."""
+    # Rows of the table that differ in `form` are alternatives, such as k_0 and lat_ts: the stated ones count, else the
+    # first. `where` limits a row to polar maps, maps of an ellipsoid, or maps with some other parameter. Ranges are
+    # mirrored or extended to include the value.
     stated = {"k_0": stated["k"], **stated} if "k" in stated else stated  # PROJ's older word
     polar = abs(degrees_of(stated.get("lat_0", "0"))) == 90.0
     there = {"", *stated, *(["polar"] if polar else []), *([] if sphere else ["ellipsoid"])}
@@ -99,7 +99,7 @@ Centre = tuple[float, float]
 _KEPT = 1024  # plans, each of a few kB
 _TRIED = ((-50.0, 35.0), (123.0, 68.0))  # longitudes and latitudes to test whether a map can be centred
 _WITH_LATITUDE = names.WITH_LATITUDE | {"omerc", "labrd"}
-_LONGITUDES = ("lon_0", "lonc", "asc_lon", "path")  # ignored by PROJ in a rotated map
+_LONGITUDES = ("lon_0", "lonc", "asc_lon", "path")  # ignored by PROJ in rotated maps
 _STRINGS = ("ob_tran", "utm")  # names that stand for PROJ strings
 _POLES = ("o_lat_p", "o_lon_p", "o_alpha", "o_lon_c", "o_lat_c", "o_lon_1", "o_lat_1", "o_lon_2", "o_lat_2")
 
@@ -149,7 +149,7 @@ def tuned(projection: ProjectionLike, values: Mapping[str, float], centre: Centr
 
 @dataclass(frozen=True)
 class _Plan:
-    """A map, its adjustable properties, and its stated PROJ parameters; `words` if it is a named map."""
+    """A map, its adjustable properties, its stated PROJ parameters, and for a named map its `words`."""
 
     projection: Projection
     tunable: Tunable
@@ -203,10 +203,8 @@ def _plan_of_text(text: str) -> _Plan:
         if words.name in _STRINGS:
             return _plan_of_text(projection.definition)
         if words.name:  # and not of a CRS
-            if words.name in WORLD_MAPS:  # with lon_0 only, as Robinson's
-                stated = stated_in(["proj=robin", *words.parameters])
-            else:
-                stated = stated_in(replace(words, centre=None).tokens)
+            of_robinson = ["proj=robin", *words.parameters]  # which has lon_0 only, as world maps have
+            stated = stated_in(of_robinson if words.name in WORLD_MAPS else replace(words, centre=None).tokens)
             latitude = _latitude(stated, sphere=projection.ellipsoid.is_sphere)
             if words.centre is not None:
                 latitude = words.centre[0]
@@ -234,7 +232,7 @@ def _plan_of_operation(projection: Projection) -> _Plan:
 
 
 def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
-    """A plan with parameters, `drags` and `centre`, from the latitude at the map's origin, None if it cannot move."""
+    """A plan completed with parameters and drags; `latitude` is that of the map's origin, None if it cannot move."""
     # The parameters of an oblique map are also those of its inner map.
     stated, sphere = plan.stated, plan.projection.ellipsoid.is_sphere
     parameters = _ranges(stated["proj"], stated, sphere=sphere)

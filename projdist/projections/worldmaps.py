@@ -13,20 +13,6 @@ import numpy as np
 from projdist._typing import AnyArray, FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS, wrapped
 
-__all__ = [
-    "WORLD_MAPS",
-    "briesemeister",
-    "distance_around_edge",
-    "double_sided_equal_area",
-    "double_sided_equidistant",
-    "francula_1",
-    "francula_2",
-    "gott_elliptical",
-    "gott_mugnolo_elliptical",
-    "gott_wagner",
-    "wagner_9",
-]
-
 XY = tuple[FloatArray, FloatArray]
 
 _STRETCH = 1.18  # of Gott & Mugnolo's map
@@ -188,14 +174,9 @@ def _less_sine(u: FloatArray) -> FloatArray:
     return np.where(u < 1.0, series * u, u - np.sin(u))
 
 
-WORLD_MAPS: dict[str, Callable[[FloatArray, FloatArray], XY]] = {
-    "briesemeister": briesemeister,
-    "double-sided-equal-area": double_sided_equal_area,
-    "double-sided-equidistant": double_sided_equidistant,
-    "francula-1": francula_1,
-    "francula-2": francula_2,
-    "gott-elliptical": gott_elliptical,
-    "gott-mugnolo-elliptical": gott_mugnolo_elliptical,
-    "gott-wagner": gott_wagner,
-    "wagner-9": wagner_9,
-}
+_MAPS: tuple[Callable[[FloatArray, FloatArray], XY], ...] = (
+    *(briesemeister, double_sided_equal_area, double_sided_equidistant, francula_1, francula_2),
+    *(gott_elliptical, gott_mugnolo_elliptical, gott_wagner, wagner_9),
+)
+WORLD_MAPS = {function.__name__.replace("_", "-"): function for function in _MAPS}
+__all__ = ["WORLD_MAPS", "distance_around_edge", *(function.__name__ for function in _MAPS)]

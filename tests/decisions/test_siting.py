@@ -13,6 +13,7 @@ from tables import each
 import projdist
 from projdist import Notice
 from projdist.decisions.data_checks import TURNED, _turned, crs_for_data, estimate_crs
+from projdist.decisions.recommendation import ranked_crs
 from projdist.projections import datum_transformation, keeps_datum
 from projdist.regions import Box
 
@@ -155,17 +156,16 @@ def test_a_change_of_datum_is_told():
 
 def candidate(code, area_name, value=1.0):
     usual = {"same": (), "share": 1.0, "wide": False, "national": True, "since": 1989}
-    return SimpleNamespace(code=code, codes=(code,), area_name=area_name, value=value, **usual)
+    return SimpleNamespace(code=code, codes=(code,), area_name=area_name, key=(value, 0.0), **usual)
 
 
 def sited(monkeypatch, place, crs, answers, **options):
-    """The CRS for a box about a place, when `recommend` has these answers; and what it was asked."""
-    effects = [one if isinstance(one, Exception) else SimpleNamespace(results=tuple(one)) for one in answers]
-    recommend = Mock(side_effect=effects)
-    monkeypatch.setattr("projdist.decisions.data_checks.recommend", recommend)
+    """The CRS for a box about a place, when `ranked_crs` has these answers; and what it was asked."""
+    ranked_crs = Mock(side_effect=[one if isinstance(one, Exception) else tuple(one) for one in answers])
+    monkeypatch.setattr("projdist.decisions.data_checks.ranked_crs", ranked_crs)
     (west, east), (south, north) = corners = np.add.outer(PLACES[place], [-0.1, 0.1])
     found = crs_for_data(crs, Box(west, south, east, north), *corners, **options)
-    return found, [call.kwargs for call in recommend.call_args_list]
+    return found, [call.kwargs for call in ranked_crs.call_args_list]
 
 
 def test_where_a_crs_is_sought(monkeypatch):
@@ -179,6 +179,13 @@ def test_where_a_crs_is_sought(monkeypatch):
     assert sited(monkeypatch, "Freiburg", "EPSG:4258", [[], []])[0] is None
     assert "datum" not in sited(monkeypatch, "Freiburg", "EPSG:4326", [[german]])[1][0]
     refuses("Invalid purpose", sited, monkeypatch, "Freiburg", "EPSG:4258", [ValueError("Invalid purpose.")])
+
+
+def test_the_order_alone_takes_the_options_of_recommend():
+    """`check` and `estimate_crs` pass any on, also those that make no difference to the order."""
+    options = {"authorities": ["EPSG"], "codes": ["EPSG:2056", "EPSG:21781"], "limit": 1, "progress": Mock()}
+    found = ranked_crs("box:7.5,46.5,8.5,47.5", custom=True, **options)
+    assert [one.code for one in found] == ["EPSG:2056"]
 
 
 @pytest.mark.slow

@@ -11,8 +11,8 @@ from refusals import refuses
 from tables import each
 
 from projdist import design, get_region
+from projdist.designs.fits import Poles, _composed
 from projdist.designs.plane_maps import ComplexPolynomial
-from projdist.designs.poles import Poles, _composed
 
 rng = np.random.default_rng(7)
 ORIGIN, SIZE = 3e5 + 2e5j, 4e5

@@ -6,6 +6,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+import pyproj
 import pytest
 import shapely
 from matplotlib.axes import Axes
@@ -26,6 +27,7 @@ from projdist.plots.basemap import crossings
 from projdist.plots.colours import ColourScale, level_labels, shown_levels
 from projdist.plots.map_drawing import draw_colourbar, label_isolines
 from projdist.projections import Projection
+from projdist.regions import get_region
 from projdist.support import Notice
 from projdist.surfaces.domain import domain_of
 from projdist.surfaces.fields import field
@@ -171,6 +173,22 @@ def test_a_country_is_placed() -> None:
     assert bar.get_text() == "50 km"
     assert bar_length(figure.axes[0]) == pytest.approx(5e4, rel=1e-9)
     assert {"7°E", "8°E", "46°N", "47°N"} <= {text.get_text() for text in labelled(figure, "graticule label")}
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_cells")
+@pytest.mark.parametrize(("crs", "region"), [("EPSG:3857", "country:BE"), ("EPSG:26913", "state:CO")])
+def test_a_locator_covers_none_of_the_region(crs: str, region: str) -> None:
+    """Belgium has a corner that is free, Colorado has none, and no locator."""
+    ax = plots.heatmap_figure(crs, region=region).axes[0]
+    found = [one for one in ax.get_children() if one.get_label() == "locator"]
+    assert len(found) == (region == "country:BE")
+    for globe in found:
+        (left, bottom), (right, top) = ax.transAxes.inverted().transform(globe.bbox.get_points())
+        x, y = np.meshgrid(np.linspace(left, right, 30), np.linspace(bottom, top, 30))
+        places = ax.transData.inverted().transform(ax.transAxes.transform(np.column_stack([x.ravel(), y.ravel()])))
+        lon, lat = pyproj.Transformer.from_crs(crs, "EPSG:4326", always_xy=True).transform(*places.T)
+        assert not get_region(region).contains(lon, lat).any()
 
 
 @pytest.mark.slow

@@ -37,8 +37,12 @@ FIGURES: dict[str, dict[str, Any]] = {
     "page": {"projections": "robin", "size": (7, 4), "airy_kavrayskiy": AK[:1]},
     "page of four": {"projections": FOUR, "size": (7, 4), "airy_kavrayskiy": AK},
     "tissot column": {"projections": FOUR, "kind": "tissot", "size": COLUMN, "airy_kavrayskiy": AK},
-    "heading": {"projections": FOUR, "look": plots.Look(title="Four maps"), "airy_kavrayskiy": AK},
-    "heading, column": {"projections": FOUR[:2], "size": (3.5, 2.0), "look": plots.Look(title="Two maps")},
+    "heading": {"projections": FOUR, "look": plots.Look(title="Four maps", credits="Sources"), "airy_kavrayskiy": AK},
+    "heading, column": {
+        "projections": FOUR[:2],
+        "size": (3.5, 2.0),
+        "look": plots.Look(title="Two maps", credits="We"),
+    },
     "no titles": {"projections": FOUR[:2], "look": plots.Look(title=""), "airy_kavrayskiy": AK[:2]},
     "no bar": {"projections": "igh", "measure": "h", "look": plots.Look(colourbar=False, theme="dark")},
     "large letters": {"projections": FOUR[:2], "look": plots.Look(font_size=14, theme="print")},
@@ -157,7 +161,7 @@ def test_themes_and_styles(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_options_of_the_command(tmp_path: Path) -> None:
     """The options make a file, the same twice; of a layer they are of no use, which is said."""
-    words = "--theme print --title Europe --font-size 8 --no-colourbar --transparent --size 3,3 --dpi 60 -o".split()
+    words = "--theme print --title Europe --credits Us --font-size 8 --no-colourbar --transparent --size 3,3 -o".split()
     for file in "ab":
         run_ok("heatmap", "robin", "-r", EUROPE, *words, str(tmp_path / f"{file}.png"))
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
@@ -181,16 +185,18 @@ def other_figures(look: plots.Look) -> dict[str, Figure]:
 @pytest.mark.slow
 @pytest.mark.parametrize("theme", THEMES)
 def test_themes_of_other_figures(theme: str) -> None:
-    """Graphs, old maps and mosaics have a theme's ground and letters, a heading, and all of it inside; or none."""
+    """Graphs, old maps and mosaics have a theme's ground and letters, a heading and credits, all inside; or none."""
     colours = THEMES[theme]
     if theme == "light":
         for name, figure in other_figures(plots.Look(title="")).items():
             assert not any(ax.get_title() for ax in figure.axes if not ax.get_title().startswith("Arcs")), name
-    for name, figure in other_figures(plots.Look(theme=theme, title="A heading", font_size=10)).items():
+    look = plots.Look(theme=theme, title="A heading", font_size=10, credits="Sources")
+    for name, figure in other_figures(look).items():
         figure.canvas.draw()
         width, height = figure.canvas.get_width_height()
         assert to_rgb(figure.get_facecolor()) == to_rgb(colours.background), name
-        assert [text.get_text() for text in figure.findobj(Text) if text.get_visible()].count("A heading") == 1, name
+        shown = [text.get_text() for text in figure.findobj(Text) if text.get_visible()]
+        assert shown.count("A heading") == shown.count("Sources") == 1, name
         words = [text for ax in figure.axes for text in (ax.title, ax.xaxis.label, ax.yaxis.label)]
         for text in (text for text in (*figure.texts, *words) if text.get_text()):
             assert abs(luminance(text.get_color()) - luminance(colours.background)) > 0.3, (name, text)

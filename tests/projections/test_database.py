@@ -200,6 +200,8 @@ def test_a_country_and_its_people_are_searched_by_areas_of_use() -> None:
     swiss, named = ([hit.code for hit in find_crs(text, limit=200).results] for text in ("swiss", "Switzerland"))
     assert swiss[:3] == named[:3] == ["EPSG:2056", "EPSG:21781", "EPSG:21780"]
     assert "EPSG:3035" in swiss
+    assert [hit.code for hit in find_crs("schweiz", limit=3).results] == named[:3]
+    assert find_crs("norge").results[0].code == "EPSG:25832"  # as kartverket.no says for its south
     assert named.index("EPSG:3035") < named.index("EPSG:7285")  # of Switzerland County in Indiana
     assert find_crs("nor").total > find_crs("norway").total  # a beginning of words, and no code of a country
     assert not any("Canada" in hit.area_name for hit in find_crs("british", limit=20).results)  # British Columbia
