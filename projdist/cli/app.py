@@ -23,9 +23,8 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from projdist import __version__, field, matrices, projections
+from projdist import __version__, field, matrices, projections, support
 from projdist.cli.errors import notices_said, refuse, without_progress
-from projdist.support import orderly_end
 
 # Raised by typer for a wrong command line. Some versions of typer contain click, others import it.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
@@ -311,7 +310,7 @@ def main() -> None:
         logging.getLogger().addHandler(logging.NullHandler())  # likewise their log
         _keep_stderr_from_libraries()
     gc.set_threshold(_FIRST_COLLECTION)
-    with orderly_end():
+    with support.orderly_end():
         if os.environ.get(ASKED):
             words = candidates(typer.main.get_command(app), sys.argv[1:])
             sys.stdout.write("".join(f"{word}\n" for word in words))

@@ -6,8 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 
-from projdist import decisions, earth, regions
-from projdist.support import listed
+from projdist import decisions, earth, regions, support
 
 # ---- numbers -------------------------------------------------------------------------------------
 
@@ -192,10 +191,11 @@ def errors_text(distances: float, areas: float, degrees: float, *, mean: bool = 
 def error_sentence(told: Mapping[str, str], *, mean: bool = False) -> str:
     """A sentence of errors in words, given by the thing that is off."""
     off = [f"{what} by {text}" for what, text in told.items() if text not in (TRUE, NO_BOUND)]
-    parts = [listed(off, "and").replace(" by ", " are off by " if mean else " are off by at most ", 1)] if off else []
+    are = " are off by " if mean else " are off by at most "
+    parts = [support.listed(off, "and").replace(" by ", are, 1)] if off else []
     for text, words in ((NO_BOUND, "off without bound"), (TRUE, "true")):
         those = [what for what, error in told.items() if error == text]
-        parts += [f"{listed(those, 'and')} are {words}"] if those else []
+        parts += [f"{support.listed(those, 'and')} are {words}"] if those else []
     return f"{'on average ' * mean}{'; '.join(parts)}"
 
 

@@ -16,7 +16,6 @@ import shapely
 from projdist import projections, regions, support
 from projdist._typing import AnyPath, FloatArray, IntArray
 from projdist.gis import layers
-from projdist.gis.layers import needed_for
 from projdist.gis.rasters import BESIDE, FLAVOURS, RASTER_SUFFIXES, flavour_of, geotiff_options
 from projdist.gis.reading import first_of, read_data
 from projdist.projections import CRS, Projection, crs_of
@@ -245,7 +244,7 @@ def _warp(
 ) -> tuple[str, str]:
     """Write a raster in another CRS; returns notes on where the CRS is and on pixels outside, or ""."""
     support.check_choice("resampling", resampling, RESAMPLINGS)
-    with needed_for(f"output '{path}'"):
+    with layers.needed_for(f"output '{path}'"):
         import rasterio
         import rasterio.warp
         from rasterio._err import CPLE_BaseError

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from projdist import answers, earth, projections, support, surfaces
+from projdist import answers, earth, field, projections, support, surfaces
 from projdist._typing import AnyArray, AnyPath, FloatArray
 from projdist.applications.mosaics import Georeference
 from projdist.applications.oldmaps import RectifiedScan
-from projdist.field import jacobian, measure_at
 from projdist.gis.layers import needed_for
 from projdist.matrices import Measure, get_measure
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
@@ -202,9 +201,9 @@ def _values(
         inside = np.isfinite(lon)
         inside[inside] = region.contains(lon[inside], lat[inside])
         lon, lat = lon[inside], lat[inside]
-        J = jacobian(projection, lon, lat)
+        J = field.jacobian(projection, lon, lat)
         for band, measure in zip(values, measures, strict=True):
-            found = measure_at(projection, measure, lon, lat, J)
+            found = field.measure_at(projection, measure, lon, lat, J)
             band[first:last][inside] = np.where(np.isfinite(found), found, np.nan)
     return values
 

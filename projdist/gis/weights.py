@@ -11,11 +11,10 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from projdist import projections, support
 from projdist._typing import AnyPath, BoolArray, FloatArray
 from projdist.gis.layers import needed_for
-from projdist.projections import ground_of, tell_of_degrees, unprojected
 from projdist.regions import PointSet, Region, RegionEdges, RegionLike, get_region
-from projdist.support import check_raster, one_line
 
 _MOST = 1_000_000  # cells that become points; more are added up in blocks
 _AT_ONCE = 4_000_000  # cells read at a time: about seven arrays of 32 MB
@@ -44,16 +43,16 @@ def weighted(region: RegionLike, path: AnyPath, *, band: int = 1) -> PointSet:
                 raise ValueError(f"{text} It has {image.count} band(s), and no band {band}.")
             if image.crs is None:
                 raise ValueError(f"{text} It states no CRS.")
-            check_raster(image, [band], text)
+            support.check_raster(image, [band], text)
             corners = image.transform @ (np.array([0, image.width] * 2), np.repeat([0, image.height], 2))
             bounds = [edge(side) for edge in (np.min, np.max) for side in corners]
-            tell_of_degrees(image.crs.to_wkt(), bounds, f"'{path}'", "raster")
-            ellipsoid = ground_of(image.crs.to_wkt())
+            projections.tell_of_degrees(image.crs.to_wkt(), bounds, f"'{path}'", "raster")
+            ellipsoid = projections.ground_of(image.crs.to_wkt())
             if ellipsoid is not None and ellipsoid.is_of_another_body:
                 place = cast(Region, get_region(region, ellipsoid))
             fine, coarse = _Raster(image, band, text, place).points()
     except RasterioError as error:
-        raise ValueError(f"{text} It cannot be read: {one_line(error)}.") from error
+        raise ValueError(f"{text} It cannot be read: {support.one_line(error)}.") from error
     name = f"{place.name} weighted by {Path(path).name}"
     on = getattr(place, "ellipsoid", None)
     sparser = None if coarse is None else PointSet(*coarse, name, ellipsoid=on)
@@ -119,7 +118,7 @@ class _Raster:
 
     def _lonlat(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitudes and latitudes of places given in columns and rows."""
-        return unprojected(self._crs, *(self._image.transform @ (u, v)))
+        return projections.unprojected(self._crs, *(self._image.transform @ (u, v)))
 
     def _sums(self, tile: _Window, side: int) -> tuple[FloatArray, FloatArray]:
         """Sums (3, n) of values, also times columns and times rows, over blocks with values, and over fours of them."""

@@ -14,8 +14,7 @@ from dataclasses import asdict, dataclass, field
 from types import FrameType
 from typing import Any
 
-from projdist import regions
-from projdist.projections import projection_names
+from projdist import projections, regions
 from projdist.web.live import dispatcher
 from projdist.web.live.worker import LIMITS, OnReply, Worker
 from projdist.web.page import live_files
@@ -125,7 +124,7 @@ class LiveSite:
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(put, block)
 
-        known = {"names": sorted(projection_names()), "countries": regions.region_names()}
+        known = {"names": sorted(projections.projection_names()), "countries": regions.region_names()}
         waiting.put_nowait(json.dumps(asdict(self.start) | known))
         tasks = [
             asyncio.create_task(self._listen(page, socket, waiting, on_reply)),
