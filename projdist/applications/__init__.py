@@ -1,4 +1,4 @@
-"""The same mean elsewhere: mosaics of images, clouds of points, old maps."""
+"""Applications of the mean beyond projections: mosaics of images, clouds of points, old maps."""
 
 import lazy_loader
 

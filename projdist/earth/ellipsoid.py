@@ -51,13 +51,13 @@ class Ellipsoid:
 
     @property
     def is_of_another_body(self) -> bool:
-        """True if it has the size of another planet or moon, and not of a globe, or of the Earth in kilometres."""
+        """True if it has the size of another planet or moon, not of a globe, and not of the Earth in kilometres."""
         return self.a > _LARGEST_GLOBE and not any(_EARTHLY[0] < a < _EARTHLY[1] for a in (self.a, 1000.0 * self.a))
 
     @property
     def ground(self) -> Ellipsoid:
-        """The ellipsoid on which regions and distances for maps on this one are measured, regardless of its scale."""
-        # For another body the ellipsoid itself; for the Earth the mean sphere for spheres of any size, else WGS 84.
+        """The ellipsoid on which regions and distances for maps of this one are measured, whatever its scale."""
+        # For another body it is the ellipsoid itself, for the Earth the mean sphere if this is a sphere, else WGS 84.
         if self.is_of_another_body:
             return self
         return SPHERE if self.is_sphere else WGS84
@@ -68,7 +68,7 @@ class Ellipsoid:
         return self.a * (1.0 - self.f / 3.0)
 
     def is_close(self, other: Ellipsoid) -> bool:
-        """True if another is equal up to rounding; GRS 80 and WGS 84 are, with 1.6e-11 in f, 0.1 mm."""
+        """True if another is equal up to rounding; GRS 80 and WGS 84 are not: their f differ by 1.6e-11, 0.1 mm."""
         return abs(self.a - other.a) < 1e-9 * self.a and abs(self.f - other.f) < 1e-13
 
     def radii(self, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -110,7 +110,7 @@ WGS84 = Ellipsoid(6378137.0, 1 / 298.257223563)
 def destination(
     lon: ArrayLike, lat: ArrayLike, azimuth: ArrayLike, distance: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Longitude and latitude at a distance along great circles in an azimuth from north; in degrees, broadcast."""
+    """Longitude and latitude at a distance along great circles, by azimuth from north; all in degrees, broadcast."""
     # Exact also at the poles, where north is along the meridian `lon`.
     turn, arc, lat = (np.radians(value) for value in (azimuth, distance, lat))
     east, north, up = np.sin(arc) * np.sin(turn), np.sin(arc) * np.cos(turn), np.cos(arc)
@@ -134,15 +134,13 @@ def wrapped(lon: ArrayLike) -> FloatArray:
 
 
 def chord_angle(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Angles in radians between unit vectors (3, ...): exact to rounding for near ones, to 1e-8 for opposite ones."""
-    square = np.square(one[0] - other[0])
-    square += np.square(one[1] - other[1])
-    square += np.square(one[2] - other[2])
+    """Angles in radians between unit vectors (3, ...), exact to rounding if small and to 1e-8 near half a turn."""
+    square = sum(np.square(a - b) for a, b in zip(one, other, strict=True))
     return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(square), 1.0)))
 
 
 class Discontinuities(NamedTuple):
-    """Lines where a map is torn or bent: parallels, and meridians by hemisphere, in degrees."""
+    """Lines along which a map is torn or bent: parallels, and meridians by hemisphere, in degrees."""
 
     parallels: tuple[float, ...]
     northern: tuple[float, ...]
@@ -181,6 +179,6 @@ def _text(value: float, letters: str, end: float, minutes: bool) -> str:
 
 @functools.cache
 def data_rows(name: str) -> tuple[dict[str, str], ...]:
-    """The rows of a CSV file shipped in projdist/data, by column; do not change them, as they are kept."""
+    """The rows of a CSV file shipped in projdist/data, by column; they are cached, so do not change them."""
     file = importlib.resources.files("projdist") / "data" / name
     return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))

@@ -19,10 +19,10 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth.ellipsoid import unit_vectors
 
 _HALF_TURN, _TURN = 180.0, 360.0
-_HALVINGS = 20  # of an interval: a curve that is not smooth is left alone
-# Relative to a curve's size: largest distance of chords, whose areas are corrected; distance without correction.
+_HALVINGS = 20  # of an interval, after which a curve that is not smooth is left as it is
+# Of a curve's size: the largest distance from its chords, and the distance up to which no area is corrected.
 _NEAR, _NOTHING = 1e-5, 1e-10
-# GEOS divides by zero where edges touch and handles it; numpy would warn.
+# GEOS divides by zero where edges touch, and handles that; NumPy would warn.
 GEOS_ARITHMETIC = np.errstate(divide="ignore", invalid="ignore", over="ignore")
 
 
@@ -77,7 +77,7 @@ def merged(parts: Sequence[shapely.Geometry]) -> shapely.MultiPolygon:
 
 def planar(rings: Sequence[FloatArray]) -> shapely.Polygon:
     """A shell and its holes as a polygon of unwrapped longitudes, possibly invalid."""
-    # A ring without area when its edges go the shorter way is a band round the Earth, and kept as given.
+    # A ring that has no area if its edges go the shorter way is a band round the Earth, and stays as given.
     shell, *holes = rings
     ring = closed_round_pole(unwrapped(shell))
     if np.ptp(ring[:, 0]) == 0.0 or abs(signed_area(ring)) < 1e-12 * abs(signed_area(shell)):
@@ -104,10 +104,10 @@ Curve = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
-    """Points (m, 2) of a polygon within `tolerance` degrees of a curve, with its area to fourth order."""
-    # `t` are initial parameters; intervals are halved until their middles are within the tolerance, and 1e-5 of the
-    # curve's size, of their chords. Then each middle is moved to 4/3 of its distance from the chord, so that the
-    # triangle has the area under the curve by Simpson's rule.
+    """Points (m, 2) of a polygon within `tolerance` degrees of a curve that has its area to fourth order."""
+    # `t` are the first parameters. Intervals are halved until their middles are no farther from their chords than the
+    # tolerance and 1e-5 of the curve's size. Then each middle is moved to 4/3 of its distance from the chord, so that
+    # the triangle has the area under the curve by Simpson's rule.
     lon, lat = curve(t)
     size = float(np.degrees(np.ptp(unit_vectors(lon, lat), axis=1).max()))  # degrees of arc
     nearest = min(tolerance, _NEAR * size)
@@ -140,7 +140,7 @@ def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
 
 # ---- TopoJSON ------------------------------------------------------------------------------------
 
-POLE_CAP = 89.99  # degrees; a ring beyond is an artefact of closing Antarctica, not a coast
+POLE_CAP = 89.99  # degrees: a ring beyond is no coast, but closes Antarctica
 
 
 class Outline(NamedTuple):
@@ -163,7 +163,7 @@ Topology = tuple[list[Outline], list[FloatArray]]
 def _file(name: str) -> tuple[dict[str, list[Outline]], list[FloatArray]]:
     """Outlines by object, and arcs, of a shipped file: TopoJSON, or packed by tools/make_outlines.py."""
     file = importlib.resources.files("projdist") / "data" / name
-    if name.endswith(".npz"):  # steps with the sign in the lowest bit, stored by byte rank
+    if name.endswith(".npz"):  # steps with the sign in the lowest bit, as planes of bytes
         with np.load(io.BytesIO(file.read_bytes())) as packed:
             unsigned = np.ascontiguousarray(packed["steps"].transpose(2, 1, 0)).view("<u4")[..., 0].astype(np.int64)
             ends, scale, origin = np.cumsum(packed["sizes"]), packed["scale"], packed["origin"]
@@ -195,20 +195,16 @@ def topology(what: str, resolution: str) -> Topology:
 @GEOS_ARITHMETIC
 def decoded(outlines: Iterable[Outline], arcs: Sequence[FloatArray]) -> shapely.MultiPolygon:
     """Outlines as plane polygons, cut at the antimeridian and closed along the poles."""
-    parts: list[shapely.Polygon] = []
-    for polygon in as_stored(outlines, arcs):
-        parts.extend(cut_at_antimeridian(polygon if polygon.is_valid else shapely.make_valid(polygon)))
+    valid = (one if one.is_valid else shapely.make_valid(one) for one in as_stored(outlines, arcs))
     # Polygons that share an edge at the antimeridian are valid only when merged.
-    return merged(parts)
+    return merged([part for one in valid for part in cut_at_antimeridian(one)])
 
 
 def as_stored(outlines: Iterable[Outline], arcs: Sequence[FloatArray]) -> Iterator[shapely.Polygon]:
     """The polygons of outlines, closed along the poles, with unwrapped longitudes; some cross themselves."""
     for rings in (rings for one in outlines for rings in one.polygons):
-        points: list[FloatArray] = []
-        for ring in rings:
-            parts = [arcs[index] if index >= 0 else arcs[~index][::-1] for index in ring]
-            points.append(unwrapped(np.concatenate([parts[0], *(part[1:] for part in parts[1:])])))
+        lines = ([arcs[index] if index >= 0 else arcs[~index][::-1] for index in ring] for ring in rings)
+        points = [unwrapped(np.concatenate([first, *(line[1:] for line in rest)])) for first, *rest in lines]
         # A tiny ring round the pole may precede Antarctica's coast as if it were the shell.
         shell, *holes = (ring for ring in points if np.abs(ring[:, 1]).min() < POLE_CAP)
         yield shapely.Polygon(closed_round_pole(shell), [beside(hole, shell) for hole in holes])
@@ -217,7 +213,7 @@ def as_stored(outlines: Iterable[Outline], arcs: Sequence[FloatArray]) -> Iterat
 # ---- Natural Earth -------------------------------------------------------------------------------
 
 RESOLUTIONS = ("110m", "50m", "10m")
-"""Scales of the data, in millionths: for the world, for parts of it, and for small countries."""
+"""Scales of the data as millionths: for the world, for parts of it, and for small countries."""
 
 Bounds = tuple[float, float, float, float]
 
@@ -239,7 +235,7 @@ def land(resolution: str = "110m") -> shapely.MultiPolygon:
 
 @GEOS_ARITHMETIC
 def polygons_within(what: str, bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
-    """The "land" or "lakes" within W, S, E, N in degrees, E may exceed 180; at 10m in 0.2 s, then some ms."""
+    """The "land" or "lakes" within W, S, E, N in degrees, E perhaps above 180; 10m takes 0.2 s, later some ms."""
     polygons = _stored(what, resolution)
     west, south, east, north = bounds
     parts: list[shapely.Polygon] = []
@@ -260,8 +256,8 @@ def _stored(what: str, resolution: str) -> NDArray[np.object_]:
 
 @functools.cache
 def lakes(resolution: str = "50m") -> shapely.MultiPolygon:
-    """Lakes but the Caspian Sea, without islands, as polygons in degrees, longitudes -180 to 180, at 110m and 50m."""
-    # At 50m vertices are accurate to 2 km for 253 lakes and to 4 km for 22; Tanganyika and Balkhash are as at 110m.
+    """Lakes, but not the Caspian Sea, without islands, as polygons in degrees, longitudes -180 to 180; 110m or 50m."""
+    # At 50m vertices are accurate to 2 km for 253 lakes and to 4 km for 22; Tanganyika and Balkhash are those of 110m.
     return decoded(*topology("lakes", resolution))
 
 
@@ -274,29 +270,25 @@ def country(key: str, resolution: str = "50m") -> shapely.MultiPolygon | None:
 
 
 def near(outline: shapely.MultiPolygon, lon: FloatArray, lat: FloatArray, degrees: float) -> BoolArray:
-    """True for points in degrees, longitudes -180 to 180, within `degrees` of an outline."""
+    """True for points in degrees, longitudes -180 to 180, that lie within `degrees` of an outline."""
     return np.asarray(shapely.dwithin(outline, shapely.points(lon, lat), degrees), dtype=bool)
 
 
 def countries_about(lon: FloatArray, lat: FloatArray) -> dict[str, BoolArray]:
-    """Masks of the points in the box of each country, by key, without empty ones; no geometry is decoded."""
-    boxes = _boxes().items()
-    within = ((key, (lon >= w) & (lon <= e) & (lat >= s) & (lat <= n)) for key, (w, s, e, n) in boxes)
+    """Masks of the points in the box of each country that has any, by key; no geometry is decoded."""
+    within = ((key, (lon >= w) & (lon <= e) & (lat >= s) & (lat <= n)) for key, (w, s, e, n) in _boxes().items())
     return {key: points for key, points in within if points.any()}
 
 
 @functools.cache
 def _boxes() -> dict[str, FloatArray]:
-    """West, south, east, north of countries with a margin; all longitudes if the antimeridian cuts one."""
+    """West, south, east, north of countries with a margin; of one cut by the antimeridian all longitudes."""
     outlines, arcs = topology("countries", "50m")
     low, high = (np.array([end(arc, axis=0) for arc in arcs]) for end in (np.min, np.max))
     used: dict[str, list[int]] = {}
     for one in outlines:
         used.setdefault(one.key, []).extend(one.arcs)
-    return {
-        key: np.concatenate([low[some].min(axis=0) - _MARGIN, high[some].max(axis=0) + _MARGIN])
-        for key, some in used.items()
-    }
+    return {key: np.append(low[n].min(axis=0) - _MARGIN, high[n].max(axis=0) + _MARGIN) for key, n in used.items()}
 
 
 @functools.cache
@@ -314,7 +306,7 @@ def shores(resolution: str = "50m") -> tuple[FloatArray, ...]:
     # An edge in two rings separates two parts of one lake.
     _, which, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
     inner = np.split(count[which.ravel()] > 1, np.cumsum([len(line) - 1 for line in lines])[:-1])
-    return tuple(part for line, left_out in zip(lines, inner, strict=True) for part in _less(line, left_out))
+    return tuple(part for line, left_out in zip(lines, inner, strict=True) for part in _kept(line, left_out))
 
 
 def _arcs(what: str, resolution: str) -> list[FloatArray]:
@@ -335,7 +327,7 @@ def borders(resolution: str = "50m") -> tuple[CountryBorder, ...]:
     return tuple(CountryBorder(keys, part) for keys, arc in shared for part in _without_cuts(arc))
 
 
-_ON_CUT = 1e-6  # degrees
+_ON_CUT = 1e-6  # degrees from the antimeridian
 
 
 def _without_cuts(arc: FloatArray) -> Iterator[FloatArray]:
@@ -346,11 +338,11 @@ def _without_cuts(arc: FloatArray) -> Iterator[FloatArray]:
     line = unwrapped(arc)
     on_cut = np.abs(np.abs(arc[:, 0]) - 180.0) < _ON_CUT
     artificial = (on_cut[1:] & on_cut[:-1]) | (np.abs(line[1:, 1]) > POLE_CAP)
-    yield from _less(line, artificial)
+    yield from _kept(line, artificial)
 
 
-def _less(line: FloatArray, left_out: BoolArray) -> Iterator[FloatArray]:
-    """Pieces of a line without the edges in a mask."""
+def _kept(line: FloatArray, left_out: BoolArray) -> Iterator[FloatArray]:
+    """The pieces of a line that are left without the edges in a mask."""
     for piece in np.split(np.arange(len(left_out)), np.flatnonzero(np.diff(left_out)) + 1):
         if piece.size and not left_out[piece[0]]:
             yield line[piece[0] : piece[-1] + 2]
@@ -376,7 +368,7 @@ class Cities:
 
 @functools.cache
 def cities() -> Cities:
-    """Capitals, and towns at a distance from better known ones; from GeoNames (https://www.geonames.org), CC BY 4.0."""
+    """Capitals, and towns apart from better-known ones; from GeoNames (https://www.geonames.org), CC BY 4.0."""
     # The distance is 12 km for 100,000 people or more, 25 for 15,000, 80 for fewer: no suburbs, but remote villages.
     file = importlib.resources.files("projdist") / "data" / "cities.csv"
     _, *rows = csv.reader(file.read_text(encoding="utf-8").splitlines())

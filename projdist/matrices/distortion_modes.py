@@ -19,10 +19,10 @@ from projdist.matrices.mean_transformation import check_matrices, check_weights,
 from projdist.matrices.whitened_sets import logarithms
 from projdist.support import Answer, check_numbers
 
-_PURE = 0.1  # distance from 1, 0 or -1 within which a ratio of two scales is named so
-_ALONG = 7.5  # degrees within which a direction is named
-_LEAST = 0.1  # smallest entry of a mode that is named in more than two dimensions
-_NOTHING = 1e-12  # RMS of logarithms that counts as rounding
+_PURE = 0.1  # a ratio of two scales this near to 1, 0 or -1 is named as if it were that
+_ALONG = 7.5  # degrees: a direction this near to an axis is named by it
+_LEAST = 0.1  # smallest entry that is named of a mode in more than two dimensions
+_NOTHING = 1e-12  # RMS of logarithms below which they are rounding
 _AXES = "xyz"
 
 
@@ -30,8 +30,8 @@ _AXES = "xyz"
 class Modes(Answer):
     """The d = n (n + 1) / 2 modes of matrices, largest share first.
 
-    Where s is the score of a mode E, T^-1 A is exp(s E) up to rotations: in the direction of an eigenvector the scale
-    is exp of s times its eigenvalue, of which the largest is positive.
+    If A has only the score s of a mode E, T^-1 A is exp(s E) up to rotations: in the direction of an eigenvector the
+    scale is exp of s times the eigenvalue. The eigenvalue of largest modulus is positive.
     """
 
     T: FloatArray  #: (n, n), the reference
@@ -60,7 +60,7 @@ class Modes(Answer):
         with np.errstate(all="ignore"):
             good = np.isfinite(flat).all(axis=(1, 2)) & (np.abs(np.linalg.det(np.nan_to_num(flat))) > 0)
         scores = np.full((len(flat), len(self.rms)), np.nan)
-        scores[good] = np.einsum("mij,kij->mk", _seen(self.T, flat[good]), self.matrices)
+        scores[good] = np.einsum("mij,kij->mk", _relative(self.T, flat[good]), self.matrices)
         return scores.reshape(*A.shape[:-2], -1)
 
     @property
@@ -145,21 +145,22 @@ def field_modes(J: FloatArray, weights: FloatArray, T: FloatArray | None = None)
     return _modes(J, w, field_mdt(J, w).T if T is None else T)
 
 
-def _seen(T: FloatArray, A: FloatArray) -> FloatArray:
+def _relative(T: FloatArray, A: FloatArray) -> FloatArray:
     """ln(T^-1 A A^T T^-T) / 2 of matrices (N, n, n)."""
     B = np.linalg.solve(np.broadcast_to(T, A.shape), A)
     return np.asarray(0.5 * logarithms(np.asarray(B, dtype=float))[0])
 
 
 def _modes(A: FloatArray, w: FloatArray, T: FloatArray) -> Modes:
+    """The modes of matrices (N, n, n) with weights (N,) of sum 1 about T."""
     n = A.shape[-1]
     i, j = np.triu_indices(n)
     root = np.where(i == j, 1.0, np.sqrt(2.0))
-    Z = _seen(T, A)[:, i, j] * root
+    Z = _relative(T, A)[:, i, j] * root
     values, vectors = np.linalg.eigh(np.einsum("m,mp,mq->pq", w, Z, Z, optimize=True))
     rms = np.sqrt(np.maximum(values, 0.0))[::-1]
     E = np.zeros((len(root), n, n))
-    E[:, i, j] = E[:, j, i] = _settled(vectors, rms[::-1]).T[::-1] / root
+    E[:, i, j] = E[:, j, i] = _aligned(vectors, rms[::-1]).T[::-1] / root
     return Modes(T=T, matrices=np.stack([_upright(one) for one in E]), rms=np.where(rms > _NOTHING, rms, 0.0))
 
 
@@ -172,15 +173,14 @@ def _upright(E: FloatArray) -> FloatArray:
     return -E if entries[np.abs(entries) > 1e-6][0] < 0 else E
 
 
-def _settled(vectors: FloatArray, rms: FloatArray) -> FloatArray:
-    """The eigenvectors, with those of zero score, which are arbitrary, aligned with the coordinates."""
+def _aligned(vectors: FloatArray, rms: FloatArray) -> FloatArray:
+    """The eigenvectors, those of zero score, which are arbitrary, replaced by ones along the coordinates."""
     none = rms <= _NOTHING
     if not none.any():
         return vectors
     spanned = vectors[:, ~none]
-    rest = np.eye(len(rms)) - spanned @ spanned.T
     chosen: list[FloatArray] = []
-    for column in rest.T:
+    for column in (np.eye(len(rms)) - spanned @ spanned.T).T:
         left = column - sum((one * (one @ column) for one in chosen), np.zeros(len(rms)))
         if np.linalg.norm(left) > 1e-6 and len(chosen) < none.sum():
             chosen.append(left / np.linalg.norm(left))
@@ -188,7 +188,7 @@ def _settled(vectors: FloatArray, rms: FloatArray) -> FloatArray:
 
 
 def _words(E: FloatArray) -> str:
-    """Description of a symmetric matrix of norm 1; in the plane by the scales along and across the largest."""
+    """Description of a symmetric matrix of norm 1; in the plane by the scales along its largest stretch and across."""
     n = len(E)
     if abs(np.trace(E)) / np.sqrt(n) > 1.0 - 0.5 * _PURE**2:
         return "size"
@@ -204,17 +204,14 @@ def _words(E: FloatArray) -> str:
     if ratio > 1.0 - _PURE:
         return "size"
     if ratio < _PURE - 1.0:
-        folded = (turned + 45.0) % 90.0 - 45.0
-        if abs(folded) <= _ALONG:
-            return "shape"
-        return "shear" if abs(folded) >= 45.0 - _ALONG else f"shape at {folded:.0f}°"
-    along, across = _direction(turned), _direction(turned + 90.0)
+        return _named(turned, 45.0, ("shape", "shear", "shape at"))
+    along, across = (_named(angle, 90.0, ("horizontal", "vertical", "along")) for angle in (turned, turned + 90.0))
     return along if abs(ratio) <= _PURE else f"{along} 1, {across} {ratio:.2f}".replace("-0.", "\N{MINUS SIGN}0.")
 
 
-def _direction(degrees: float) -> str:
-    """A direction by its angle from the x axis, anticlockwise."""
-    folded = (degrees + 90.0) % 180.0 - 90.0
+def _named(degrees: float, half: float, words: tuple[str, str, str]) -> str:
+    """The word for angles near 0, near `half` the period, or between them, with the angle."""
+    folded = (degrees + half) % (2.0 * half) - half
     if abs(folded) <= _ALONG:
-        return "horizontal"
-    return "vertical" if abs(folded) >= 90.0 - _ALONG else f"along {folded:.0f}°"
+        return words[0]
+    return words[1] if abs(folded) >= half - _ALONG else f"{words[2]} {folded:.0f}°"

@@ -19,7 +19,7 @@ EXPONENT = 0.125
 """Smallest exponent for which the energy is elliptic everywhere."""
 
 _AZIMUTHS = np.pi * np.arange(96) / 96.0
-_NEAR = 1e-4  # of t = (a - b) / (a + b): below, atanh(t) / t is 1 + t^2 / 3 to rounding
+_NEAR = 1e-4  # t = (a - b) / (a + b) below which atanh(t) / t is 1 + t^2 / 3 to rounding
 _SQRT_HALF = float(np.sqrt(0.5))
 
 
@@ -32,7 +32,7 @@ class Expansion(NamedTuple):
     curvatures: FloatArray  # (n, 4), the second derivatives along them
 
     def is_elliptic(self) -> BoolArray:
-        """Mask (n,) of rank-one convexity, checked every 2 degrees; without it maps may tear."""
+        """Mask (n,) of rank-one convexity, checked every 2 degrees; maps of other energies may tear."""
         cos, sin = np.cos(_AZIMUTHS), np.sin(_AZIMUTHS)
         east, north = self.directions[:, :, 0], self.directions[:, :, 1]
         squares = np.stack([cos**2, 2.0 * cos * sin, sin**2])
@@ -80,8 +80,7 @@ class Energy:
         stretches, bends = _stretches((S2 + D2 - S1 - D1) / (a * a), (S2 - D2) / (a * b), (S2 + D2 - S1 + D1) / (b * b))
         t = (a - b) / (a + b)
         ratio = np.where(t > _NEAR, np.arctanh(t) / np.where(t > _NEAR, t, 1.0), 1.0 + t * t / 3.0)
-        per_d = self._slope_over(self.shape, d)
-        twist, flip = (S1 - D1 * t) / (a * b), (2.0 * per_d * ratio - S1) / (a * b)
+        twist, flip = (S1 - D1 * t) / (a * b), (2.0 * self._slope_over(self.shape, d) * ratio - S1) / (a * b)
         m = np.zeros((len(J), 4, 2, 2))
         m[:, :2, 0, 0], m[:, :2, 1, 1] = stretches[:, :, 0], stretches[:, :, 1]
         m[:, 2, 0, 1], m[:, 2, 1, 0] = _SQRT_HALF, -_SQRT_HALF
@@ -113,7 +112,7 @@ def _conformal_parts(J: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _turned(angle: FloatArray) -> FloatArray:
-    """Rotations (n, 2, 2)."""
+    """Rotations (n, 2, 2) by angles in radians, anticlockwise."""
     sin, cos = np.sin(angle), np.cos(angle)
     return np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2)
 
@@ -122,5 +121,4 @@ def _stretches(p: FloatArray, q: FloatArray, r: FloatArray) -> tuple[FloatArray,
     """Eigenvectors (n, 2, 2), as rows, and eigenvalues (n, 2) of [[p, q], [q, r]]."""
     middle, half = 0.5 * (p + r), 0.5 * (p - r)
     root = np.hypot(half, q)
-    angle = 0.5 * np.arctan2(q, half)
-    return np.swapaxes(_turned(angle), 1, 2), np.stack([middle + root, middle - root], axis=-1)
+    return np.swapaxes(_turned(0.5 * np.arctan2(q, half)), 1, 2), np.stack([middle + root, middle - root], axis=-1)

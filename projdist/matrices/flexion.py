@@ -22,6 +22,7 @@ def skewness(J: FloatArray, H: FloatArray) -> FloatArray:
 
 
 def _dot(v: FloatArray, w: FloatArray) -> FloatArray:
+    """Inner products of vectors (..., 2)."""
     return np.asarray(v[..., 0] * w[..., 0] + v[..., 1] * w[..., 1])
 
 
@@ -64,9 +65,9 @@ def _in_principal_axes(J: FloatArray, H: FloatArray, product: Callable[[FloatArr
 
 
 def _antiderivative(form: _Form, angle: FloatArray) -> FloatArray:
-    """Of the form over a^2 cos^2 + b^2 sin^2."""
-    # The form is cos (p + (r - p) sin^2) + sin (s + (q - s) cos^2), and with x the sine or the cosine either half is a
-    # fraction of x whose denominator is a^2 (1 - k x^2) or b^2 (1 + l x^2). Nothing cancels as a - b goes to 0.
+    """Antiderivative, at angles, of the form over a^2 cos^2 + b^2 sin^2."""
+    # The form is cos (p + (r - p) sin^2) + sin (s + (q - s) cos^2). With x the sine in the first half and the cosine in
+    # the second, the denominator is a^2 (1 - k x^2) or b^2 (1 + l x^2). Nothing cancels as a - b goes to 0.
     p, q, r, s, a, b = form
     sin, cos = np.sin(angle), np.cos(angle)
     gap, ratio = (a - b) * (a + b), b / a
@@ -99,7 +100,7 @@ def _fractions(x: FloatArray, complement: FloatArray) -> tuple[FloatArray, Float
 
 def _roots(form: _Form) -> FloatArray:
     """Three ascending angles in an interval of length pi where the form is zero; a single zero is repeated."""
-    # Of four directions that of the largest form is put at infinity, so that the leading coefficient does not vanish.
+    # The direction, of four, with the largest form is put at infinity, so that the leading coefficient does not vanish.
     p, q, r, s = form[:4]
     angles = np.arange(4) * (np.pi / 4)
     cos, sin = np.cos(angles), np.sin(angles)
@@ -123,11 +124,11 @@ def _cubic_roots(b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
     # y^3 + 3 m y + 2 n with x = y - b / 3.
     m, n = c / 3.0 - shift**2, shift**3 - 0.5 * shift * c + 0.5 * d
     discriminant = n * n + m * m * m
-    # Three: y = 2 sqrt(-m) cos of a third of an angle, and of this less or more a third of a turn.
+    # Three roots: y = 2 sqrt(-m) cos of a third of an angle, and of that plus one or two thirds of a turn.
     size = np.sqrt(np.maximum(-m, 0.0))
     third = np.arctan2(np.sqrt(np.maximum(-discriminant, 0.0)), -n) / 3.0
     three = 2.0 * size * np.cos(third + np.array([0.0, 2.0, 4.0]) * (np.pi / 3))
-    # One (Cardano); of the two cube roots the larger, the other from their product -m.
+    # One root (Cardano): the larger of the two cube roots, and the other from their product, -m.
     large = -np.copysign(np.cbrt(np.abs(n) + np.sqrt(np.maximum(discriminant, 0.0))), n)
     one = large - np.divide(m, large, out=np.zeros_like(m), where=large != 0)
     return np.asarray(np.where(discriminant < 0, three, one) - shift)

@@ -1,9 +1,9 @@
-"""Frechet means of matrices in the affine-invariant metric: of any size, and by coordinates for 2 x 2 matrices.
+"""Frechet means of matrices in the affine-invariant metric, of any size, and of 2 x 2 matrices by coordinates.
 
-SPD(2) is a line times the hyperbolic plane. The line is v = ln |det A|, whose mean is the plain one. The point of the
-upper half-plane is (x, y) = (l21, l22) / l11, l the lower triangular LQ factor of A: no product A A^T is formed, so no
-condition is squared. With r the hyperbolic distance of two points and dv their difference on the line,
-Dist_F(A^-1 B)^2 = (dv^2 + r^2) / 2, where sinh^2(r / 2) = (dx^2 + dy^2) / (4 y1 y2).
+SPD(2) is a line times the hyperbolic plane. On the line a matrix A is at v = ln |det A|, and the mean of v is the plain
+one. In the upper half-plane A is at (x, y) = (l21, l22) / l11, l its lower triangular LQ factor: no product A A^T is
+formed, so that no condition is squared. With r the hyperbolic distance of two points and dv their difference on the
+line, Dist_F(A^-1 B)^2 = (dv^2 + r^2) / 2, where sinh^2(r / 2) = (dx^2 + dy^2) / (4 y1 y2).
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ _NEWTON_STEPS = 100  # 3 to 5 suffice, from far away about 15
 _GRADIENT_STEPS = 1000  # about 15 suffice; conditions of 1e6 take 300
 # Largest n, and smallest N, for which vectorised Jacobi rotations are faster than LAPACK calls.
 _SMALL, _MANY = 4, 256
-_POOR = 100.0  # of |T^-1| |T|, invariant under scaling of rows: above it a refinement pays
+_POOR = 100.0  # condition |T^-1| |T|, invariant under scaling of rows, above which a refinement pays
 
 
 class Mean(NamedTuple):
-    """The means T, or medians, of B sets of N matrices and their accuracy; in brackets what differs for medians."""
+    """The means T of B sets of N matrices, or (in brackets, where they differ) their medians, and the accuracy."""
 
     T: FloatArray  # (B, n, n), lower triangular with a positive diagonal
     cost: FloatArray  # (B,), the weighted mean of the distances (of their roots)
     # (B,), of the weighted mean of ln(T^-1 A_i A_i^T T^-T) (of directions, less the weight of what lies at T).
     gradient_norm: FloatArray
     iterations: IntArray  # (B,)
-    floor: FloatArray  # (B,), the gradient's rounding: n eps times the mean of cosh r, r the log of a condition
+    floor: FloatArray  # (B,), the gradient's rounding: n eps times the mean of cosh r, r the logarithm of a condition
     distances: FloatArray  # (B, N), Dist_F(T^-1 A_i)^2
     unique: BoolArray  # (B,), True for all means
 
@@ -50,14 +50,13 @@ def newton(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
 
 def gradient(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """The gradient method with the automatic step 2 / (1 + mean of r coth r) (Bini & Iannazzo 2013)."""
-
-    def step(_: whitened_sets.LapackSets | whitened_sets.JacobiSet, view: whitened_sets.View) -> FloatArray:
-        return view.logarithm * (2.0 / (1.0 + view.bend))[:, None, None]
-
-    return _refined(A, w, _descend(whitened_sets.LapackSets(A, w, start), step, _GRADIENT_STEPS))
+    sets = whitened_sets.LapackSets(A, w, start)
+    mean = _descend(sets, lambda _, view: view.logarithm * (2.0 / (1.0 + view.bend))[:, None, None], _GRADIENT_STEPS)
+    return _refined(A, w, mean)
 
 
-def _newton_step(sets: whitened_sets.LapackSets | whitened_sets.JacobiSet, view: whitened_sets.View) -> FloatArray:
+def _newton_step(sets: whitened_sets.AnySets, view: whitened_sets.View) -> FloatArray:
+    """Newton's step, shortened if it is long."""
     V = sets.newton_step(view.logarithm)
     if np.abs(V).max() * V.shape[-1] < 1.0:
         return V  # all eigenvalues are below 1
@@ -66,24 +65,24 @@ def _newton_step(sets: whitened_sets.LapackSets | whitened_sets.JacobiSet, view:
 
 
 def damping(length: FloatArray, bend: FloatArray) -> FloatArray:
-    """Factor of a long Newton step, by its length in the hyperbolic plane and the mean of r coth r."""
+    """Factor that shortens a long Newton step, by its length in the hyperbolic plane and the mean of r coth r."""
     # Along a geodesic of unit speed the third derivative of the cost is at most twice the second, and far less where
-    # the points are near (bend 1); ln(1 + b) / b is the step that such a bound allows. Half of the bound proved enough.
+    # the points are near (bend 1). Such a bound b allows the step ln(1 + b) / b; half of the bound proved enough.
     b = np.maximum(length * (1.0 - 1.0 / bend), 1.0)
     return np.asarray(np.where(b > 1.0, np.log1p(b) / b, 1.0))
 
 
 def settled(size: FloatArray, previous: FloatArray, floor: FloatArray) -> BoolArray:
-    """Mask of gradients that are rounding: below the floor, or near it and no longer falling."""
-    # The floor is a pessimistic bound that grows without limit for matrices far apart: it is capped at 1e-6.
+    """Mask of gradients that are only rounding: below the floor, or near it and no longer falling."""
+    # The floor is capped at 1e-6, as it is a pessimistic bound that grows without limit for matrices far apart.
     return (size <= np.minimum(floor, 1e-6)) | ((size <= np.minimum(4.0 * floor, 1e-4)) & (size > 0.5 * previous))
 
 
-_Step = Callable[[whitened_sets.LapackSets | whitened_sets.JacobiSet, whitened_sets.View], FloatArray]
+_Step = Callable[[whitened_sets.AnySets, whitened_sets.View], FloatArray]
 
 
-def _descend(sets: whitened_sets.LapackSets | whitened_sets.JacobiSet, step: _Step, limit: int) -> Mean:
-    """Steps until each set has settled; half of a step that raised the cost is undone."""
+def _descend(sets: whitened_sets.AnySets, step: _Step, limit: int) -> Mean:
+    """The means after steps until each set has settled; half of a step that raised the cost is undone."""
     b, n, _ = sets.T.shape
     active, iterations = np.ones(b, dtype=bool), np.zeros(b, dtype=int)
     best, previous, V = np.full(b, np.inf), np.full(b, np.inf), np.zeros((b, n, n))
@@ -111,8 +110,8 @@ def _floor(view: whitened_sets.View) -> FloatArray:
 
 
 def _refined(A: FloatArray, w: FloatArray, mean: Mean) -> Mean:
-    """One more Newton step from T itself if its condition let rounding accumulate over the steps."""
-    # The rounding of A and T remains, some eps times the condition: a third to a tenth of the error before.
+    """The mean after one more Newton step from T itself, where its condition let rounding accumulate over the steps."""
+    # What remains is the rounding of A and T, some eps times the condition: a third to a tenth of the error before.
     poor = whitened_sets.row_condition(mean.T) > _POOR
     if not poor.any():
         return mean
@@ -128,8 +127,8 @@ def _refined(A: FloatArray, w: FloatArray, mean: Mean) -> Mean:
 
 def middle(A: FloatArray, w: FloatArray) -> tuple[FloatArray, BoolArray]:
     """The midpoint of the arithmetic and the harmonic mean, and a mask (B, N) of singular matrices."""
-    # It is affine-invariant like the Frechet mean and near it: ten times nearer than the log-Cholesky mean for moderate
-    # spread. Both means are computed as triangular factors of stacked matrices, so that no condition is squared.
+    # It is affine-invariant like the Frechet mean and near it, for moderate spread ten times nearer than the
+    # log-Cholesky mean. Both means are triangular factors of stacked matrices, so that no condition is squared.
     b, count, n, _ = A.shape
     straight, inverse = np.zeros((b, n, n)), np.zeros((b, n, n))
     wrong = np.zeros((b, count), dtype=bool)
@@ -205,20 +204,20 @@ def log_euclidean(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     return _known(A, w, whitened_sets.symmetric_exp(logs)[0])
 
 
-_ORDER = 0.01  # of the two power means of `mpm`; its error is of the order of the square
+_ORDER = 0.01  # of the two power means of `mpm`, whose error is of the order of its square
 _POWER_STEPS, _POWER_TOLERANCE = 500, 1e-12
 
 
 def mpm(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """The midpoint of the power means of orders 0.01 and -0.01 (Congedo, Barachant & Bhatia 2017)."""
-    # Near the Frechet mean only: off by 1e-5 where conditions are below 100, by more where matrices lie farther apart.
+    # It is only near the Frechet mean: off by 1e-5 where conditions are below 100, by more for matrices farther apart.
     (above, up), (below, down) = (_power_mean(A, w, start, order) for order in (_ORDER, -_ORDER))
     U, scales, _ = np.linalg.svd(np.linalg.solve(above, below))
     return _known(A, w, above @ (U * np.sqrt(scales)[:, None, :]), up + down)
 
 
 def _power_mean(A: FloatArray, w: FloatArray, T: FloatArray, order: float) -> tuple[FloatArray, int]:
-    """T with the mean of (T^-1 A_i A_i^T T^-T)^order = 1, by that paper's fixed point, and the number of steps."""
+    """T for which the mean of (T^-1 A_i A_i^T T^-T)^order is 1, by that paper's fixed point, and the steps taken."""
     for count in range(_POWER_STEPS):  # noqa: B007 the steps taken
         inverse = np.linalg.inv(T)[:, None]
         power = np.zeros_like(T)
@@ -240,13 +239,13 @@ METHODS = {method.__name__: method for method in (newton, gradient, mpm, log_euc
 
 # Doubles of one array, of which a dozen are in use; BLAS starts no threads for the product of so few.
 _CHUNK = 10_000
-_MANY_POINTS, _STRIDE = 8192, 8  # above this number every eighth matrix gives the start
+_MANY_POINTS, _STRIDE = 8192, 8  # from this number on the start is found by every eighth matrix
 _CENTRE_STEPS = 10
-_SQRT2 = np.sqrt(2.0)  # by which lengths in the plane count more in the metric of SPD(2)
+_SQRT2 = np.sqrt(2.0)  # ratio of a gradient's length in the metric of SPD(2) to that in the plane
 
 
 class _Plane(NamedTuple):
-    """Points, the inverse of y and weights of sum 1, each of shape (B, N); passes over them are in pieces."""
+    """Points x, y, the inverse of y, and weights of sum 1, each of shape (B, N)."""
 
     x: FloatArray
     y: FloatArray
@@ -259,7 +258,7 @@ class _Plane(NamedTuple):
 
 
 class _Moments(NamedTuple):
-    """Weighted means about a trial centre, each of shape (B,) or a pair or triple of such."""
+    """Weighted means about a trial centre, of shape (B,), or (2, B) for vectors."""
 
     gradient: FloatArray  # the mean of r times the direction to the point
     square: FloatArray  # of r^2
@@ -274,7 +273,7 @@ def plane_points(A: FloatArray) -> tuple[FloatArray, BoolArray]:
     for part in _slices(A):
         v, x, y = piece = found[:, :, part]
         _locate(A[:, part], piece)
-        # NaN compares as false. If a square may be out of range, each matrix is divided by a power of 2.
+        # If a square may be out of range, each matrix is divided by a power of 2; NaN compares as false.
         if not (v.min() > -600 and y.min() > 1e-30 and y.max() < 1e30 and math.isfinite(x.sum())):
             exponents = np.frexp(np.abs(A[:, part]).max(axis=(2, 3)))[1]
             _locate(np.ldexp(A[:, part], -exponents[:, :, None, None]), piece)
@@ -284,6 +283,7 @@ def plane_points(A: FloatArray) -> tuple[FloatArray, BoolArray]:
 
 
 def _locate(A: FloatArray, found: FloatArray) -> None:
+    """Write the coordinates v, x and y of matrices (B, M, 2, 2) into `found` (3, B, M)."""
     a, b, c, d = A[..., 0, 0], A[..., 0, 1], A[..., 1, 0], A[..., 1, 1]
     v, x, y = found
     with np.errstate(all="ignore"):
@@ -308,15 +308,13 @@ def newton_in_plane(points: FloatArray, w: FloatArray, start: FloatArray | None 
     best, previous, expected = np.full((3, len(w)), np.inf)
     floor, length, base, step = np.zeros(len(w)), np.ones(len(w)), centre, np.zeros((2, len(w)))
     for count in range(_NEWTON_STEPS + 1):
-        # If the last step leaves no error, the Hessian is not needed.
+        # The Hessian is not needed if the last step left no error.
         last = bool((expected <= floor).all()) or count == _NEWTON_STEPS
         if not last:
             found = _moments(plane, centre)
+            size = _SQRT2 * np.hypot(*found.gradient)
             # Rounding of the points and of the centre.
-            size, floor = (
-                _SQRT2 * np.hypot(*found.gradient),
-                4.0 * whitened_sets.EPS * (found.cosh + np.abs(centre[0] / centre[1])),
-            )
+            floor = 4.0 * whitened_sets.EPS * (found.cosh + np.abs(centre[0] / centre[1]))
             last = bool((settled(size, previous, floor) | ~active).all())
         if last:
             size = _SQRT2 * np.hypot(*_distances(plane, centre, squares))
@@ -325,7 +323,7 @@ def newton_in_plane(points: FloatArray, w: FloatArray, start: FloatArray | None 
                 break
             found = _moments(plane, centre)
         active &= ~settled(size, previous, floor)
-        # Newton's error is a constant times the square of that before; the steps so far estimate the constant.
+        # Newton's error is a constant, estimated from the steps so far, times the square of the error before.
         constant = size / (length * length) if count else 0.1
         risen = active & (found.square > best * (1.0 + 1e-9) + 10.0 * floor * np.sqrt(found.square))
         fresh = found.step * active
@@ -354,8 +352,8 @@ def newton_in_plane(points: FloatArray, w: FloatArray, start: FloatArray | None 
 
 
 def _start(plane: _Plane) -> FloatArray:
-    """The centroid on the hyperboloid; of many points that of every eighth and one Newton step."""
-    # That centre is the midpoint of the arithmetic and the harmonic mean of the matrices, for determinant 1.
+    """The centroid on the hyperboloid; for many points that of every eighth, after one Newton step."""
+    # For matrices of determinant 1 it is the midpoint of their arithmetic and their harmonic mean.
     many = plane.w.shape[1] >= _MANY_POINTS
     if many:
         some = plane.w[:, ::_STRIDE].copy()
@@ -372,7 +370,7 @@ def _start(plane: _Plane) -> FloatArray:
             for row, values in zip(sums, seen, strict=False):
                 row += _dot(weight, values)
         length = np.hypot(sums[0], sums[1])
-        # For points far on one side cosh and length cancel: then some steps instead of one.
+        # For points far on one side cosh and length cancel, so that it takes some steps instead of one.
         ratio = np.minimum(length / sums[2], 1.0 - 1e-12)
         centre = _move(centre, sums[:2] * (np.arctanh(ratio) / np.where(length > 0, length, 1.0)))
         if (ratio < 0.9).all():
@@ -384,7 +382,7 @@ def _start(plane: _Plane) -> FloatArray:
 
 
 def _dot(a: FloatArray, b: FloatArray) -> Any:
-    """Sums of a b over the last axis; for one set by BLAS, single-threaded at this size."""
+    """Sums of a b over the last axis; for one set by BLAS, which starts no threads for so few."""
     return a[0] @ b[0] if len(a) == 1 else np.einsum("bi,bi->b", a, b)
 
 
@@ -396,8 +394,8 @@ def _slices(sets: FloatArray) -> Iterator[slice]:
 
 
 def _seen(plane: _Plane, part: slice, centre: FloatArray) -> tuple[FloatArray, ...]:
-    """Points from a centre: s1, s2 = sinh(r) times the direction, cosh(r), cosh(r) - 1 and sinh(r)^2."""
-    # They are those after an isometry that moves the centre to (0, 1).
+    """Points as seen from a centre: s1, s2 (sinh r times the direction), cosh r, cosh r - 1 and sinh^2 r."""
+    # An isometry moves the centre to (0, 1).
     (x0, y0), reciprocal = centre, plane.inverse[:, part]
     dx, dy = plane.x[:, part] - x0[:, None], plane.y[:, part] - y0[:, None]
     # cosh(r) - 1 = (dx^2 + dy^2) / (2 y y0), without cancellation; s2 = cosh(r) - y0 / y is good to eps cosh(r).
@@ -416,6 +414,7 @@ def _seen(plane: _Plane, part: slice, centre: FloatArray) -> tuple[FloatArray, .
 
 
 def _moments(plane: _Plane, centre: FloatArray) -> _Moments:
+    """The weighted means about a centre (2, B)."""
     sums = np.zeros((7, len(plane.w)))
     for part in _slices(plane.w):
         (s1, s2, cosh, _, square), weight = _seen(plane, part, centre), plane.w[:, part]
@@ -446,7 +445,7 @@ def _moments(plane: _Plane, centre: FloatArray) -> _Moments:
 
 
 def _distances(plane: _Plane, centre: FloatArray, squares: FloatArray) -> FloatArray:
-    """The gradient; writes r^2 to full relative accuracy into `squares`."""
+    """The gradient about a centre; writes r^2 with full relative accuracy into `squares`."""
     gradient = np.zeros((2, len(plane.w)))
     for part in _slices(plane.w):
         (s1, s2, _, excess, square), weight = _seen(plane, part, centre), plane.w[:, part]

@@ -20,31 +20,25 @@ from projdist.matrices.whitened_sets import EPS, logarithms, lower_factor, piece
 from projdist.support import Answer, check_choice, check_numbers
 
 _GROUP = 1 << 15  # doubles in the sets of matrices processed together
-_SINGULAR = "Invalid matrix{}. It must be finite and invertible."
 _TOO_FAR = "Invalid matrices. They lie so far apart that their squares leave the range of doubles."
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class MDT(Answer):
-    """A mean distorting transformation and its accuracy.
+    """A mean distorting transformation and its accuracy, in numbers, or arrays (...) for leading axes.
 
-    `T`: shape (..., n, n), lower triangular with a positive diagonal. `distances`: Dist_F(T^-1 A_i)^2, shape (..., N).
-    The others are numbers, or of shape (...) for the leading axes. `cost`: the weighted mean of `distances`.
-    `gradient_norm`: that of the weighted mean of ln(T^-1 A_i A_i^T T^-T), which vanishes at the MDT and bounds the
-    Fisher distance from it. `iterations`: the steps taken. `floor`: what rounding may leave of the gradient, some n eps
-    times the mean of cosh ln cond(T^-1 A_i). The rounding of A and T themselves comes on top: eps times the condition
-    of T, in which the scales of its rows do not count. Of the method "median" `cost` is the weighted mean of Dist_F,
-    `gradient_norm` that of the weighted mean of the unit directions to the matrices, less the weight of what lies at T,
-    and `unique` is False where others are as good: then T is in their middle.
+    The rounding of A and T themselves comes on top of `floor`: eps times the condition of T, in which the scales of its
+    rows do not count. Of the method "median" `cost` is the weighted mean of Dist_F, and `gradient_norm` that of the
+    weighted mean of the unit directions to the matrices, less the weight of those at T.
     """
 
-    T: FloatArray
-    cost: Any
-    gradient_norm: Any
-    iterations: Any
-    floor: Any
-    unique: Any
-    distances: FloatArray
+    T: FloatArray  #: (..., n, n), lower triangular with a positive diagonal
+    cost: Any  #: the weighted mean of `distances`
+    gradient_norm: Any  #: of the weighted mean of ln(T^-1 A_i A_i^T T^-T), 0 at the MDT; bounds the distance from it
+    iterations: Any  #: number of steps
+    floor: Any  #: bound of the gradient's rounding, some n eps times the mean of cosh ln cond(T^-1 A_i)
+    unique: Any  #: False if other medians are as good: then T is in their middle
+    distances: FloatArray  #: (..., N), Dist_F(T^-1 A_i)^2
 
     def _line(self) -> str:
         T = np.array2string(np.asarray(self.T), precision=4, threshold=16).replace("\n", "")
@@ -119,7 +113,7 @@ def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto")
 
 def field_mdt(A: FloatArray, w: FloatArray, method: str = "auto", noise: float = 0.0) -> MDT:
     """The means of sets of matrices (..., N, n, n) with weights (..., N) of sum 1; ValueError for singular matrices."""
-    # Weights at the nodes of a rule may be negative, over polygons, but not for medians, to which distances and
+    # Weights at the nodes of a rule over polygons may be negative, except for medians, for which distances and
     # directions below `noise` count as 0. Some sets are taken at a time.
     shape, (count, n, _) = A.shape[:-3], A.shape[-3:]
     A, w = A.reshape(-1, count, n, n), w.reshape(-1, count)
@@ -136,15 +130,13 @@ def field_mdt(A: FloatArray, w: FloatArray, method: str = "auto", noise: float =
                     singular[part] = ~np.isfinite(A[part]).all(axis=(-1, -2))
                     if not singular.any():
                         start, singular[part] = frechet.middle(A[part], w[part])
-                if singular.any():
-                    raise ValueError(_SINGULAR.format(place(singular.reshape(*shape, count))))
+                whitened_sets.refuse(singular.reshape(*shape, count), "finite and invertible")
                 if in_plane:
                     found.append(frechet.newton_in_plane(points, w[part]))
                 elif method == "median":
                     found.append(medians(A[part], w[part], start, noise))
                 else:
-                    solve = frechet.METHODS["newton" if method == "auto" else method]
-                    found.append(solve(A[part], w[part], start))
+                    found.append(frechet.METHODS["newton" if method == "auto" else method](A[part], w[part], start))
         except np.linalg.LinAlgError as error:
             raise ValueError(_TOO_FAR) from error
         if not np.isfinite(found[-1].cost).all():
@@ -175,7 +167,7 @@ def check_weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> FloatArr
     if not (w.min() >= 0 and w.max() < np.inf):
         wrong = ~((w >= 0) & (w < np.inf))
         raise ValueError(f"Invalid weight {w[wrong][0]}{place(wrong)}. It must be finite and not negative.")
-    w = w / np.maximum(w.max(axis=-1, keepdims=True), np.finfo(float).tiny)  # avoids overflow of sums
+    w = w / np.maximum(w.max(axis=-1, keepdims=True), np.finfo(float).tiny)  # so that sums do not overflow
     total = w.sum(axis=-1, keepdims=True)
     if not (total > 0).all():
         raise ValueError(f"Invalid weights{place(total[..., 0] == 0)}. They must not all be zero.")
@@ -186,39 +178,34 @@ def check_weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> FloatArr
 
 _STEPS = 500  # about ten suffice; more if many matrices are near the median
 _WHOLE = 20  # largest n for which the full Hessian, n (n + 1) / 2 on a side, is used
-_SAME = 64.0 * EPS  # times the condition: matrices nearer than that are equal
+_SAME = 64.0 * EPS  # times the condition: matrices nearer than this are equal
 _FLAT = 1e-12  # of the largest curvature: smaller ones are rounding
-_LINE = 1e-6  # of distances: mean distance from a geodesic below which the median is near that on the geodesic
-_ENOUGH = 0.05  # of the bound of the gradient's rounding, which is pessimistic
-_GAIN = 0.1  # of the gain predicted by the gradient, required of a step
-_SEEN = 1e-11  # of a sum of distances: smaller gains are judged by the gradient
+_LINE = 1e-6  # of distances: with a smaller mean distance from a geodesic the median is near that on the geodesic
+_ENOUGH = 0.05  # of the bound of the gradient's rounding, which is pessimistic: a smaller gradient suffices
+_GAIN = 0.1  # of the gain that the gradient predicts: a step must gain as much
+_SEEN = 1e-11  # of the sum of distances: whether smaller gains are real is judged by the gradient
 
 
 class _View(NamedTuple):
     """N matrices relative to T."""
 
-    Z: FloatArray  # (N, n, n)
+    Z: FloatArray  # (N, n, n), ln(T^-1 A_i A_i^T T^-T)
     spread: FloatArray  # (N,), r, the logarithm of the condition of T^-1 A_i
-    far: FloatArray  # (N,), |Z|, 0 for what lies at T itself
+    far: FloatArray  # (N,), |Z|, 0 for matrices that lie at T
     total: float  # of the weighted distances
-    pull: FloatArray  # (n, n), the weighted sum of the directions of what does not lie at T
-    held: float  # the weight of what lies at T
-    floor: float
+    pull: FloatArray  # (n, n), the weighted sum of the directions to matrices that do not lie at T
+    held: float  # the weight of matrices that lie at T
+    floor: float  # bound of the rounding of `pull`
 
     @property
     def size(self) -> float:
         """The norm of the least subgradient."""
         return max(float(np.linalg.norm(self.pull)) - self.held, 0.0)
 
-    @property
-    def is_least(self) -> bool:
-        """True if T is the median to rounding."""
-        return self.size <= self.floor
-
 
 def medians(A: FloatArray, w: FloatArray, start: FloatArray, noise: float = 0.0) -> frechet.Mean:
     """Medians of sets A (B, N, n, n) with weights w (B, N) of sum 1, from a start T (B, n, n)."""
-    # Matrices within `noise` of a geodesic count as on it; with noise, directions balance only to the largest weight.
+    # Matrices within `noise` of a geodesic count as on it; with noise directions balance only up to the largest weight.
     found = []
     for every, weights, T in zip(A, w, start, strict=True):
         some, counting, count = every[weights > 0], weights[weights > 0], 0
@@ -228,13 +215,12 @@ def medians(A: FloatArray, w: FloatArray, start: FloatArray, noise: float = 0.0)
         T = lower_factor(T)
         view = _look(some, counting, T)
         Z = logarithms(_whitened(T, every))[0]
-        distances = 0.25 * whitened_sets.dot(Z, Z)
-        found.append((T, 0.5 * view.total, view.size, count, view.floor, distances, is_unique))
+        found.append((T, 0.5 * view.total, view.size, count, view.floor, 0.25 * whitened_sets.dot(Z, Z), is_unique))
     return frechet.Mean(*(np.array(values) for values in zip(*found, strict=True)))
 
 
 def _descend(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[FloatArray, int]:
-    """The median from the start T, and the number of steps."""
+    """The median found from the start T, and the number of steps."""
     view, tried, enough = _look(A, w, T), -1, float(w.max()) if noise > 0 else 0.0
     for count in range(_STEPS):
         if view.size <= max(_ENOUGH * view.floor, enough):
@@ -244,9 +230,9 @@ def _descend(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple
             tried = nearest
             there = lower_factor(A[nearest])
             other = _look(A, w, there)
-            if other.total <= view.total * (1.0 + EPS) or (other.held > 0 and other.is_least):
+            if other.total <= view.total * (1.0 + EPS) or (other.held > 0 and other.size <= other.floor):
                 T, view = there, other
-                if view.held > 0 and view.is_least:
+                if view.held > 0 and view.size <= view.floor:
                     return T, count
         for V in _steps(view, w):
             there = T @ symmetric_exp(0.5 * V)[0]
@@ -262,12 +248,10 @@ def _descend(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple
 
 
 def _steps(view: _View, w: FloatArray) -> list[FloatArray]:
-    """Candidate steps: Newton's if it exists, and Weiszfeld's corrected for curvature."""
-    away = view.far > 0
-    pull, ratio = view.pull, np.divide(w, view.far, out=np.zeros_like(w), where=away)
-    bend = whitened_sets.bend(view.spread)
+    """Steps to try: Newton's if it exists, and Weiszfeld's corrected for curvature."""
+    pull, ratio = view.pull, np.divide(w, view.far, out=np.zeros_like(w), where=view.far > 0)
     length = 1.0 - view.held / float(np.linalg.norm(pull))
-    weiszfeld = pull * (length / float(ratio @ bend))
+    weiszfeld = pull * (length / float(ratio @ whitened_sets.bend(view.spread)))
     if view.held > 0 or view.Z.shape[-1] > _WHOLE:
         return [weiszfeld]
     newton = _newton(view, ratio)
@@ -301,14 +285,14 @@ def _newton(view: _View, ratio: FloatArray) -> FloatArray | None:
     values, vectors = np.linalg.eigh(hessian)
     if not values[0] > _FLAT * values[-1]:
         return None
-    coordinates = vectors @ ((view.pull[i, j] * root) @ vectors / values) / root
     V = np.zeros((n, n))
-    V[i, j] = V[j, i] = coordinates
+    V[i, j] = V[j, i] = vectors @ ((view.pull[i, j] * root) @ vectors / values) / root
     size = float(np.linalg.norm(V))
     return V if size <= 1.0 else V / size
 
 
 def _look(A: FloatArray, w: FloatArray, T: FloatArray) -> _View:
+    """Matrices (N, n, n) with weights (N,) relative to T."""
     n = A.shape[-1]
     Z, spread = logarithms(_whitened(T, A))
     far = np.sqrt(whitened_sets.dot(Z, Z))
@@ -317,19 +301,18 @@ def _look(A: FloatArray, w: FloatArray, T: FloatArray) -> _View:
     away = far > 0
     ratio = np.divide(w, far, out=np.zeros_like(w), where=away)
     floor = 4.0 * n * EPS * float((w[away] + condition * ratio[away]) @ np.cosh(spread[away]))
-    pull = np.einsum("m,mij->ij", ratio, Z)
-    return _View(Z, spread, far, float(w @ far), pull, float(w[~away].sum()), floor)
+    return _View(Z, spread, far, float(w @ far), np.einsum("m,mij->ij", ratio, Z), float(w[~away].sum()), floor)
 
 
 def _whitened(T: FloatArray, A: FloatArray) -> FloatArray:
+    """T^-1 A_i of matrices (N, n, n), by one solution for all."""
     n = A.shape[-1]
-    columns = np.linalg.solve(T, A.swapaxes(0, 1).reshape(n, -1))
-    return np.asarray(columns.reshape(n, -1, n).swapaxes(0, 1))
+    return np.asarray(np.linalg.solve(T, A.swapaxes(0, 1).reshape(n, -1)).reshape(n, -1, n).swapaxes(0, 1))
 
 
 def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[FloatArray, bool, bool]:
-    """The median of matrices on one geodesic to rounding, True if they are on one, and True if it is unique."""
-    # For matrices near a geodesic it is near the median; for others it is T.
+    """A matrix T, and flags: True if it is the median as all matrices lie on one geodesic; True if that is unique."""
+    # For matrices near a geodesic the matrix is one near the median, for others the given T.
     Z = logarithms(_whitened(T, A))[0]
     base = lower_factor(A[np.argmin(whitened_sets.dot(Z, Z))])
     Z, spread = logarithms(_whitened(base, A))
@@ -354,5 +337,4 @@ def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tup
     is_even = bool(abs(up_to[k] - half) <= rounding) and k + 1 < len(t) and bool(t[k + 1] - t[k] > same)
     if not is_even:
         return lower_factor(A[order[k]]), on_line, True
-    middle = base @ symmetric_exp(0.25 * (t[k] + t[k + 1]) * direction)[0]
-    return middle, on_line, not on_line
+    return base @ symmetric_exp(0.25 * (t[k] + t[k + 1]) * direction)[0], on_line, not on_line

@@ -13,8 +13,8 @@ from projdist._typing import FloatArray
 from projdist.matrices.flexion import flexion, skewness
 from projdist.support import Registry, check_numbers, quoted
 
-_SMALL, _LARGE = 1e-290, 1e300  # squares that have all their digits
-_FAR = 1e100  # scales whose squares have them
+_SMALL, _LARGE = 1e-290, 1e300  # squares between these have all their digits
+_FAR = 1e100  # scales between 1 / this and this have such squares
 _DEGREES = 180.0 / np.pi
 _CHUNK = 8192  # Jacobians at a time, so that results stay in the cache
 
@@ -77,7 +77,7 @@ def _principal(J: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _length(x: FloatArray, y: FloatArray) -> FloatArray:
-    """sqrt(x^2 + y^2), ten times faster than `np.hypot`, which serves squares out of range."""
+    """sqrt(x^2 + y^2), ten times faster than by `np.hypot`, which is used where squares are out of range."""
     with np.errstate(over="ignore", under="ignore"):
         square = x * x + y * y
     odd = (square < _SMALL) | (square > _LARGE)
@@ -97,6 +97,7 @@ def _where(defined: NDArray[np.bool_], value: FloatArray) -> FloatArray:
 
 
 def _omega(total: FloatArray, difference: FloatArray) -> FloatArray:
+    """Maximum angular deformation in degrees by a + b and a - b."""
     # tan(omega / 2) = (a - b) / (2 sqrt(a b)) is safe near 0 and near 180 degrees alike.
     omega = (2.0 * _DEGREES) * np.arctan2(difference, np.sqrt((total - difference) * (total + difference)))
     return _where(total > 0, omega)
@@ -202,7 +203,7 @@ def log_scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
     with np.errstate(over="ignore", invalid="ignore"):
         one, other = (np.sqrt((east_x + k * north_y) ** 2 + (east_y - k * north_x) ** 2) for k in (1.0, -1.0))
         a, b = 0.5 * (one + other), 0.5 * np.abs(one - other)
-    # Squares in the range of doubles are half as dear as `hypot`; NaN compares as false.
+    # Squares in the range of doubles take half the time of `hypot`; NaN compares as false.
     if not (a.max(initial=1.0) < _FAR and b.min(initial=1.0) > 1.0 / _FAR):
         a, b = _principal(J)
         a, b = (np.where(value > 0, value, np.nan) for value in (a, b))
@@ -226,8 +227,8 @@ def jordan(J: FloatArray) -> FloatArray:
     total, difference = _sum_and_difference(J)
     c = 0.5 * total
     n = (difference / np.where(total > 0, total, 1.0)) ** 2
-    # Mean scale over the directions = c (1 + n/4 + n^2/64 + ...), the perimeter of an ellipse (Ivory 1798).
-    # Written for the excess over c, the sum has no cancellation near scale 1.
+    # The mean scale over the directions is c (1 + n/4 + n^2/64 + ...), by an ellipse's perimeter (Ivory 1798). With its
+    # excess over c nothing cancels near scale 1.
     return np.sqrt((c - 1.0) ** 2 + c * (c * n - 2.0 * _perimeter_excess(n)))
 
 
@@ -244,7 +245,7 @@ def jordan_kavrayskiy(J: FloatArray) -> FloatArray:
 
 def _perimeter_excess(n: FloatArray) -> FloatArray:
     """Perimeter of an ellipse over pi (a + b), less 1, for n = ((a - b) / (a + b))^2."""
-    # A sum of squares of the binomial coefficients of sqrt(1 + x). Below n = 0.05 six terms are exact to 1e-16 n.
+    # Coefficients are squares of the binomial ones of sqrt(1 + x). Below n = 0.05 six terms are exact to 1e-16 n.
     series = n * (1 / 4 + n * (1 / 64 + n * (1 / 256 + n * (25 / 16384 + n * (49 / 65536 + n * 441 / 1048576)))))
     large = n > 0.05
     if np.any(large):
@@ -279,8 +280,8 @@ class Decomposition(NamedTuple):
     """The parts of linear maps, each of shape (...)."""
 
     scale: FloatArray  # sqrt |det M|
-    stretch: FloatArray  # the greatest scale over the smallest, 1 for a similarity
-    stretch_azimuth: FloatArray  # of the greatest scale, degrees clockwise from the y axis, in [0, 180); NaN if none is
+    stretch: FloatArray  # the largest scale over the smallest, 1 for a similarity
+    stretch_azimuth: FloatArray  # of the largest scale, degrees clockwise from the y axis in [0, 180); NaN for none
     shear: FloatArray  # 90 degrees minus the angle between the images of the axes
     rotation: FloatArray  # of the y axis, degrees clockwise
 
@@ -321,8 +322,8 @@ _LIMITS = {
 class Measure:
     """A named pointwise measure.
 
-    `function` takes J, or J and H where `needs_hessian`. By their `kind` values are compared and drawn: a "ratio" about
-    1 in the logarithm, a "signed" one about 0, a "magnitude" from 0 up.
+    `function` takes J, or J and H if it `needs_hessian`. The `kind` tells how values are compared and drawn: a "ratio"
+    by its logarithm about 1, a "signed" value about 0, a "magnitude" from 0 up.
     """
 
     name: str
@@ -349,7 +350,7 @@ class Measure:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Bounds of the values on any map, infinite without any; those of user functions are unknown."""
+        """Bounds of the values on any map, infinite if there are none; those of user functions are unknown."""
         if self.name in _LIMITS:
             return _LIMITS[self.name]
         positive = self.kind == "ratio" or (self.kind == "magnitude" and MEASURES.get(self.name) is self)
@@ -446,6 +447,7 @@ def get_measure(measure: str | Measure | Callable[[FloatArray], FloatArray]) -> 
 
 
 def _scale_measure(name: str) -> Measure:
+    """The measure `scale@AZIMUTH`; raises ValueError."""
     text = name.partition("@")[2]
     try:
         azimuth = float(text)

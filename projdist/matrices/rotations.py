@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.matrices.mean_transformation import check_matrices, check_weights, mdt
-from projdist.matrices.whitened_sets import lq, place, transposed
+from projdist.matrices.whitened_sets import lq, refuse, transposed
 from projdist.support import Answer, check_choice, check_numbers
 
 
@@ -45,8 +45,7 @@ class Affine:
         return Affine(back, -back @ self.shift)
 
 
-# The mean resultant length of N random orientations is about 1 / sqrt(N).
-_NO_ORDER = 0.1
+_NO_ORDER = 0.1  # mean resultant length below which there is no order; that of N random ones is about 1 / sqrt(N)
 _HALF_TURN = 1e-8  # sine of an angle near 180 degrees below which the plane of rotation is undetermined
 _SHOWN = 10  # indices in one message
 
@@ -56,7 +55,7 @@ class Rotation(Answer):
     """The rotation that removes the mean orientation of T^-1 A_i."""
 
     q: FloatArray  #: (..., n, n), of determinant 1, applied on the left: q T^-1 A_i
-    reflection: Any  #: all A_i mirror: the mean orientation of q T^-1 A_i is then diag(1, .., 1, -1) instead of 1
+    reflection: Any  #: True if all A_i mirror: the mean orientation of q T^-1 A_i is then diag(1, .., 1, -1), not 1
     mean_resultant_length: Any  #: 1 if all orientations agree, 0 if they cancel
 
     def _line(self) -> str:
@@ -74,7 +73,7 @@ class Rotation(Answer):
 
     @property
     def note(self) -> str:
-        """Note on a meaningless mean orientation; mostly ""."""
+        """Note on a meaningless mean orientation; usually ""."""
         least = float(np.min(self.mean_resultant_length))
         if least >= _NO_ORDER:
             return ""
@@ -179,9 +178,7 @@ def axes_shift(points: ArrayLike) -> FloatArray:
     points = check_numbers("points", points)
     if points.ndim < 2 or points.size == 0:
         raise ValueError(f"Invalid shape {points.shape} of points. It must be (..., M, n) with M and n at least 1.")
-    wrong = np.asarray(~np.isfinite(points).all(axis=-1))
-    if wrong.any():
-        raise ValueError(f"Invalid point{place(wrong)}. It must be finite.")
+    refuse(np.asarray(~np.isfinite(points).all(axis=-1)), "finite", "point")
     return 0.0 - points.min(axis=-2)
 
 
@@ -189,20 +186,17 @@ def turns(w: FloatArray) -> FloatArray:
     """The rotations (..., 3, 3) about vectors w (..., 3) by their lengths in radians: the exponential of [w]_x."""
     # By Rodrigues' formula, I + sin(t)/t W + (1 - cos(t))/t^2 W^2 with t = |w|, the second factor without cancellation.
     t = np.linalg.norm(w, axis=-1)[..., None, None]
-    half = 0.5 * t
     x, y, z = np.moveaxis(w, -1, 0)
     none = np.zeros_like(x)
     W = np.stack([none, -z, y, z, none, -x, -y, x, none], axis=-1).reshape(*w.shape, 3)
-    return np.asarray(np.eye(3) + np.sinc(t / np.pi) * W + 0.5 * np.sinc(half / np.pi) ** 2 * (W @ W))
+    return np.asarray(np.eye(3) + np.sinc(t / np.pi) * W + 0.5 * np.sinc(0.5 * t / np.pi) ** 2 * (W @ W))
 
 
 def _orientation(A: FloatArray, what: str) -> FloatArray:
-    """The sign of the determinant, 1 or -1."""
+    """Signs of determinants, 1 or -1; raises ValueError for singular ones."""
     with np.errstate(invalid="ignore"):
         sign, logarithm = np.linalg.slogdet(A)
-    wrong = np.asarray(~np.isfinite(logarithm))
-    if wrong.any():
-        raise ValueError(f"Invalid {what}{place(wrong)}. It must be finite and invertible.")
+    refuse(np.asarray(~np.isfinite(logarithm)), "finite and invertible", what)
     return np.asarray(sign)
 
 
@@ -222,7 +216,7 @@ def _common(mirrors: BoolArray) -> BoolArray:
 
 
 def _chordal(O: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:  # noqa: E741 an orthogonal matrix
-    """The rotation nearest to the mean of rotations, and the mean resultant length: the mean of tr(R^T O_i) / n."""
+    """The rotation R nearest to the mean of rotations O_i, and the mean resultant length, that of tr(R^T O_i) / n."""
     U, scales, V = np.linalg.svd(np.einsum("...i,...ikl->...kl", w, O))
     sign = np.linalg.slogdet(U @ V)[0]
     U[..., -1] *= sign[..., None]
@@ -255,8 +249,7 @@ def _rotation_log(Q: FloatArray) -> FloatArray:
     skew = 0.5 * (Q - transposed(Q))
     sin = np.linalg.norm(skew @ U, axis=-2)
     wrong = ((cos < 0) & (sin < _HALF_TURN)).any(axis=-1)
-    if wrong.any():
-        raise ValueError(f"Invalid rotation{place(wrong)}. It must be less than 180 degrees for 'log'; try 'chordal'.")
+    refuse(wrong, "less than 180 degrees for 'log'; try 'chordal'", "rotation")
     ratio = np.where(sin > 0, np.arctan2(sin, cos) / np.where(sin > 0, sin, 1.0), 1.0)
     return np.asarray((U * ratio[..., None, :]) @ transposed(U) @ skew)
 

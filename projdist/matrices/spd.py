@@ -24,14 +24,14 @@ __all__ = [
     "to_lower",
 ]
 
-_ASYMMETRY = 1e-8  # relative to the largest entry: more is not rounding
+_ASYMMETRY = 1e-8  # of the largest entry: a larger difference is not rounding
 
 
 def mean(P: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto") -> FloatArray:
     """The mean of SPD matrices (..., N, n, n): the matrix of least weighted mean squared distance from them.
 
-    Weights and methods are those of `projdist.mdt`, whose T is the Cholesky factor of this mean, and which tells how
-    exact it is. Raises ValueError, with the index, where P is not symmetric and positive definite.
+    Weights and methods are those of `projdist.mdt`, whose T is the Cholesky factor of this mean, and which gives its
+    accuracy, too. Raises ValueError, with the index, where P is not symmetric and positive definite.
     """
     return from_lower(mdt(to_lower(P), weights, method=method).T)
 
@@ -63,7 +63,7 @@ def metric(P: ArrayLike, V: ArrayLike, W: ArrayLike) -> FloatArray:
 
 
 def lower_metric(L: ArrayLike, X: ArrayLike, Y: ArrayLike) -> FloatArray:
-    """The metric pulled back by L -> L L^T: of lower triangular tangents X, Y at L, shape (...)."""
+    """The metric pulled back by L -> L L^T: the inner product of lower triangular tangents X, Y at L, shape (...)."""
     L = check_square(L)
     Z, W = solve(L, check_square(X)), solve(L, check_square(Y))
     return np.asarray(np.einsum("...ij,...ij->...", Z + transposed(Z), W + transposed(W)))

@@ -1,4 +1,4 @@
-"""Sets of matrices relative to trial means, B_i = T^-1 A_i, and the logarithms of B_i B_i^T, which means make zero."""
+"""Sets of matrices relative to trial means, B_i = T^-1 A_i, and logarithms of B_i B_i^T, whose mean is 0 at a mean."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def place(wrong: BoolArray) -> str:
 
 
 def solve(A: FloatArray, B: FloatArray) -> FloatArray:
-    """A^-1 B, broadcast first, as numpy below 2 takes a B with one axis less than A for vectors."""
+    """A^-1 B, broadcast before, as NumPy below 2 takes a B with one axis less than A for vectors."""
     B = np.broadcast_to(B, (*np.broadcast_shapes(A.shape[:-2], B.shape[:-2]), *B.shape[-2:]))
     return np.asarray(np.linalg.solve(A, B), dtype=float)
 
@@ -62,25 +62,25 @@ def check_square(A: ArrayLike) -> FloatArray:
     return A
 
 
-def refuse(wrong: BoolArray, must: str) -> None:
-    """Raise ValueError for the first matrix that is wrong, if one is."""
+def refuse(wrong: BoolArray, must: str, what: str = "matrix") -> None:
+    """Raise ValueError, with its index, for the first matrix (or `what` it is) that is wrong, if one is."""
     if wrong.any():
-        raise ValueError(f"Invalid matrix{place(wrong)}. It must be {must}.")
+        raise ValueError(f"Invalid {what}{place(wrong)}. It must be {must}.")
 
 
 # ---- whitened sets -------------------------------------------------------------------------------
 
 EPS = float(np.finfo(float).eps)
 _CHUNK = 1 << 15  # doubles of an array: about eight fit into the second-level cache
-_WHOLE = 4  # the largest n whose Hessian, n^2 on a side, is made as a whole
+_WHOLE = 4  # the largest n for which the Hessian, n^2 on a side, is made as a matrix
 _SAME = 1e-8  # r below which r / sinh r and r coth r are 1
-# Eigenvectors are kept while the logarithm's off-diagonal part is below this: its square is below rounding.
+# Eigenvectors are kept while the logarithm's off-diagonal part is below this, and its square below rounding.
 _OFF_DIAGONAL = 5e-8
-# While it is above this, errors of the decomposition itself do not matter yet.
+# While the off-diagonal part is above this, errors of the decomposition itself do not matter yet.
 _NEAR = 1e-2
 # A turn times the condition must stay below a tenth to resolve small eigenvalues beside large ones.
 _TURN = 10 * _OFF_DIAGONAL
-# Below this ratio of eigenvalues B B^T has lost the eigenvectors of small ones; the SVD of B has not.
+# Below this ratio of eigenvalues the eigenvectors of small ones are lost in B B^T, though not in the SVD of B.
 _RATIO = 1e-7
 _SWEEPS = 30  # of Jacobi rotations; five or six suffice for all matrices
 _ORTHOGONAL = 1e-16  # cosine of two columns
@@ -92,19 +92,19 @@ class View(NamedTuple):
     logarithm: FloatArray  # (B, n, n), the weighted mean of ln(B_i B_i^T)
     distances: FloatArray  # (B, N), Dist_F(B_i)^2
     cost: FloatArray  # (B,), their weighted mean
-    cosh: FloatArray  # (B,), that of cosh r, r the logarithm of the condition of B_i
-    bend: FloatArray  # (B,), that of r coth r, which bounds the Hessian
+    cosh: FloatArray  # (B,), the mean of cosh r, r the logarithm of the condition of B_i
+    bend: FloatArray  # (B,), the mean of r coth r, which bounds the Hessian
 
 
 class LapackSets:
-    """Sets of any shape, by LAPACK.
+    """Sets of matrices of any size, by LAPACK.
 
-    Eigenvectors are kept: after a small move first-order perturbation gives the logarithm at a third of the cost.
+    Eigenvectors are kept, as after a small move first-order perturbation gives the logarithm at a third of the cost.
     """
 
     def __init__(self, A: FloatArray, w: FloatArray, T: FloatArray) -> None:
         self.T, self._w, self._pieces = T, w, pieces(A)
-        # B_i^T and U_i^T, so that a common factor is one flat product.
+        # B_i^T and U_i^T, so that multiplication by a common factor is one flat product.
         self._rows, self._basis, self._excess = np.empty_like(A), np.empty_like(A), np.empty_like(A)
         for part in self._pieces:
             self._rows[:, part] = transposed(_whitened_values(T, A[:, part]))
@@ -154,7 +154,7 @@ class LapackSets:
 
     def newton_step(self, logarithm: FloatArray) -> FloatArray:
         """The symmetric V, shape (B, n, n), that the Hessian of the latest view maps to `logarithm`."""
-        # For n > 4 by conjugate gradients, to an error below the square of the step, which is Newton's own error.
+        # For n > 4 it is found by conjugate gradients, to an error below the square of the step, Newton's own error.
         b, n, _ = logarithm.shape
         if n <= _WHOLE:
             hessian = np.zeros((b, n * n, n * n))
@@ -182,7 +182,7 @@ class LapackSets:
         return np.asarray(V, dtype=float)
 
     def _hessian(self, V: FloatArray) -> FloatArray:
-        """The image of V."""
+        """The image of V under the Hessian."""
         image = V.copy()
         for part in self._pieces:
             basis = self._basis[:, part]
@@ -195,8 +195,9 @@ class LapackSets:
 class JacobiSet:
     """One set of many small matrices: one-sided Jacobi rotations of all of them at once (Hestenes 1958).
 
-    Rotations from the right make the columns of each B_i orthogonal: then they are the eigenvectors times the singular
-    values. They are kept, so that one sweep suffices after a small move. The matrices are the last axis of arrays.
+    Rotations from the right make the columns of each B_i orthogonal, so that they are the eigenvectors times the
+    singular values. The columns are kept, so that one sweep suffices after a small move. The last axis of arrays is
+    that of the matrices.
     """
 
     def __init__(self, A: FloatArray, w: FloatArray, T: FloatArray) -> None:
@@ -246,6 +247,9 @@ class JacobiSet:
         return V
 
 
+AnySets = LapackSets | JacobiSet
+
+
 def logarithms(B: FloatArray) -> tuple[FloatArray, FloatArray]:
     """ln(B B^T), (N, n, n), for n = 2 in closed form, and the logarithm of the condition of B, (N,)."""
     if B.shape[-1] == 2:
@@ -282,7 +286,7 @@ def pieces(A: FloatArray) -> list[slice]:
 
 def _whitened_values(T: FloatArray, A: FloatArray) -> FloatArray:
     """T^-1 A_i for A of shape (B, M, n, n)."""
-    # With rows and columns reversed a lower triangular T is its own upper LU factor: no error is common to all A_i.
+    # With rows and columns reversed, a lower triangular T is its own upper LU factor: all A_i then share no error.
     b, count, n, _ = A.shape
     columns = A.swapaxes(1, 2)[:, ::-1].reshape(b, n, -1)
     found = np.asarray(np.linalg.solve(T[:, ::-1, ::-1], columns), dtype=float)
@@ -317,7 +321,7 @@ def _decompose(rows: FloatArray, basis: FloatArray) -> FloatArray:
 
 
 def _ratios(half: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """q = e^-r and r / (1 - e^-2r) for all pairs of half logarithms, the factors of r coth r and r / sinh r."""
+    """q = e^-r and r / (1 - e^-2r) for all pairs of half logarithms, of which r coth r and r / sinh r are made."""
     r = half[..., :, None] - half[..., None, :]
     np.abs(r, out=r)
     q = np.exp(-r)
@@ -362,7 +366,7 @@ def _orthogonalize(B: FloatArray) -> None:
                 x, y = B[:, p], B[:, q]
                 product = np.einsum("im,im->m", x, y)
                 cosine = max(cosine, float(np.max(product * product / (squares[p] * squares[q]))))
-                # The smaller angle of the two that make the columns orthogonal, by its tangent.
+                # The tangent of the smaller of the two angles that make the columns orthogonal.
                 gap = squares[q] - squares[p]
                 product += product
                 tangent = product / (gap + np.copysign(np.sqrt(gap * gap + product * product) + 1e-300, gap))
@@ -378,12 +382,12 @@ def _orthogonalize(B: FloatArray) -> None:
                 y *= cos
                 y += sin * x
                 x[...] = turned
-        # Effect of a rotation on the other cosines: negligible, except for nearly equal singular values.
+        # The effect of a rotation on the other cosines is negligible, except for nearly equal singular values.
         if cosine * angle < _ORTHOGONAL**2:
             return
 
 
 def _symmetric_products(x: FloatArray, y: FloatArray) -> FloatArray:
-    """x y^T + y x^T over sqrt 2 in the n (n + 1) / 2 orthonormal coordinates of symmetric matrices, shape (.., M)."""
+    """(x y^T + y x^T) / sqrt 2 in the n (n + 1) / 2 orthonormal coordinates of symmetric matrices, shape (.., M)."""
     pairs = zip(*np.triu_indices(len(x)), strict=True)
     return np.stack([np.sqrt(2.0) * x[i] * y[i] if i == j else x[i] * y[j] + x[j] * y[i] for i, j in pairs])

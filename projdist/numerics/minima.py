@@ -5,6 +5,7 @@ Nothing is random: the lattice is that of the generalised golden ratio, evenly s
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple
@@ -15,13 +16,13 @@ from projdist._typing import FloatArray, IntArray
 
 Terms = Callable[[FloatArray], FloatArray]
 _STARTS = 4
-_APART = 0.15  # of the box: starts that are closer would descend to the same place
+_APART = 0.15  # of the box: starts closer than this would descend to the same place
 _STEP = 1e-5  # of the box, for central differences of terms that are good to 1e-12
 _REACH, _MOST_STEPS = 0.1, 40  # of a descent: first step in widths of the box, and number of steps
 _ROUNDING = 1e-9  # of a maximum
-_ACTIVE = 200  # terms of a group in a linear programme
-_MOST_ROUNDS, _GAINED = 1000, 1e-10  # of least squares: some valleys take hundreds; smallest relative gain
-_DAMPING = 1e-3
+_ACTIVE = 200  # terms of a group in a linear programme: those that may be largest within the step
+_MOST_ROUNDS, _GAINED = 1000, 1e-10  # of least squares: rounds, of which some valleys take hundreds; relative gain
+_DAMPING = 1e-3  # at first, of least squares
 _AT_EDGE = 1e-4  # of the box: descents stop short of the edge, which is tried separately
 
 
@@ -34,7 +35,7 @@ class BoxMinimum(NamedTuple):
 
 
 class _Counted:
-    """A function on a box, rescaled to the unit box, with a count of evaluations."""
+    """A function on a box as one on the unit box, which counts its evaluations."""
 
     def __init__(self, function: Terms, low: FloatArray, high: FloatArray, worst: bool) -> None:
         self.function, self.low, self.width, self.worst = function, low, high - low, worst
@@ -75,8 +76,8 @@ def minimise(
 ) -> BoxMinimum:
     """Minimum over the box of the sum of squares of a function's terms, or, with `worst`, of the largest term."""
     # With `worst` the terms have the shape (groups, n), and the sum of the groups' largest terms is minimised. `count`
-    # points are tried before the descents; by default 24 in one dimension, 53 in two, 126 in four. With a `start` the
-    # minimum is the local one that a descent from there finds. A `rough` one is good to 1e-4 of the box.
+    # points are tried before the descents, by default 24 in one dimension, 53 in two and 126 in four. With a `start`
+    # the minimum is the local one found by a descent from there. A `rough` minimum is accurate to 1e-4 of the box.
     counted = _Counted(function, low, high, worst)
     dimensions = low.size
     if not dimensions:
@@ -92,21 +93,15 @@ def minimise(
 
 
 def descend_lattice(value: Callable[[FloatArray], Any], start: FloatArray) -> tuple[FloatArray, Any]:
-    """Integer place with the minimal value, a number or tuple, and that value, by steps to the best neighbour."""
-    place, least = start, value(start)
+    """Integer place of a local minimum, found by steps to the best neighbour, and the value there, number or tuple."""
+    place, known = start, functools.cache(lambda *place: value(np.array(place)))
     offsets = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=start.size)))
-    offsets = offsets[np.abs(offsets).any(axis=1)]
-    known: dict[tuple[float, ...], Any] = {tuple(place): least}
     for _ in range(_MOST_STEPS):
-        near = [place + offset for offset in offsets]
-        for one in near:
-            if tuple(one) not in known:
-                known[tuple(one)] = value(one)
-        best = min(near, key=lambda one: known[tuple(one)], default=place)
-        if not known[tuple(best)] < least:
+        best = min(place + offsets, key=lambda one: known(*one))
+        if not known(*best) < known(*place):
             break
-        place, least = best, known[tuple(best)]
-    return place, least
+        place = best
+    return place, known(*place)
 
 
 def least_between(function: Callable[[float], float], low: float, high: float) -> float:
@@ -117,7 +112,7 @@ def least_between(function: Callable[[float], float], low: float, high: float) -
 
 
 def _starts(points: FloatArray, values: FloatArray) -> list[FloatArray]:
-    """The best points at a distance from each other."""
+    """The best of the points that lie apart from each other."""
     chosen: list[FloatArray] = []
     for index in np.argsort(values):
         if all(np.abs(points[index] - other).max() > _APART for other in chosen):
@@ -137,7 +132,7 @@ _ROUGH, _FINE = _Effort(1e-4, 1e-5, "2-point"), _Effort(1e-10, 1e-14, "3-point")
 
 
 def _descend(counted: _Counted, start: FloatArray, effort: _Effort) -> FloatArray:
-    """The better of the place that a descent finds and that place moved to the edges that are near."""
+    """The place where a descent ends, moved to the edges near it if it is better there."""
     found = _minimax(counted, start, effort) if counted.worst else _least_squares(counted, start, effort)
     edges = np.where(found < _AT_EDGE, 0.0, np.where(found > 1.0 - _AT_EDGE, 1.0, found))
     return min((found, edges), key=counted.value)
@@ -163,7 +158,7 @@ def _minimax(counted: _Counted, start: FloatArray, effort: _Effort) -> FloatArra
         value = float(terms.max(axis=-1).sum())
         while radius > effort.step:
             step, promised = _linear_step(terms, slopes, found, radius)
-            if value - promised < max(effort.gain, _ROUNDING) * abs(value):
+            if value - promised <= max(effort.gain, _ROUNDING) * abs(value):
                 return found
             tried = np.clip(found + step, 0.0, 1.0)
             there = counted.terms(tried)
@@ -209,7 +204,7 @@ def _linear_step(terms: FloatArray, slopes: FloatArray, place: FloatArray, radiu
 
 def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
     """The x (m,) that minimises max |values + columns x|, columns (n, m), by linear programming."""
-    # The programme starts with some rows and adds those above its optimum (E. Remez 1934); or ValueError.
+    # The programme starts with some rows and adds those above its optimum (E. Remez 1934). Raises ValueError.
     from scipy.optimize import linprog  # as above
 
     count, size = columns.shape[1], np.abs(values).max()
@@ -232,19 +227,20 @@ def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
         seen = np.append(seen, new)
 
 
-_ENOUGH_ROWS, _OVER = 2000, 1e-3  # of a range: rows to start with, and by what others may be outside
-_CLOSE, _MOST_INTERIOR, _SLIGHT = 3e-4, 40, 1e-12  # of the range; steps; weights that do not matter
-_NOTHING = 1e-6  # of the first range
+_ENOUGH_ROWS, _OVER = 2000, 1e-3  # rows to start with; share of the range by which others may lie outside it
+_CLOSE, _MOST_INTERIOR = 3e-4, 40  # duality gap as a share of the range, and number of steps, at which to stop
+_SLIGHT = 1e-12  # of the largest weight: smaller weights do not matter
+_NOTHING = 1e-6  # of the first range: smaller ranges count as this
 _Steps = tuple[FloatArray, FloatArray, FloatArray]
 
 
 def least_range(
     values: FloatArray, columns: FloatArray, likely: Sequence[int] | IntArray = ()
 ) -> tuple[FloatArray, FloatArray]:
-    """The x (m,) for which values + columns x (n, m) have about the least range, and the weights (n,) that prove it.
+    """The x (m,) that gives values + columns x (n, m) about the least range, and the weights (n,) that prove it.
 
-    The weights have the sum 0, those of either sign the sum 1 or -1, and are about orthogonal to the columns: times the
-    values they give the range. A column that is not orthogonal to them would reduce it. `likely` are rows with weights.
+    The positive weights sum to 1, the negative ones to -1, and all are about orthogonal to the columns: times values
+    they give the range. A column that is not orthogonal to them would reduce it. `likely`: rows that may get weights.
     """
     some = np.linspace(0, len(values) - 1, _ENOUGH_ROWS + 8 * columns.shape[1]).astype(int)
     seen = np.union1d(some, np.asarray(likely, dtype=int))
@@ -263,7 +259,7 @@ def least_range(
 
 
 def _central_path(values: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The same with all rows, by an interior-point method (S. Mehrotra 1992, SIAM J. Optimization 2:575)."""
+    """`least_range` of all rows, by an interior-point method (S. Mehrotra 1992, SIAM J. Optimization 2:575)."""
     count, unit, sign = columns.shape[1], float(np.ptp(values)) or 1.0, np.array([[1.0], [-1.0]])
     values, x = values / unit, np.zeros(count)
     top = np.array([values.max(), -values.min()]) + 0.1  # above the values and above minus the values
@@ -273,7 +269,7 @@ def _central_path(values: FloatArray, columns: FloatArray) -> tuple[FloatArray, 
         return 1.0 / max(1.0, float((-step / at).max()))
 
     def direction(product: FloatArray, slack: FloatArray, weights: FloatArray, inverse: FloatArray) -> _Steps:
-        """Steps of x and the tops, the slack and the weights so that slack times weights changes by a product."""
+        """Steps of x and the tops, of the slack and of the weights that change slack times weights by a product."""
         q = product / slack
         right = [-columns.T @ (sign * (weights + q)).sum(axis=0), (weights + q).sum(axis=1) - 1.0]
         step = inverse @ np.concatenate(right)

@@ -85,7 +85,7 @@ class PlanePolynomials:
 
 
 def _orthonormal(value: Any, before: Any, root: FloatArray, degree: int) -> tuple[Any, Any, float]:
-    """A value (n,) made orthonormal to the rows before it, its overlaps and norm; `root` (n,) are roots of weights."""
+    """A value (n,) made orthonormal to the rows before it, its overlaps and its norm; `root`: roots of the weights."""
     size = float(np.linalg.norm(value * root))
     overlaps = np.zeros(len(before), dtype=value.dtype)
     for _ in range(2):  # passes of Gram-Schmidt, for orthogonality to rounding
@@ -99,8 +99,8 @@ def _orthonormal(value: Any, before: Any, root: FloatArray, degree: int) -> tupl
 
 
 def _steps(degree: int) -> list[tuple[int, int]]:
-    """The variable and the earlier polynomial whose product begins each polynomial but the first."""
-    # Those of a degree are x times all of the degree below, and y times the last of it.
+    """The variable and the earlier polynomial whose product each polynomial but the first is made from."""
+    # Those of a degree are x times all of the degree below, and y times the last of these.
     steps, first = [], 0
     for d in range(1, degree + 1):
         steps += [(0, first + k) for k in range(d)] + [(1, first + d - 1)]
@@ -110,9 +110,9 @@ def _steps(degree: int) -> list[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class ComplexPolynomials:
-    """Polynomials of complex z, |z| up to about 1, orthonormal over weighted points (n,); `values` (n, m)."""
+    """Polynomials of complex z, |z| up to about 1, orthonormal over weighted points (n,)."""
 
-    values: Any
+    values: Any  # (n, m), at these points
     recurrence: tuple[tuple[Any, float], ...]  # overlaps, norm
 
     @classmethod
@@ -152,10 +152,10 @@ _SETTLED = 1e-10  # relative to the largest residual
 
 @dataclass(frozen=True)
 class HarmonicFit:
-    """A fit of Re p: coefficients `powers` (degree + 1,) of z^k, and the residuals `rest` (n,), values + Re p."""
+    """A fit by Re p, the real part of a polynomial."""
 
-    powers: Any
-    rest: FloatArray
+    powers: Any  # coefficients (degree + 1,) of z^k in p
+    rest: FloatArray  # residuals (n,), values + Re p
 
 
 def fit_harmonic(z: Any, values: FloatArray, weights: FloatArray, degree: int, norm: float = 2.0) -> HarmonicFit:
@@ -182,7 +182,7 @@ def _by_norm(columns: FloatArray, values: FloatArray, weights: FloatArray, norm:
         new = np.linalg.lstsq(columns * root[:, None], -values * root, rcond=None)[0]
         if norm == 2.0:
             return new
-        # From the second round on Newton's steps, which are shorter.
+        # From the second round on these are Newton's steps, which are shorter.
         change = (new - found) * (1.0 if turn == 0 else 1.0 / (norm - 1.0))
         found = found + change
         rest = values + columns @ found

@@ -16,7 +16,7 @@ from projdist.support import Registry
 
 
 class Estimate(NamedTuple):
-    """A figure and a bound of its error; NaN if undefined or without a bound."""
+    """A figure and a bound of its error; an undefined figure or bound is NaN."""
 
     value: float
     error: float
@@ -55,18 +55,18 @@ def median(values: FloatArray, weights: FloatArray) -> float:
 
 
 def p95(values: FloatArray, weights: FloatArray) -> float:
-    """Weighted 95th percentile: 95 % of the area has less."""
+    """Weighted 95th percentile: the value is less on 95 % of the area."""
     return quantile(values, weights, 0.95)
 
 
 def maximum(values: FloatArray, weights: FloatArray) -> float:
-    """Largest value of positive weight."""
+    """Largest value with a positive weight."""
     values, _ = _defined(values, weights)
     return float(values.max()) if values.size else np.nan
 
 
 def minimum(values: FloatArray, weights: FloatArray) -> float:
-    """Smallest value of positive weight."""
+    """Smallest value with a positive weight."""
     values, _ = _defined(values, weights)
     return float(values.min()) if values.size else np.nan
 
@@ -87,7 +87,7 @@ def quantiles(values: ArrayLike, weights: ArrayLike, shares: Sequence[float]) ->
 
 
 def _defined(values: ArrayLike, weights: ArrayLike, *, rule: bool = False) -> tuple[FloatArray, FloatArray]:
-    """Finite values of a weight, which only a `rule` may have negative, as over polygons; raises ValueError."""
+    """Finite values with their weights, negative only with `rule`, as over polygons; raises ValueError."""
     v, w = np.asarray(values, dtype=float).ravel(), np.asarray(weights, dtype=float).ravel()
     if v.shape != w.shape:
         raise ValueError(f"Invalid weights of size {w.size}. There must be one for each of {v.size} values.")

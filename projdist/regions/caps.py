@@ -19,13 +19,14 @@ from projdist.regions.region import ChartPoints, Unclipped
 
 _LONGEST = 90.0  # degrees of azimuth or distance in one panel
 _FLATTEST = 0.2  # GeographicLib's series give distances to 5e-8 there, and to less on flatter figures
-# Of the semi-major axis: 1.3 micrometres on Earth, 100 times the rounding and truncation of geodesics.
+# Of the semi-major axis: a point this far outside is in the cap. On Earth it is 1.3 micrometres, 100 times the rounding
+# and truncation of geodesics.
 _ON_RIM = 2e-13
 # Radians from the rim within which the geodesic distance decides: ten times the rounding at the antipode, and thirty
 # times the error of the series of a rim with corners, as rims near the antipode have.
 _NEAR_RIM, _NEAR_CORNERS = 1e-7, 1e-4
 _NARROWEST = 1e-12  # degrees from the middle to a side, so that west and east, south and north are different numbers
-_FLAT = 1e-8  # radii, 6 cm, within which the surface is plane to 1e-10, and degrees lose digits
+_FLAT = 1e-8  # radii (6 cm) within which the surface is plane to 1e-10, and degrees lose digits
 _DEGREES = (16, 32, 64, 128, 256, 512)  # of the rim's polynomial; the last for rims with corners
 _RESOLVED = 1e-12  # degrees, 0.1 micrometres on Earth, ten times the rounding of geodesics
 _MOST_STEPS = 100
@@ -45,7 +46,7 @@ class _Rim(NamedTuple):
 class Cap(Unclipped):
     """The points within a geodesic distance `radius_km` of a centre, on an ellipsoid.
 
-    Without an `ellipsoid` the maps that are measured on it decide: another body's own, or for the Earth WGS 84, or the
+    Without an `ellipsoid` it is on that of the maps measured on it: another body's own, or for the Earth WGS 84, or the
     mean sphere if all maps are of spheres.
     """
 
@@ -71,7 +72,7 @@ class Cap(Unclipped):
 
     @property
     def angle(self) -> float:
-        """Largest `reach` in degrees; on a sphere the reach in all directions."""
+        """Largest `reach` in degrees; on a sphere that in all directions."""
         return self._rim.largest
 
     def reach(self, azimuth: ArrayLike) -> FloatArray:
@@ -119,7 +120,7 @@ class Cap(Unclipped):
         return total
 
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
-        """Whether points in degrees are in the cap, its edge included."""
+        """True for points in degrees in the cap, its edge included."""
         lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
         phi, phi0 = _DEGREE * lat, _DEGREE * self.lat
         lam = _DEGREE * (lon - self.lon)
@@ -147,8 +148,7 @@ class Cap(Unclipped):
         """Distances at which panels end."""
         round_to = self._rim.round_to
         ends = [round_to, self.angle] if round_to else [self.angle]
-        first = np.linspace(0.0, ends[0], math.ceil(ends[0] / _LONGEST) + 1)
-        return np.append(first, ends[1:])
+        return np.append(np.linspace(0.0, ends[0], math.ceil(ends[0] / _LONGEST) + 1), ends[1:])
 
     def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
         """Chart with the azimuth u from the centre and the distance v, as on a sphere with the same latitudes.
@@ -164,13 +164,11 @@ class Cap(Unclipped):
             inside = v < round_to
             distance, stretch, turn = np.where(inside, v, distance), np.where(inside, 1.0, stretch), turn * ~inside
         points = _about(self.lon, self.lat, u, distance)
-        return ChartPoints(
-            points.lon,
-            points.lat,
-            points.east_u + turn * points.east_v,
-            stretch * points.east_v,
-            points.north_u + turn * points.north_v,
-            stretch * points.north_v,
+        return points._replace(
+            east_u=points.east_u + turn * points.east_v,
+            east_v=stretch * points.east_v,
+            north_u=points.north_u + turn * points.north_v,
+            north_v=stretch * points.north_v,
         )
 
     # ---- the rim ------------------------------------------------------------------------
@@ -180,7 +178,7 @@ class Cap(Unclipped):
         largest, series = self._rim[:2]
         if len(series) == 1:
             return 1.0, 0.0
-        # Nodes of a lattice repeat azimuths, and a series may be long.
+        # Nodes of a lattice repeat azimuths, each of which is evaluated once, as a series may be long.
         angles, index = np.unique(_DEGREE * azimuth, return_inverse=True)
         cos = np.cos(angles)
         share = np.asarray(chebval(cos, series / largest), dtype=float)
@@ -209,14 +207,14 @@ class Cap(Unclipped):
         known = np.flatnonzero(np.abs(series) > 0.1 * _RESOLVED * min(1.0, series[0]))
         series = series[: known[-1] + 1]
         around = chebval(np.cos(np.linspace(0.0, math.pi, 2 * _DEGREES[-1] + 1)), series)
-        # Only the rim of the small complement varies: a ring twice as wide keeps the rest circular.
+        # Only the rim of the small complement varies, so that all beyond a ring twice as wide stays circular.
         round_to = max(0.0, 180.0 - 2.0 * (180.0 - float(around.min()))) if margin == _NEAR_CORNERS else 0.0
         return _Rim(min(180.0, float(around.max())), series, margin, round_to)
 
 
 def reaches(ellipsoid: Ellipsoid, lon: ArrayLike, lat: ArrayLike, azimuth: ArrayLike, metres: float) -> FloatArray:
     """Degrees of arc of a geodesic distance from places by azimuth, with latitudes taken as those of a sphere."""
-    # All arguments but `metres` are in degrees and broadcast. Newton's method, safeguarded by bisection.
+    # All arguments but `metres` are in degrees and broadcast. By Newton's method, safeguarded by bisection.
     lon, lat, azimuth = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in (lon, lat, azimuth)))
     mean = math.degrees(metres / ellipsoid.mean_radius)
     if ellipsoid.is_sphere:
@@ -232,9 +230,8 @@ def reaches(ellipsoid: Ellipsoid, lon: ArrayLike, lat: ArrayLike, azimuth: Array
         low, high = np.where(length < metres, reach, low), np.where(length < metres, high, reach)
         meridian, vertical = ellipsoid.radii(points.lat)
         east, north = np.sin(_DEGREE * course), np.cos(_DEGREE * course)
-        slope = vertical * points.east_v * east + meridian * points.north_v * north
         with np.errstate(divide="ignore", invalid="ignore"):
-            better = reach + (metres - length) / slope
+            better = reach + (metres - length) / (vertical * points.east_v * east + meridian * points.north_v * north)
         better = np.where((low < better) & (better < high), better, 0.5 * (low + high))
         moved, reach = np.abs(better - reach).max(initial=0.0), better
         if moved < _RESOLVED:

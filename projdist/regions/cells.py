@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from projdist.regions.region import SLIVER, Region, height_of, patch_chart, tigh
 
 _ENOUGH = 0.6  # of the requested number of cells
 _GENERATIONS = 20  # of halvings: more than the digits of a point allow
-# Along an edge, or a side of a cell, of at most 40 degrees: areas to 4e-8.
+# Nodes along an edge, or a side of a cell, of at most 40 degrees, for areas to 4e-8.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 _SHARES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
 
@@ -35,9 +35,8 @@ class Cells(NamedTuple):
     area: FloatArray
 
     def take(self, kept: BoolArray) -> Cells:
-        """The cells of a mask."""
-        parts: list[Any] = [values[kept] for values in self]
-        return Cells(*parts)
+        """The cells that a mask keeps."""
+        return Cells._make(values[kept] for values in self)
 
     def joined(self, other: Cells) -> Cells:
         """These cells and others."""
@@ -46,7 +45,7 @@ class Cells(NamedTuple):
 
 @functools.lru_cache(maxsize=16)  # consecutive searches use the same region
 def cells_of(region: Region, ellipsoid: Ellipsoid, count: int) -> Cells:
-    """About `count` cells that cover polygons; the largest are split until there are enough."""
+    """About `count` cells that cover polygons, made by splitting the largest until there are enough."""
     parts = _panels(region)
     cells, parts = parts.measured(ellipsoid)
     done = cells.take(np.zeros(cells.area.size, dtype=bool))
@@ -71,7 +70,7 @@ class _Gates(NamedTuple):
 
     @staticmethod
     def of(cell: IntArray, lat0: FloatArray, lat1: FloatArray) -> _Gates:
-        """Gates of intervals from one latitude to another."""
+        """Gates of intervals between two latitudes each."""
         one = np.ones(cell.size)
         return _Gates(np.tile(cell, 2), np.concatenate([lat0, lat1]), np.concatenate([one, -one]))
 
@@ -102,7 +101,7 @@ class _Parts:
     gates: _Gates
 
     def take(self, kept: BoolArray) -> _Parts:
-        """The cells of a mask."""
+        """The cells that a mask keeps."""
         number = np.cumsum(kept) - 1
         within, beside = kept[self.cell], kept[self.gates.cell]
         gates = _Gates(number[self.gates.cell[beside]], self.gates.lat[beside], self.gates.change[beside])
@@ -173,11 +172,10 @@ class _Parts:
         """The integrals of 1, u - u0 and v - v0 over the area of each cell's part."""
         u0, u1, v0, _ = self.rectangle.T
         lon0, lat0, lon1, lat1 = self.edges.T
-        west = u0[self.cell, None]
-        u = lon0[:, None] + (lon1 - lon0)[:, None] * _SHARES - west
+        u = lon0[:, None] + (lon1 - lon0)[:, None] * _SHARES - u0[self.cell, None]
         by_area, by_v = self._along(ellipsoid, self.cell, lat0, lat1, v0)
         moments = [np.sum(values, axis=1) for values in (u * by_area, 0.5 * u * u * by_area, u * by_v)]
-        # Gates: primitives at their ends, that of v - v0 counted from the end of the rectangle.
+        # Of gates: primitives at their ends, that of v - v0 counted from the end of the rectangle.
         cell, lat, change = self.gates
         width = (u1 - u0)[cell]
         below = -change * ellipsoid.area_below(lat) * np.radians(1.0)
@@ -206,10 +204,8 @@ def _panels(region: Region) -> _Parts:
     patch, rectangle = region.panels()
     ends = np.sort([_latitudes(patch, rectangle[:, 2]), _latitudes(patch, rectangle[:, 3])], axis=0)
     whole = regions.polygons.Clip(region.edges, np.empty((0, 2)))
-    found = [
-        regions.polygons.clip(whole, u0, u1, south, north)
-        for (u0, u1, _, _), south, north in zip(rectangle.tolist(), *ends.tolist(), strict=True)
-    ]
+    sides = zip(rectangle.tolist(), *ends.tolist(), strict=True)
+    found = [regions.polygons.clip(whole, u0, u1, south, north) for (u0, u1, _, _), south, north in sides]
     edges, gates = (np.concatenate([part[k] for part in found]) for k in (0, 1))
     cell, beside = (np.repeat(np.arange(len(patch)), [len(part[k]) for part in found]) for k in (0, 1))
     return _Parts(patch, rectangle, edges, cell, _Gates.of(beside, *gates.T).merged())
@@ -230,7 +226,7 @@ def _divided(edges: FloatArray, cell: IntArray, axis: int, at: FloatArray) -> tu
 
 
 def _halved(gates: _Gates, lat: FloatArray, flipped: BoolArray) -> _Gates:
-    """Gates of the halves of cells, 2 i and 2 i + 1 in the order of v."""
+    """Gates of the halves of cells i, numbered 2 i and 2 i + 1 in the order of v."""
     middle, cell = lat[gates.cell], 2 * gates.cell
     low = gates._replace(cell=cell + flipped[gates.cell], lat=np.minimum(gates.lat, middle))
     high = gates._replace(cell=cell + ~flipped[gates.cell], lat=np.maximum(gates.lat, middle))

@@ -29,7 +29,7 @@ MAIN_KM = 400.0
 
 In Natural Earth it keeps together what is mapped together (Indonesia has gaps of 210 km, Japan down to Okinawa 268,
 Yemen and Socotra 355, Russia and Kaliningrad 364), and separates the rest (Norway from Bear Island and Svalbard at 415,
-Malaysia's two halves, each with a datum's grid of its own, at 586, New Zealand from Chatham at 654, Alaska at 817).
+Malaysia's two halves, each with a datum grid of its own, at 586, New Zealand from Chatham at 654, Alaska at 817).
 """
 
 FAR_KM = 800.0
@@ -39,10 +39,11 @@ A conformal map that is true at one end is off by d^2 / (2 R^2), 0.8 %, at the o
 Mayen, the Andamans and the Canaries are beyond, Malaysia's halves and Fiji's Rotuma are not.
 """
 
-# Outlines at 1 : 50 million are accurate to some kilometres; shorter pieces of edges take seconds for a continent.
+# Smallest gap that can be asked for: outlines at 1 : 50 million are accurate to some kilometres, and shorter pieces of
+# edges take seconds for a continent.
 _NEAREST_KM = 10.0
 _SPACING = 8.0  # points on edges per gap: a gap d is measured as at most d sqrt(1 + 1 / 8^2), 0.8 % too long
-_PAIRS = 2e6  # of points; fewer take less time than loading scipy, 0.2 s
+_PAIRS = 2e6  # of points: fewer take less time than loading scipy, 0.2 s
 
 
 @overload
@@ -62,8 +63,7 @@ def combine(operator: str, left: Region | PointSet, right: Region | PointSet, na
             f"Invalid region '{name}'. Its parts are on different bodies, {Body(ellipsoid)} and {Body(other)}."
         )
     if isinstance(left, PointSet):
-        wanted = operator == "&"
-        return left.chosen(lambda lon, lat: right.contains(lon, lat) == wanted, name)
+        return left.chosen(lambda lon, lat: right.contains(lon, lat) == (operator == "&"), name)
     resolutions = {region.resolution for region in (left, right) if isinstance(region, Polygons)} - {""}
     if len(resolutions) > 1:  # the shipped outlines
         both = " and ".join(sorted(resolutions))
@@ -127,7 +127,7 @@ def main_part(region: Region, km: float = MAIN_KM) -> Region: ...
 @overload
 def main_part(region: PointSet, km: float = MAIN_KM) -> PointSet: ...
 def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointSet:
-    """The parts connected to the largest by gaps of at most `km`; a connected region as it is. ValueError."""
+    """The parts connected to the largest by gaps of at most `km`; a connected region as it is. Raises ValueError."""
     farthest = math.pi * (region.figure.mean_radius / 1000.0)
     if not _NEAREST_KM <= km <= farthest:
         raise ValueError(
@@ -151,13 +151,13 @@ def all_parts(region: Region | PointSet) -> Region | PointSet:
 
 
 def _suffixed(name: str, suffix: str) -> str:
-    """Name of a region with a suffix; a combination gets brackets."""
+    """Name of a region with a suffix; that of a combination gets brackets."""
     combined = any(f" {operator} " in name for operator in "&+-")
     return f"({name}){suffix}" if combined else f"{name}{suffix}"
 
 
 def told_apart(region: Polygons) -> Polygons:
-    """The region, with a note on parts beyond gaps of `FAR_KM` if there are any."""
+    """The region, with a note on parts beyond gaps of `FAR_KM` if it has some."""
     parts = shapely.get_parts(region.geometry)
     largest = parts[np.argmax(shapely.area(parts))]
     shapely.prepare(largest)
@@ -178,7 +178,7 @@ def told_apart(region: Polygons) -> Polygons:
 
 
 class _Outline:
-    """The polygons of a region, their areas, and points on their edges, which those cut at the antimeridian share."""
+    """The polygons of a region, their areas, and points on their edges, shared by those cut at the antimeridian."""
 
     def __init__(self, region: Polygons, km: float) -> None:
         self._radius = region.figure.mean_radius / 1000.0
@@ -186,7 +186,7 @@ class _Outline:
         dense = shapely.segmentize(self.parts, math.degrees(km / self._radius) / _SPACING)
         lonlat, self._part = shapely.get_coordinates(dense, return_index=True)
         self._points = earth.unit_vectors(*lonlat.T).T
-        # By mean latitude: enough to find the largest.
+        # Areas by the mean latitude suffice to find the largest.
         self.areas = shapely.area(self.parts) * np.cos(np.radians(shapely.get_y(shapely.centroid(self.parts))))
 
     def main(self, km: float) -> BoolArray:
@@ -219,7 +219,7 @@ class _Outline:
 
 
 class RegionEdges:
-    """The edges of a region within longitudes -180 to 180, also those along the antimeridian where it is cut."""
+    """The edges of a region within longitudes -180 to 180, with those along the antimeridian where it is cut."""
 
     def __init__(self, region: Region) -> None:
         rings = shapely.get_rings(shapely.get_parts(polygons_of(region)))

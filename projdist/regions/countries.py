@@ -16,9 +16,9 @@ from projdist.regions.polygons import Polygons
 from projdist.support import NEAR, did_you_mean
 
 _MOST = 3  # names in a hint
-_CODE = 3  # letters or digits in a code
-_SOME = 7  # names in a refusal: the continents
-# A code in two kinds is of the first. Where the rows of each stand, and what they are known by.
+_CODE = 3  # letters or digits in a code, at most
+_SOME = 7  # names in a refusal, enough for the continents
+# The file with the rows of each kind, and the columns of their names and codes; codes of two kinds are of the first.
 _KINDS = {
     "country": ("countries.csv", ("name", "iso_a2", "iso_a3", "iso_n3", "other_names")),
     "state": ("states.csv", ("name", "postal", "fips", "other_names")),
@@ -54,7 +54,7 @@ def rows_of(kind: str) -> dict[str, Row]:
 
 
 def question(text: str, kind: str) -> str:
-    """A question for a region of another kind with this name, or for close names of the same kind."""
+    """The question whether a region of another kind with this name was meant, or one of this kind with a close name."""
     other = full_name(text)
     if other is not None:
         return did_you_mean([other])
@@ -91,7 +91,7 @@ def names_of(kind: str) -> dict[str, str]:
 
 
 def close_regions(text: str) -> list[str]:
-    """Named regions that a text may have been meant for."""
+    """Named regions that a text may have meant."""
     known: dict[str, list[str]] = {name: [name] for name in ("globe", "land", "ocean")}
     for kind in _KINDS:
         for key, name in names_of(kind).items():
@@ -126,12 +126,17 @@ def ocean(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     return _outlines(merged([shapely.difference(globe, natural_earth.land(resolution))]), "ocean", resolution)
 
 
+def _row(text: str, kind: str, must: str) -> Row:
+    """The row of a name or code; raises ValueError that says what it must be."""
+    row = rows_of(kind).get(folded(text))
+    if row is None:
+        raise ValueError(f"Invalid {kind} '{text}'. {question(text, kind)}It must be {must}.")
+    return row
+
+
 def country(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """A country by its name or ISO 3166 code, with all its parts in Natural Earth; raises ValueError."""
-    row = rows_of("country").get(folded(text))
-    if row is None:
-        near = question(text, "country")
-        raise ValueError(f"Invalid country '{text}'. {near}It must be a name in English or an ISO 3166 code.")
+    row = _row(text, "country", "a name in English or an ISO 3166 code")
     return _country(row["iso_n3"] or row["name"], row["iso_a2"] or row["name"], resolution)
 
 
@@ -145,19 +150,14 @@ def _country(key: str, shown: str, resolution: str) -> Polygons:
 
 def area(text: str, kind: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """A continent within its usual limits, or another area made of countries, by its name; raises ValueError."""
-    row = rows_of(kind).get(folded(text))
-    if row is None:
-        names = [one["name"] for one in _rows(kind)]
-        more = ", ... (see 'projdist list regions')" if len(names) > _SOME else ""
-        raise ValueError(
-            f"Invalid {kind} '{text}'. {question(text, kind)}It must be one of {', '.join(names[:_SOME])}{more}."
-        )
-    return _area(kind, row["name"], resolution)
+    names = [row["name"] for row in _rows(kind)]
+    more = ", ... (see 'projdist list regions')" if len(names) > _SOME else ""
+    return _area(kind, _row(text, kind, f"one of {', '.join(names[:_SOME])}{more}")["name"], resolution)
 
 
 @functools.cache
 def _area(kind: str, name: str, resolution: str) -> Polygons:
-    """The whole countries of an area and its parts of others, but those that are too small for the resolution."""
+    """The whole countries of an area and its parts of others, without those too small for the resolution."""
     row = rows_of(kind)[folded(name)]
     found = [_shape(code, resolution) for code in row["whole"].split()]
     for part in filter(None, row["parts"].split(";")):
@@ -170,7 +170,7 @@ def _area(kind: str, name: str, resolution: str) -> Polygons:
 
 
 def _shape(text: str, resolution: str) -> shapely.Geometry:
-    """A country by its code, a continent, a box or a polygon, as the table of areas names them."""
+    """A country by its code, a continent, a box or a polygon, as named in the table of areas."""
     kind, colon, argument = text.partition(":")
     if kind == "continent":
         return _area(kind, argument, resolution).geometry
@@ -182,7 +182,7 @@ def _shape(text: str, resolution: str) -> shapely.Geometry:
 
 
 def definition(text: str) -> dict[str, str]:
-    """Limits of a continent or area in words, with their source, and in the language of regions; both "" for others."""
+    """Limits of a continent or area in words with their source, and in the language of regions; both "" for others."""
     kind, _, name = text.partition("@")[0].partition(":")
     row = rows_of(kind).get(folded(name)) if kind in ("continent", "area") else None
     if row is None:
@@ -207,12 +207,7 @@ def state(text: str, resolution: str = RESOLUTION) -> Polygons:
     """A state by its name, postal or FIPS code, with all its islands; raises ValueError."""
     if resolution != RESOLUTION:
         raise ValueError(f"Invalid suffix '@{resolution}' of a state. It must be one of @{RESOLUTION}, @main and @all.")
-    row = rows_of("state").get(folded(text))
-    if row is None:
-        near = question(text, "state")
-        raise ValueError(
-            f"Invalid state '{text}'. {near}It must be the name or postal code of a state or territory of the USA."
-        )
+    row = _row(text, "state", "the name or postal code of a state or territory of the USA")
     return _state(row["fips"], row["postal"])
 
 

@@ -50,8 +50,8 @@ class ReadShapes(NamedTuple):
 
 def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...] = ()) -> ReadShapes:
     """The shapes of a vector file with some or (None) all columns; raises ValueError that begins with `text`."""
-    # The default layer is the first, or, if that has nothing of these `kinds`, the only one that has. Warns of
-    # coordinates that look like degrees if the file states metres.
+    # The default layer is the first, or, if that has nothing of these `kinds`, the only one that does. Warns of
+    # coordinates that look like degrees in a file that states metres.
     if path.suffix.lower() == ".wkt":
         found = _read_wkt(path, text)
     elif path.suffix.lower() in (".geojson", ".json"):
@@ -63,26 +63,26 @@ def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tu
 
 
 def shapes_of_geojson(value: Any, text: str, crs: Any = None) -> ReadShapes:
-    """The shapes of a GeoJSON object in a CRS, or in the one that it names; raises ValueError."""
+    """The shapes of a GeoJSON object in a CRS, or in that which it names; raises ValueError."""
     shapes = list(_shapes_in(value, text))
     stated = crs_name(value.get("crs"), text) if crs is None else crs
     return ReadShapes(shapes, None if stated is None else projections.to_lonlat(stated), stated)
 
 
 def _tell_of_degrees(shapes: Iterable[Shape], crs: Any, thing: str) -> None:
-    """Warn of shapes that look like degrees in a projected CRS."""
+    """Warn of shapes that look like degrees though their CRS is projected."""
     if crs is not None and projections.crs_of(crs).is_projected:
         projections.tell_of_degrees(crs, [_bounds(shape) for shape in shapes], thing)
 
 
 def tell_of_geojson_in_degrees(value: Any, crs: Any, text: str) -> None:
-    """Warn of a GeoJSON object that looks like degrees in a projected CRS, or in the one that it names."""
+    """Warn of a GeoJSON object that looks like degrees though its CRS, given or named in it, is projected."""
     crs = crs_name(value.get("crs"), text) if crs is None else crs
     _tell_of_degrees(_shapes_in(value, text), crs, "the geometries")
 
 
 def _bounds(shape: Shape) -> tuple[float, float, float, float]:
-    """Minimum and maximum x, y of a shape, NaN if empty; of a shape beyond 360 perhaps of a part of it."""
+    """Minimum and maximum x, y of a shape, or of a part of it that goes beyond 360; NaN if it is empty."""
     x0 = y0 = np.inf
     x1 = y1 = -np.inf
     stack = [shape.coordinates]
@@ -165,25 +165,21 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, k
         ) from error
     if path.suffix.lower() == ".parquet" and "Parquet" not in pyogrio.list_drivers():
         raise ValueError(f"{text} The GDAL of pyogrio here reads no Parquet; GeoPackage and GeoJSON are read.")
-    with _refusing(text), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # as below
+    with _refusing(text), warnings.catch_warnings(action="ignore"):  # as below
         path.stat()
         likely = [layer] if layer else _likely_layers(pyogrio, path, kinds)
     if len(likely) > 1:
         raise ValueError(f"{text} It must name a layer, such as '{path}#{likely[0]}'; it has {', '.join(likely)}.")
     with _refusing(text):
-        with warnings.catch_warnings():
-            # GDAL and pyogrio warn of details of formats; only the geometries matter here.
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"):  # of details of formats; only the geometries matter here
             meta, _, wkb, values = pyogrio.raw.read(path, layer=likely[0] if likely else None, columns=columns)
         geometries = with_gpx_heights(path, "".join(likely), shapely.from_wkb(wkb))
         crs = projections.to_lonlat(meta["crs"]) if meta["crs"] else None
     if wkb is None:  # a table
         raise ValueError(f"{text} It has no geometries.")
     rows = zip(*values, strict=True) if len(values) else ((),) * len(geometries)
-    names = [str(field) for field in meta["fields"]]
-    fields = [dict(zip(names, row, strict=True)) for row in rows]
-    return ReadShapes([_shape(*pair) for pair in zip(geometries, fields, strict=True)], crs, meta["crs"] or None)
+    fields = [dict(zip(map(str, meta["fields"]), row, strict=True)) for row in rows]
+    return ReadShapes(list(map(_shape, geometries, fields)), crs, meta["crs"] or None)
 
 
 @contextlib.contextmanager
@@ -200,7 +196,7 @@ def _refusing(text: str) -> Iterator[None]:
 
 
 def _likely_layers(pyogrio: Any, path: Path, kinds: tuple[str, ...]) -> list[str]:
-    """Layers with geometries of some kinds if the first has none, as in GPX files; empty if the first is meant."""
+    """Layers with geometries of some kinds if the first has none, as in GPX files; no layers if the first is meant."""
     layers = pyogrio.list_layers(path).tolist() if kinds else []
     if len(layers) < 2:
         return []

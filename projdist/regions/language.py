@@ -39,7 +39,7 @@ A text in this language, a region, bounds W, S, E, N in degrees; or polygons: a 
 longitude and latitude, or a GeoSeries or GeoDataFrame in its CRS, with edges straight in that CRS.
 """
 
-# Kinds that name a place, whose far parts may not be meant; those of all land are.
+# Kinds that name a place, whose distant parts may not be meant; those of all land always are.
 _COMPACT = {"box", "cap", "polygon", "country", "state", "file", "geodesic"}
 
 FORMS = (
@@ -52,16 +52,16 @@ _LONGEST = 20_000  # characters: twenty times a list of all countries, and fast 
 _LONGEST_NAME = 300
 # The longest paths of any system; the text of a CRS may be longer.
 _LONGEST_BY_KIND = {"file": 4500, "geodesic": 4500, "points": 4500, "crs": _LONGEST, "polygon": _LONGEST}
-_DEEPEST = 50  # brackets in brackets
+_DEEPEST = 50  # nested brackets
 
 _METHODS = ("panels", "chart", "clip", "bounds")  # of a region, perhaps of another package
 
 _WORDS = ("globe", "land", "ocean")
 
 _SUFFIX = re.compile(r"@(all|main)(?::([^@&()\s]*))?(?=[@&)\s]|$)", re.IGNORECASE)
-# Of a path, a number (a code only behind its kind), no word, or half a combination.
+# No names: texts with signs of a path, numbers (codes stand behind their kind) or only signs, halves of a combination.
 _NO_NAME = re.compile(r"[:/\\]|^[\d\W]*$|^\s*[&+-]|[&+-]\s*$")
-_PLACE = re.compile(r"(globe|land|ocean)$|(country|continent|area|state):[^&+-]+$", re.IGNORECASE)  # by its name
+_PLACE = re.compile(r"(globe|land|ocean)$|(country|continent|area|state):[^&+-]+$", re.IGNORECASE)  # by name
 _OPERATOR = re.compile(r"\s+([&+-])(?=\s|$)")
 
 
@@ -111,7 +111,7 @@ def get_region(region: RegionLike, ellipsoid: Ellipsoid | None = None) -> Place:
 
 
 def placed(region: Place, body: Body | None) -> Place:
-    """A region on a body, if one is given; raises ValueError if it is on another."""
+    """A region put on a body if one is given; raises ValueError if it is on another."""
     if body is None or not hasattr(region, "ellipsoid"):  # a region type of another package
         return region
     known = region.ellipsoid
@@ -145,7 +145,7 @@ def _region_of_any(region: RegionLike, body: Body | None) -> Place:
 
 
 def region_of_text(text: str, check: Callable[[str, str], None], ellipsoid: Ellipsoid | None = None) -> Place:
-    """The region of a text as by `get_region`; `check` is called with kind and argument of each atom before."""
+    """The region of a text, as by `get_region`; `check` is called before with the kind and argument of each atom."""
     body = None if ellipsoid is None else Body(ellipsoid)
     return placed(_Parser(text, body, check).parse(), body)
 
@@ -168,7 +168,7 @@ def weighted_points(text: str, column: str) -> PointSet:
 
 @dataclasses.dataclass
 class _Parser:
-    """Recursive descent: a sum of products of atoms and brackets."""
+    """Parser, by recursive descent, of sums of products of atoms and brackets."""
 
     text: str
     body: Body | None
@@ -188,10 +188,10 @@ class _Parser:
         return _told_apart(found) if self.combined and self.kinds <= _COMPACT else found
 
     def _combination(self, operators: str = "+-") -> Place:
-        """A sum of products of factors, or, of `&`, a product."""
+        """A sum of products of factors, or, for `&`, a product."""
         part = self._factor if operators == "&" else lambda: self._combination("&")
         before, name = self.rest, ""
-        found = [part()]  # not yet added up: in pairs it is fast for a sum of many countries
+        found = [part()]  # not yet added up, as a sum of many countries is fast in pairs
         while (operator := _OPERATOR.match(self.rest)) and operator[1] in operators:
             self.rest = self.rest[operator.end() :].lstrip()
             left, other = name, part()
@@ -242,7 +242,7 @@ class _Parser:
         return found if suffix is None else self._parts_of(found, suffix)
 
     def _parts_of(self, region: Place, suffix: re.Match[str]) -> Place:
-        """All parts of a region or the main one, by the suffix."""
+        """All parts of a region, or the main one, by its suffix."""
         parts = regions.combinations
         self.kinds.add("@")
         which, km = suffix[1].lower(), suffix[2]
@@ -260,7 +260,7 @@ class _Parser:
 
 
 def _added(parts: Sequence[Place], name: str) -> Place:
-    """Union of regions, of pairs, pairs of these, and so on."""
+    """Union of regions: of pairs, of pairs of these, and so on."""
     while len(parts) > 1:
         pairs = itertools.zip_longest(parts[::2], parts[1::2])
         parts = [one if other is None else regions.combine("+", one, other, name) for one, other in pairs]
@@ -268,7 +268,7 @@ def _added(parts: Sequence[Place], name: str) -> Place:
 
 
 def _told_apart(region: Place) -> Place:
-    """The region, with a note on distant parts."""
+    """The region, with a note on distant parts if it has some."""
     return regions.combinations.told_apart(region) if isinstance(region, regions.Polygons) else region
 
 
@@ -279,7 +279,7 @@ def _end_of_atom(text: str) -> int:
         if character == '"':
             quoted = not quoted
         elif not quoted:
-            # Only at the first blank of several, to stay linear in time.
+            # Only the first of several blanks is tried, which keeps the time linear.
             begins = character.isspace() and not text[place - 1 : place].isspace()
             if begins and _OPERATOR.match(text, place):
                 return place
@@ -297,7 +297,7 @@ def _with_blanks(text: str) -> str:
 
 
 def _unknown_in(text: str) -> str:
-    """`XX` of `DE+XX`, the first that is no place; the text itself if no other is one, or that may be of a path."""
+    """`XX` of `DE+XX`, the first part that is no place; the text itself if all or none are, or for a path."""
     pieces = [piece.strip() for piece in re.split("[&+-]", text)]
     unknown = [piece for piece in pieces if not _PLACE.match(_with_kind(piece))]
     is_path = not all(pieces) or any(re.search(r"[./\\]", piece) for piece in unknown)
@@ -396,7 +396,7 @@ def _path(text: str, argument: str) -> tuple[Path, str]:
     return layer_path(argument)
 
 
-# How each kind is made of its text, what is behind the colon, and the ellipsoid of the maps.
+# The regions of each kind, by their text, their argument, which is behind the colon, and the ellipsoid of the maps.
 _KINDS: dict[str, Callable[[str, str, Ellipsoid | None], Place]] = {
     "box": lambda text, argument, _: _likely_box(*_numbers(text, argument, "box:W,S,E,N", 4)),
     "cap": _cap,
@@ -439,8 +439,8 @@ def check_on_body(projections: Iterable[Projection], body: Body) -> None:
 
 def ground_of_maps(projections: Iterable[Projection]) -> Ellipsoid:
     """The ellipsoid for regions of maps; raises ProjectionError for maps of different bodies."""
-    # For the Earth it is the mean sphere if all maps are of spheres, else WGS 84; for another body the ellipsoid of the
-    # first map that is not of a sphere.
+    # For the Earth it is the mean sphere if all maps are of spheres, else WGS 84; for another body it is the ellipsoid
+    # of the first map that is not of a sphere.
     maps = list(projections)
     for other in maps[1:]:
         if not is_same_body(maps[0].body, other.body):

@@ -1,15 +1,14 @@
 """Polygons in longitude and latitude, as regions: clipped to rectangles, and integrated over by Green's theorem.
 
-An edge is a straight line in longitude and latitude, as GeoJSON has it (RFC 7946, section 3.1.1).
-The polygons are not triangulated: the panels are those of their bounding box, and where an edge
-crosses a panel, the weights of its nodes integrate polynomials exactly over the polygon's part of
-it. The cost of an integral then depends on the smoothness of the map, not on the number of
-vertices, and the weights serve all maps.
+An edge is a straight line in longitude and latitude, as GeoJSON has it (RFC 7946, section 3.1.1). The polygons are not
+triangulated: the panels are those of their bounding box, and where an edge crosses a panel, the weights of its nodes
+integrate polynomials exactly over the polygon's part of it. The cost of an integral then depends on the smoothness of
+the map, not on the number of vertices, and the weights serve all maps.
 
-A chain is an array (m, 4) of edges lon0, lat0, lon1, lat1 in degrees, with the polygon on their left.
-Clipping moves everything outside a rectangle onto its sides. The winding number about inner points
-stays, so that no intersection of polygons and rectangles is ever computed, and degenerate ones do no
-harm. The integral of a polynomial over the polygon becomes one along the chain, and is exact.
+A chain is an array (m, 4) of edges lon0, lat0, lon1, lat1 in degrees, with the polygon on their left. Clipping moves
+everything outside a rectangle onto its sides. The winding number about inner points stays, so that no intersection of
+polygons and rectangles is ever computed, and degenerate ones do no harm. The integral of a polynomial over the polygon
+becomes one along the chain, and is exact.
 """
 
 from __future__ import annotations
@@ -31,9 +30,9 @@ from projdist.regions.region import SLIVER, Clips, Square, height_of, latitude_o
 
 Side = Callable[[FloatArray], FloatArray]
 
-_GAP = 1e-6  # degrees of longitude
-_CHORDS = 512.0  # for a curve across a panel: they are off by 5e-7 of its bend
-_WHOLE = 1.0 - 1e-13  # of a side
+_GAP = 1e-6  # degrees of longitude: narrower gaps are rounding
+_CHORDS = 512.0  # for a curve across a panel, from which they are off by 5e-7 of its bend
+_WHOLE = 1.0 - 1e-13  # of a side, up to rounding
 
 # Gauss points along an edge. The integrand is a polynomial of degree 2 p - 1 on the square, for which p points are
 # exact; on shorter edges (in halves of the square's side) fewer suffice for 1e-15.
@@ -45,7 +44,7 @@ _gauss = functools.cache(np.polynomial.legendre.leggauss)
 class Clip(NamedTuple):
     """The part of a chain in a rectangle of longitudes and latitudes."""
 
-    edges: FloatArray  # (m, 4), those inside; none on the other sides, as these contribute nothing over latitude
+    edges: FloatArray  # (m, 4), those inside; none on the other sides, which contribute nothing to integrals
     gates: FloatArray  # (k, 2), intervals of latitude in which the polygon touches the eastern side
 
 
@@ -115,7 +114,7 @@ def _divided(edges: FloatArray, pieces: IntArray) -> tuple[FloatArray, FloatArra
 
 def area_km2(edges: FloatArray, ellipsoid: Ellipsoid) -> float:
     """Area on an ellipsoid on the left of a closed chain, by Green's theorem."""
-    # In pieces of 10 degrees, for which the nodes are exact to rounding.
+    # Edges are divided into pieces of 10 degrees, for which the nodes are exact to rounding.
     pieces = np.ceil(np.abs(edges[:, 3] - edges[:, 1]) / 10.0).clip(1).astype(int)
     (lon0, lon1), (lat0, lat1) = _divided(edges, pieces)
     total = 0.0
@@ -166,12 +165,12 @@ def _primitives(t: FloatArray) -> FloatArray:
 
 
 class _Part(NamedTuple):
-    """The polygons' part of a rectangle: chain, tight rectangle, weights of the nodes, True if it is all."""
+    """The polygons' part of a rectangle."""
 
     chain: Clip
-    rectangle: tuple[float, float, float, float]
-    rule: FloatArray
-    whole: bool
+    rectangle: tuple[float, float, float, float]  # tightened
+    rule: FloatArray  # weights of the nodes
+    whole: bool  # True if it is all of the rectangle
 
 
 @dataclass(frozen=True)
@@ -180,8 +179,8 @@ class Polygons:
 
     geometry: shapely.MultiPolygon = field(hash=False)  # whose hash is slow
     name: str  # the region as text for `get_region`
-    repairs: tuple[str, ...] = ()  # notes on them
-    far: str = ""  # a note on distant parts that may not be meant
+    repairs: tuple[str, ...] = ()  # notes on repairs
+    far: str = ""  # note on distant parts that may not be meant
     resolution: str = ""  # of the shipped outlines, "" for others
     ellipsoid: Ellipsoid | None = field(default=None, compare=False)  # of the body; None: any, WGS 84
     # Parts by patch and (requested or tight) rectangle; None for empty ones.
@@ -198,7 +197,7 @@ class Polygons:
     @functools.cached_property
     def edges(self) -> FloatArray:
         """The edges lon0, lat0, lon1, lat1 in degrees, shape (m, 4), with the polygons on their left."""
-        # Longitudes exceed 180 if that keeps the polygons together; there are also edges along the poles and along the
+        # Longitudes exceed 180 if that keeps the polygons together. There are edges along the poles, too, and along the
         # antimeridian where it cuts polygons.
         parts = shapely.get_parts(self.geometry)
         rings, polygon = shapely.get_rings(parts, return_index=True)
@@ -216,8 +215,7 @@ class Polygons:
         gaps = starts - np.maximum.accumulate(extents[order, 2])
         widest = int(np.argmax(gaps))
         if gaps[widest] > _GAP and widest < len(gaps) - 1:
-            beyond = extents[:, 0] < starts[widest]
-            edges[beyond[polygon[ring]], 0::2] += 360.0
+            edges[(extents[:, 0] < starts[widest])[polygon[ring]], 0::2] += 360.0
         return edges
 
     @functools.cached_property

@@ -20,16 +20,16 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import SMOOTH, WGS84, Discontinuities, Ellipsoid, unit_vectors
 from projdist.numerics import PLANE_WEIGHTS
 
-_POLAR = 80.0
+_POLAR = 80.0  # latitude at which polar patches begin
 # Edges of panels, and the halves between them, are 5-degree knots of Robinson's table.
 _LATITUDES = (-60.0, -40.0, 0.0, 40.0, 60.0)
 _COLATITUDES = (5.0,)
-_NARROW = 1e-9  # of a box: a discontinuity so near to its side is on it
-_POLES = (0.0, 1.0, -1.0)  # by patch
-_SMALL = 0.2  # of a panel's height
+_NARROW = 1e-9  # of a box: a discontinuity this near to a side is on it
+_POLES = (0.0, 1.0, -1.0)  # sign of the pole's latitude by patch, 0 without a pole
+_SMALL = 0.2  # of an interval: a part that is shorter gets its own ends
 _SMALLEST = 0.01  # degrees: the box of a single point is a kilometre wide
 # Degrees: in a wider box across the antimeridian west and east are probably swapped. The Pacific from Sumatra to Chile
-# is 198 wide; boxes with swapped sides are mostly much wider.
+# is 198 wide, and most boxes with swapped sides are much wider.
 _WIDEST_ACROSS = 210.0
 
 SLIVER = 1e-13
@@ -211,7 +211,7 @@ def height_of(patch: int, lat: FloatArray) -> FloatArray:
 
 
 def tightened(v0: float, v1: float, low: float, high: float) -> tuple[float, float]:
-    """The interval v0, v1 halved while one half holds low to high; low to high itself if that is far shorter."""
+    """The interval v0, v1, halved as long as one half holds low to high; low to high itself if that is far shorter."""
     # Halves end on the 5-degree knots of Robinson's table, where his map has kinks.
     while v0 < (middle := 0.5 * (v0 + v1)) < v1:
         if high <= middle:
@@ -229,7 +229,7 @@ Sides = tuple[float, float, float, float]
 
 
 def likelier(sides: Sides) -> Sides:
-    """The sides that were probably meant: those given, or with swapped values put right."""
+    """The sides that were probably meant: those given, or these with swapped values put right."""
     west, south, east, north = sides
     if max(abs(south), abs(north)) > 90 >= max(abs(west), abs(east)):
         west, south, east, north = south, west, north, east
@@ -248,16 +248,13 @@ def _between_sides(sides: Sides, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
 
 @dataclass(frozen=True)
 class Box(Unclipped):
-    """The box between two meridians and two parallels; west > east crosses the antimeridian.
-
-    `ellipsoid` is that of its body; None fits any body, and the area is then on WGS 84.
-    """
+    """The box between two meridians and two parallels; west > east crosses the antimeridian."""
 
     west: float
     south: float
     east: float
     north: float
-    ellipsoid: Ellipsoid | None = field(default=None, compare=False)
+    ellipsoid: Ellipsoid | None = field(default=None, compare=False)  # of its body; None: any, the area is on WGS 84
 
     @classmethod
     def between(cls, bounds: Sides, ellipsoid: Ellipsoid | None = None) -> Box:
@@ -310,7 +307,7 @@ class Box(Unclipped):
         return float(math.radians(east - west) * (below[1] - below[0]) / 1e6)
 
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
-        """Whether points in degrees are in the box, its edge included."""
+        """True for points in degrees in the box, its edge included."""
         return _between_sides(self.bounds, lon, lat)
 
     def panels(self, discontinuities: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
@@ -396,21 +393,20 @@ class TurnedGlobe(Unclipped):
 
 @dataclass(frozen=True, eq=False)
 class PointSet:
-    """Points in degrees with weights of any sum, and optional heights in metres; all of shape (n,).
+    """Points with weights; a set of them has no area.
 
-    `name` is the region as text for `get_region`. A set has no area; its `ellipsoid` is that of its body, None for any.
     If the points sample something larger, `coarse` is a sparser sample of it: the difference of means between the two
     bounds the error of sampling.
     """
 
-    lon: FloatArray
+    lon: FloatArray  # (n,), degrees
     lat: FloatArray
-    weight: FloatArray
-    name: str = "points"
-    height: FloatArray | None = None
+    weight: FloatArray  # (n,), of any sum
+    name: str = "points"  # the region as text for `get_region`
+    height: FloatArray | None = None  # (n,), metres
     notes: tuple[str, ...] = ()
     coarse: PointSet | None = None
-    ellipsoid: Ellipsoid | None = None
+    ellipsoid: Ellipsoid | None = None  # of the body; None: any
 
     far, area_km2, edges = "", 0.0, np.empty((0, 4))  # points have no parts, area or edges
 

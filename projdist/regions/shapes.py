@@ -23,8 +23,8 @@ from projdist.regions.polygons import Polygons, area_km2
 from projdist.regions.region import PointSet
 
 _ALLOWED = "LON,LAT,LON,LAT,..., positions (n, 2) or (n, 3), a line, or the path of a file with one"
-# Degrees, 4 cm: of chords for edges that are not straight in longitude and latitude; their corrected middles are off
-# by a third of it.
+# Degrees (4 cm) that chords may be off edges that are not straight in longitude and latitude; their corrected middles
+# are off by a third of that.
 _TOLERANCE = 4e-7
 _CHANGED = 1e-10  # of the area: smaller changes do not count as repairs
 _WIDE, _WIDER = 180.0, 300.0  # degrees: edges whose direction round the Earth is ambiguous
@@ -93,9 +93,7 @@ def points_from_file(path: Path, layer: str, name: str, column: str = "weight") 
         raise ValueError(f"{text} It must hold points; it holds {', '.join(sorted(wrong)) or 'nothing'}.")
     lonlat = np.full((len(shapes), 2), np.nan)
     there = np.array([bool(shape.kind and shape.coordinates != []) for shape in shapes])
-    lonlat[there] = files.positions(
-        [shape.coordinates for shape, known in zip(shapes, there, strict=True) if known], text
-    )
+    lonlat[there] = files.positions([shapes[k].coordinates for k in np.flatnonzero(there)], text)
     if transform is not None:
         lonlat = np.column_stack(transform(*lonlat.T))
     fields = [shape.fields for shape in shapes]
@@ -163,9 +161,8 @@ def _polygons(
             pieces.append(repaired)
             one_by_one = [earth.planar([ring]) for ring in rings]
             corners = [shapely.get_coordinates(one.exterior) for one in one_by_one]
-            # Counted with their winding numbers.
-            areas = [abs(area_km2(np.hstack([ring[:-1], ring[1:]]), ellipsoid or WGS84)) for ring in corners]
-            shell, *holes = areas
+            # Areas of rings that cross themselves count with their winding numbers.
+            shell, *holes = (abs(area_km2(np.hstack([ring[:-1], ring[1:]]), ellipsoid or WGS84)) for ring in corners)
             after = Polygons(earth.merged([repaired]), "", ellipsoid=ellipsoid or WGS84).area_km2
             change = after - (shell - sum(holes))
             if abs(change) > _CHANGED * after:
@@ -173,9 +170,8 @@ def _polygons(
     if not pieces:
         raise ValueError(f"{text} Its polygons have no area.")
     notes = [f"{empty} feature(s) have no geometry, and are left out."] if empty else []
-    for changed, what in zip(changes, _REPAIRED, strict=True):
-        if changed:
-            notes.append(f"{len(changed)} {what}; the area changed by {sum(changed):+.6g} km2.")
+    repairs = zip(changes, _REPAIRED, strict=True)
+    notes += [f"{len(some)} {what}; the area changed by {sum(some):+.6g} km2." for some, what in repairs if some]
     widths = np.concatenate([np.abs(np.diff(ring[:, 0])) for rings in polygons for ring in rings])
     wide = int(np.sum((widths > _WIDE) & (widths < _WIDER)))
     if wide:
@@ -263,7 +259,7 @@ def _line_of_text(text: Any) -> FloatArray:
 
 
 def _joined(shapes: Sequence[Shape], transform: Transform | None, text: str) -> FloatArray:
-    """The single line that the lines of shapes form when joined end to end."""
+    """The single line that the lines of shapes form, joined end to end; raises ValueError."""
     parts: list[Any] = []
     for shape in shapes:
         if shape.kind not in ("", "LineString", "MultiLineString"):

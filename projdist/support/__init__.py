@@ -1,4 +1,4 @@
-"""What any program needs, and nothing of maps: answers, files, messages, checks of what people give."""
+"""Support that any program needs, not about maps: answers, files, messages, checks of input."""
 
 import lazy_loader
 

@@ -44,7 +44,7 @@ from .files import (
     split_rows,
     with_decimal_points,
 )
-from .messages import NEAR, Notice, close_words, did_you_mean, listed, notices_kept, one_line, shown, suggestion, tell
+from .messages import NEAR, Notice, close_words, did_you_mean, listed, notices_kept, one_line, shown, tell
 from .signals import end_if_told, orderly_end
 
 __all__ = [
@@ -102,7 +102,6 @@ __all__ = [
     "separator_of",
     "shown",
     "split_rows",
-    "suggestion",
     "tell",
     "values_of",
     "with_decimal_points",

@@ -23,7 +23,7 @@ _BAR = "background: linear-gradient(90deg, #c2d8ec {share:.0f}%, transparent {sh
 
 
 class FieldSchema(NamedTuple):
-    """What JSON and tables show of a field of a result; `schema` describes the parts."""
+    """The form of a result's field in JSON and tables, in the terms of `schema`."""
 
     key: str = ""
     of: str | Sequence[str] | Mapping[str, str] = ""
@@ -52,7 +52,7 @@ HIDDEN, COLUMN = schema(hidden=True), schema(column=True)
 
 
 def values_of(record: Any, *, columns: bool = False) -> dict[str, Any]:
-    """The values of a dataclass by their keys in JSON, as they are; only its columns, or all others."""
+    """Values of a dataclass by JSON key, not converted: of its columns, or of all other fields."""
     found: dict[str, Any] = {}
     for one in fields(record):
         shown, value = one.metadata.get("schema", _PLAIN), getattr(record, one.name)
@@ -79,7 +79,7 @@ def plain(value: Any) -> Any:
         return value
     if isinstance(value, Record):
         return value.to_dict()
-    if hasattr(value, "tolist"):  # of NumPy
+    if hasattr(value, "tolist"):  # an array or a scalar of NumPy
         return plain(value.tolist())
     if is_dataclass(value):
         value = values_of(value)
@@ -91,7 +91,7 @@ def plain(value: Any) -> Any:
 
 
 class Record:
-    """Base class of dataclasses that JSON shows: results, and the parts of them."""
+    """Base class of dataclasses with a form in JSON: results and their parts."""
 
     def to_dict(self) -> dict[str, Any]:
         """The values with the keys of the command line's JSON; NaN and infinity are None."""
@@ -106,12 +106,11 @@ class Record:
         return [dict(zip(table, row, strict=True)) for row in zip(*map(plain, table.values()), strict=True)]
 
     def _table(self) -> Any:
-        """Columns by name, or a list of rows, with unrounded numbers."""
-        columns = values_of(self, columns=True)
-        return {name: values.ravel() for name, values in columns.items()} or [self._flat()]
+        """The table as columns by name or as a list of rows, with unrounded numbers."""
+        return {name: values.ravel() for name, values in values_of(self, columns=True).items()} or [self._flat()]
 
     def _flat(self) -> dict[str, Any]:
-        """The texts and numbers among the values, as they are: a row of a table."""
+        """One row of a table: the values that are texts or numbers, not converted."""
         return {key: value for key, value in values_of(self).items() if isinstance(value, str | Number)}
 
 
@@ -132,14 +131,14 @@ class Answer(Record, ABC):
 
     @abstractmethod
     def _line(self) -> str:
-        """The answer in a few words and numbers."""
+        """Summary of the answer in a few words and numbers."""
 
     def to_json(self, *, indent: int | None = None) -> str:
         """`to_dict` as JSON with numbers in full precision; NaN and infinity are null."""
         return json.dumps(self.to_dict(), indent=indent, allow_nan=False)
 
     def to_frame(self) -> pd.DataFrame:
-        """A DataFrame of pandas with a row per point or projection, and columns as `omega_max_lon`; or ImportError."""
+        """A pandas DataFrame with a row per point or projection; raises ImportError without pandas."""
         try:
             import pandas as pd
         except ImportError as error:
@@ -157,16 +156,14 @@ def html_table(table: Mapping[str, Any] | Sequence[Mapping[str, Any]], caption: 
         table = {name: [row.get(name) for row in table] for name in names}
     columns = {name: [one.tolist() if hasattr(one, "tolist") else one for one in table[name]] for name in table}
     count = max((len(values) for values in columns.values()), default=0)
-    cells = {name: _cells(values) for name, values in columns.items()}
     head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
-    rows = zip(*cells.values(), strict=True)
-    body = "".join(f"<tr>{''.join(row)}</tr>" for row in rows)
+    body = "".join(f"<tr>{''.join(row)}</tr>" for row in zip(*map(_cells, columns.values()), strict=True))
     rest = f"<p>and {count - _MOST_ROWS} more rows</p>" if count > _MOST_ROWS else ""
     return f"<table><caption>{html.escape(caption)}</caption><tr>{head}</tr>{body}</table>{rest}"
 
 
 def _cells(values: Sequence[Any]) -> list[str]:
-    """The cells of a column, with bars where they have a sense."""
+    """HTML cells of a column, with bars if its numbers are non-negative."""
     numbers = [value for value in values if isinstance(value, float) and math.isfinite(value)]
     largest = max(numbers, default=0.0)
     bars = len(numbers) > 1 and largest > 0.0 and min(numbers) >= 0.0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.support.messages import shown, suggestion
+from projdist.support.messages import close_words, did_you_mean, shown
 
 _Kind = TypeVar("_Kind")
 _Thing = TypeVar("_Thing")
@@ -77,8 +77,8 @@ def check_degrees(lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArra
 class Registry(dict[str, _Thing], Generic[_Thing]):
     """Things of one kind by name.
 
-    `aliases` are other names of them, `suggested` the words that a misspelt name is compared with (the names), and
-    `rule` what the message says must be given (one of the names).
+    `aliases` maps further names to names. A misspelt name is compared with the words in `suggested`, by default the
+    names. `rule` is the sentence in messages that says what is allowed, by default one of the names.
     """
 
     def __init__(
@@ -95,10 +95,11 @@ class Registry(dict[str, _Thing], Generic[_Thing]):
         self.rule = rule or f"It must be one of {', '.join(things)}."
 
     def named(self, name: Any) -> _Thing:
-        """The thing of a name or alias; raises ValueError with close words."""
+        """The thing with a name or alias; raises ValueError with close words."""
         if isinstance(name, str) and (found := self.aliases.get(name, name)) in self:
             return self[found]
-        hint = suggestion(name, self.suggested) if isinstance(name, str) else ""
+        text = name.lower().replace("-", "_").replace(" ", "_") if isinstance(name, str) else ""
+        hint = did_you_mean(close_words(text, self.suggested))
         raise ValueError(f"Invalid {self.kind} {quoted(name)}. {hint}{self.rule}")
 
 
@@ -131,14 +132,14 @@ def check_raster(image: Any, bands: Iterable[int], text: str) -> None:
 
 
 def check_instance(thing: str, value: Any, kind: type[_Kind], what: str) -> _Kind:
-    """A value of the type `kind`, described by `what` in the message."""
+    """A value of the type `kind`, which the message describes as `what`."""
     if not isinstance(value, kind):
         raise ValueError(f"Invalid {thing} {quoted(value)}. It must be {what}.")
     return value
 
 
 def listed_values(values: Any, one: tuple[type, ...] = (str,)) -> list[Any]:
-    """The values of an iterable; a value of the types `one`, or one that is not iterable, as a list of one."""
+    """The values of an iterable as a list; a value of the types `one`, or not iterable, as a list of itself."""
     if isinstance(values, (*one, bytes)) or not isinstance(values, Iterable):
         return [values]
     return list(values)

@@ -22,20 +22,20 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 Arguments = ParamSpec("Arguments")
 
-_FEW = 24  # tasks take less time than starting a process
+_FEW = 24  # so many tasks take less time than starting processes
 _RETRIES = 3
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")  # of the libraries that NumPy uses
 _ADDRESS = re.compile(r"dask://([^/\s:]+|\[[^\]\s]+\]):(\d{1,5})/?")
 _NUMBER = re.compile(r"processes(?::([1-9]\d{0,3}))?")
 
-_WITHOUT: ContextVar[bool] = ContextVar("without", default=False)
+_NO_PROCESSES: ContextVar[bool] = ContextVar("no_processes", default=False)
 
 
 # ---- by name --------------------------------------------------------------------------------
 
 
 def check_executor(text: str) -> str | int:
-    """Dask's address of `dask://HOST:PORT`, or the number of `processes:N` (of cores by default); raises ValueError."""
+    """Address of `dask://HOST:PORT`, or number of `processes:N`, by default one per core; raises ValueError."""
     address, number = _ADDRESS.fullmatch(text.strip()), _NUMBER.fullmatch(text.strip())
     if address:
         return f"tcp://{address[1]}:{address[2]}"
@@ -48,7 +48,7 @@ def check_executor(text: str) -> str | int:
 
 @contextlib.contextmanager
 def open_executor(text: str) -> Iterator[Executor]:
-    """The executor of a text; raises ValueError, ImportError without Dask, OSError if the cluster does not answer."""
+    """The executor that a text names; raises ValueError, ImportError without Dask, OSError if no cluster answers."""
     address = check_executor(text)
     if isinstance(address, int):
         with Processes(address) as processes:
@@ -64,12 +64,12 @@ def open_executor(text: str) -> Iterator[Executor]:
 
 @contextlib.contextmanager
 def own_executor(tasks: int) -> Iterator[Executor | None]:
-    """A pool with one process per core, or None if it would not be faster or not be safe."""
-    # Processes are forked: spawned ones would run the caller's script again unless it is guarded. Threads would not
-    # help, since PROJ's database is read under Python's lock.
+    """A pool with one process per core; None where a pool would be slower or unsafe."""
+    # Processes are forked: spawned ones would run the caller's script again unless it is guarded. Threads do not help,
+    # since PROJ's database is read under Python's lock.
     cores = _cores()
     forks = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
-    if tasks <= _FEW or cores == 1 or not forks or _WITHOUT.get():
+    if tasks <= _FEW or cores == 1 or not forks or _NO_PROCESSES.get():
         yield None
         return
     others = multiprocessing.active_children()
@@ -89,15 +89,15 @@ def own_executor(tasks: int) -> Iterator[Executor | None]:
 @contextlib.contextmanager
 def without_processes() -> Iterator[None]:
     """Context in which `own_executor` returns None, for workers that each have one core."""
-    token = _WITHOUT.set(True)
+    token = _NO_PROCESSES.set(True)
     try:
         yield
     finally:
-        _WITHOUT.reset(token)
+        _NO_PROCESSES.reset(token)
 
 
 def _cores() -> int:
-    """Number of cores that this process may use; 1 if unknown."""
+    """Number of cores available to this process; 1 if unknown."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
 
 
@@ -114,7 +114,7 @@ def _end_all_but(others: Sequence[multiprocessing.process.BaseProcess]) -> None:
 class Processes(Executor):
     """Worker processes; a lost one loses only its own tasks and is replaced.
 
-    Each is a pool of one: a larger pool of the standard library or of loky is broken for all tasks by one lost process.
+    Each is a pool of one: in a larger pool of the standard library or of loky one lost process breaks all tasks.
     They are forked from a clean server process, not from this one, which has threads, so that scripts must be guarded
     by `if __name__ == "__main__"`. They end when this process ends, for whatever reason.
     """
@@ -165,9 +165,9 @@ class Processes(Executor):
 
 
 def _begin() -> None:
-    """Initialise a worker of `Processes`: end silently on signals, and with the parent process."""
+    """Initialise a worker of `Processes`, which ends silently on signals and with its parent process."""
     default_signals()
-    for name in _THREADS:  # NumPy, loaded later, must not start threads, as there is a process per core
+    for name in _THREADS:  # NumPy, loaded later, must not start threads: each core has a process
         os.environ.setdefault(name, "1")
     parent = multiprocessing.parent_process()
     if parent is not None:

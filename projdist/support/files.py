@@ -68,7 +68,7 @@ def separator_of(line: str) -> str | None:
 
 
 def split_rows(lines: Iterable[tuple[int, str]], separator: str | None) -> list[NumberedRow]:
-    """Cells of numbered lines, none longer than the first; raises ValueError that begins with the line number."""
+    """Cells of numbered lines, at most as many as in the first; raises ValueError that begins with the line number."""
     rows: list[NumberedRow] = []
     for number, line in lines:
         try:
@@ -100,7 +100,7 @@ def has_decimal_comma(cell: str) -> bool:
 
 
 def comma_hint(cells: Iterable[str]) -> str:
-    """Sentence on decimal commas if a cell has one; else ""."""
+    """Advice on decimal commas if a cell has one, else ""."""
     return _HINT if any(map(has_decimal_comma, cells)) else ""
 
 
@@ -109,7 +109,7 @@ MISSING = ("", "NA", "<NA>")
 
 
 def cells_of(line: str, separator: str | None) -> list[str]:
-    """Cells of a line; None separates by blanks. Raises ValueError that describes the fault."""
+    """Cells of a line, separated by blanks if `separator` is None; raises ValueError that describes the fault."""
     if separator is None:
         return line.split()
     try:
@@ -138,9 +138,9 @@ def is_number(text: str) -> bool:
 
 # ---- writing ------------------------------------------------------------------------------------
 
-# Paths of open streams: a file behind one was opened by the parent process.
 _BLOCK = bytes(4096)  # a block of a disk
 _AFTER_FAILURE = 256  # blocks: SQLite frees some space before it fails
+# Paths of open streams: a file behind one was opened by the parent process.
 _STREAMS = ("/dev/stdin", "/dev/stdout", "/dev/stderr", "/dev/fd/", "/proc/")
 
 
@@ -157,12 +157,12 @@ def refuse_existing(path: Path) -> None:
 
 @contextlib.contextmanager
 def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ()) -> Iterator[Path]:
-    """A temporary path to write to; the file is replaced once it is complete, else untouched.
+    """Context with a temporary path to write to; the file is replaced once that is complete, else left untouched.
 
-    The path has the same name in a temporary folder beside the file, so that other files of a writer are removed, and
-    names derived from it (as of a layer) are right. Links stay links, and permissions are kept. Files with the suffixes
-    `beside` are moved too if written, and removed if not. Raises FileExistsError if the file exists and must not be
-    overwritten, and OSError if the disk is full, even if the writer ignored that.
+    The path has the file's name and is in a temporary folder beside it, so that a writer's other files are removed and
+    names derived from the path (as of a layer) are right. Links stay links, and permissions are kept. Files with the
+    suffixes `beside` are moved along if they were written, else removed. Raises FileExistsError if the file exists and
+    must not be overwritten, and OSError if the disk is full, even if the writer ignored that.
     """
     paths = [path, *(path.with_suffix(suffix) for suffix in beside)]
 
@@ -187,7 +187,7 @@ def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ())
             with new.open("rb") as data, target.open("wb") as sink:
                 shutil.copyfileobj(data, sink)
             return
-        check()  # they may have been created meanwhile
+        check()  # the files may have been created meanwhile
         for suffix in beside:
             if new.with_suffix(suffix).exists():
                 _replace(new.with_suffix(suffix), target.with_suffix(suffix))
@@ -199,11 +199,11 @@ def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ())
 
 
 def _check_room(path: Path, blocks: int = 2) -> None:
-    """Raise OSError if a file cannot grow, as GDAL or Pillow may then have written only a part without an error."""
+    """Raise OSError if a file cannot grow: GDAL and Pillow may then have written a part of it without an error."""
     with path.open("ab", buffering=0) as file:
         size = file.seek(0, os.SEEK_END)
         try:
-            for _ in range(blocks):  # one may be written in part; the next then fails
+            for _ in range(blocks):  # a block may be written in part; the next one then fails
                 file.write(_BLOCK)
             os.fsync(file.fileno())  # network disks report a full disk only then
         finally:

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator, Sequence
 from contextvars import ContextVar
 
 # Finds 98 % of names with one letter wrong, missing, doubled or transposed, and hardly any unrelated one.
-NEAR = 0.75
+NEAR = 0.75  # cutoff of difflib's similarity
 _SHORTEST_BEGINNING = 3  # letters
 _LONGEST_WORD = 200
 _LONGEST_SHOWN, _LONGEST_READ, _LONGEST_LINE = 80, 2000, 300
@@ -55,13 +55,8 @@ def listed(words: Sequence[str], conjunction: str) -> str:
 
 
 def did_you_mean(words: Sequence[str]) -> str:
-    """The question followed by a space; "" without words."""
+    """The question and a space, such as `Did you mean a or b? `; "" without words."""
     return f"Did you mean {listed(words, 'or')}? " if words else ""
-
-
-def suggestion(text: str, known: Collection[str]) -> str:
-    """`Did you mean mean? ` for `Maen`; known names are in lower case with underscores."""
-    return did_you_mean(close_words(text.lower().replace("-", "_").replace(" ", "_"), known))
 
 
 # ---- notices -------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if
 def orderly_end() -> Iterator[None]:
     """Context in which a signal raises SystemExit, so that cleanup runs undisturbed; after it a signal ends at once."""
     _handle(_stop)
-    kept, sys.unraisablehook = sys.unraisablehook, _tell_again
+    kept, sys.unraisablehook = sys.unraisablehook, _send_again
     try:
         yield
     except Exception:
@@ -55,7 +55,7 @@ def default_signals() -> None:
 def _is_command() -> bool:
     """True if Python was started as `projdist` or `python -m projdist`."""
     script, words = "".join(sys.argv[:1]), sys.orig_argv
-    if script == "-m":  # so until the module is found
+    if script == "-m":  # as until the module is found
         return "-mprojdist" in words or ("-m", "projdist") in itertools.pairwise(words)
     return Path(script).stem == "projdist"
 
@@ -88,10 +88,11 @@ class _Ending:
         """Ignore the signal."""
 
 
-def _tell_again(lost: sys.UnraisableHookArgs) -> None:
+def _send_again(lost: sys.UnraisableHookArgs) -> None:
     """Send a signal again shortly after its SystemExit was raised where Python ignores exceptions, as after a fork."""
     if not isinstance(lost.exc_value, SystemExit):
-        if not any(isinstance(signal.getsignal(number), _Ending) for number in _SIGNALS):  # else it is a consequence
+        # Errors while the process ends follow from its end.
+        if not any(isinstance(signal.getsignal(number), _Ending) for number in _SIGNALS):
             sys.__unraisablehook__(lost)
         return
     _handle(_stop)

@@ -1,4 +1,4 @@
-"""The drawn part of a map, which is the requested region without what runs off to infinity, and lines within it."""
+"""The drawn part of a map, the requested region without parts that run off to infinity, and lines within it."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from projdist.support import check_number
 
 Bounds = tuple[float, float, float, float]
 
-_LARGEST_PART = 90.0  # degrees
+_LARGEST_PART = 90.0  # degrees: larger regions are drawn without surroundings
 
 POLE = 90.0 - 1e-5
-"""The latitude taken for a pole: 1 m away, where longitudes are still apart by more than rounding."""
+"""The latitude that stands for a pole, 1 m away from it, where longitudes still differ by more than rounding."""
 
 
 def longitude_width(bounds: Bounds) -> float:
@@ -33,7 +33,7 @@ def longitude_width(bounds: Bounds) -> float:
 
 
 def ground_size(bounds: Bounds) -> tuple[float, float]:
-    """Width and height in degrees on the ground, at the middle latitude, or across the pole if that is less."""
+    """Width and height in degrees on the ground; the width is at the middle latitude, or across the pole if less."""
     _, south, _, north = bounds
     width = longitude_width(bounds) * np.cos(np.radians(0.5 * (south + north)))
     equatorward = max(south, -north)
@@ -48,7 +48,7 @@ def check_step(step: float) -> None:
 
 
 class Survey(NamedTuple):
-    """Images x, y and rough principal scales a >= b of a map on a grid lon, lat over a region, (rows, columns)."""
+    """Images x, y and rough principal scales a >= b of a map on a grid lon, lat over a region; all (rows, columns)."""
 
     lon: FloatArray
     lat: FloatArray
@@ -64,11 +64,12 @@ class Domain:
 
     projection: Projection
     region: Place
-    box: Place  # the drawn area: the box around a region, if that is a part of the globe, or the region
+    box: Place  # the drawn area: of a region that is a part of the globe the box around it, else the region
     survey: Survey = field(compare=False, repr=False)
-    # Parts that run off to infinity.
+    # Test of x, y, a, b for parts that run off to infinity.
     beyond: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None = None
-    within: Callable[[FloatArray, FloatArray], BoolArray] | None = None  # limits a map that folds to one sheet
+    # Test of lon, lat that limits a map which folds to one sheet.
+    within: Callable[[FloatArray, FloatArray], BoolArray] | None = None
 
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Coordinates in metres of points in degrees, NaN for points that are not drawn."""
@@ -103,7 +104,7 @@ class Domain:
 
     @property
     def radius(self) -> float:
-        """The semi-major axis of the Earth in metres."""
+        """The semi-major axis of the map's ellipsoid in metres."""
         return self.projection.ellipsoid.a
 
 
@@ -135,8 +136,8 @@ def rough_scales(
     projection: Projection, lon: FloatArray, lat: FloatArray, x: FloatArray, y: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Principal scales a >= b at points with images x, y, by differences over 2 m, to about 5 digits."""
-    # Each direction takes the smaller of its two one-sided differences, so that a seam does not count as a large scale.
-    # Scales at a pole are taken one step away from it.
+    # In each direction the smaller of two one-sided differences counts, so that a seam is not taken for a large scale.
+    # Scales at a pole are those one step away from it.
     polar = np.abs(lat) > POLE - _STEP
     if polar.any():
         lat, x, y = np.clip(lat, -POLE + _STEP, POLE - _STEP), x.copy(), y.copy()
@@ -158,11 +159,11 @@ def rough_scales(
     return 0.5 * (total + difference), 0.5 * np.abs(total - difference)
 
 
-# Multiples of the part with usual scales. Maps that end reach 1.6 (van der Grinten); Mercator's, which grows slowly,
-# is at 1.46 by 89 degrees and at 4 a metre from the pole.
+# Multiples of the part with usual scales. Maps that end reach 1.6 times as far (van der Grinten); Mercator's map, which
+# grows slowly, is at 1.46 by 89 degrees and at 4 a metre from the pole.
 _CORE, _FAR, _ENDLESS = 0.9, 1.35, 2.5
-_WRONG, _GAPS = 10.0, 1e-3  # of the limit of b, and of the nodes
-_LARGE = 12.0  # Mercator's scale at 85.2 degrees, the gnomonic map's at 73 degrees from the centre
+_WRONG, _GAPS = 10.0, 1e-3  # multiple of the limit of b that is wrong; share of nodes that makes a gap
+_LARGE = 12.0  # times the usual scale: Mercator's at 85.2 degrees, the gnomonic map's at 73 degrees from the centre
 
 
 def _beyond(
@@ -182,7 +183,7 @@ def _beyond(
     b_limit = 2.0 * quantile(b[near], area[near], 0.5)
     centre = np.array([x[near].mean(), y[near].mean()])
     spread = np.column_stack([x[near], y[near]]) - centre
-    # A line is made in a tenth of the time that points take; it has two at least.
+    # A line, of at least two points, is made in a tenth of the time that points take.
     hull = shapely.convex_hull(shapely.linestrings(np.concatenate([spread, spread[:1]])))
     factors = (_CORE, _FAR, _ENDLESS)
     core, far, endless = (shapely.transform(hull, lambda xy, factor=factor: xy * factor) for factor in factors)
@@ -197,7 +198,7 @@ def _beyond(
 
     farthest = projection(*climb(distance, float(lon[inside][best]), float(lat[inside][best]))[:2])
     if shapely.contains_xy(endless, *(np.array(farthest) - centre)):
-        # Beside gaps in a map that has an end PROJ may be wrong: etmerc is, a few degrees about its singular points.
+        # Beside gaps in a map that has an end PROJ may be wrong, as etmerc is within some degrees of singular points.
         wrong = _WRONG * b_limit if undefined.mean() > _GAPS else np.inf
         return (lambda x, y, a, b: b > wrong) if (b > wrong).any() else None
     shapely.prepare(core)
@@ -229,7 +230,7 @@ def climb(
 
 _SMOOTH = 5e-4  # of the map's size; a chord farther than this from its arc is halved
 _ROUNDS = 8
-_LONGEST = 0.1  # of the map's size: near a point where many seams meet, some may be missed
+_LONGEST = 0.1  # of the map's size: a longer step crosses a seam that was missed, as may happen where many seams meet
 
 
 def project_lines(domain: Domain, lines: Sequence[FloatArray], size: float) -> list[FloatArray]:
@@ -258,7 +259,7 @@ def project_lines(domain: Domain, lines: Sequence[FloatArray], size: float) -> l
 
 
 def cut_at_tears(domain: Domain, points: FloatArray, line: IntArray) -> FloatArray:
-    """Points (n, 4) of numbered lines, cut at tears; a row of NaN separates lines and the two sides of a tear."""
+    """Points (n, 4) of numbered lines, cut at tears; rows of NaN separate lines and the two sides of a tear."""
     joined = np.flatnonzero(line[1:] == line[:-1])
     links = find_tears(domain, points[joined], points[joined + 1], domain.radius)
     torn = joined[links.torn]
@@ -282,7 +283,7 @@ _ROUND_STEPS = (
     *(minutes / 60.0 for minutes in (1, 2, 5, 10, 20, 30)),
     *(1.0, 2.0, 5.0, 10.0, 15.0, 30.0),
 )
-_ACROSS = 6
+_ACROSS = 6  # lines
 _MOST_LINES = 2000  # more cannot be told apart
 
 
@@ -332,7 +333,7 @@ def graticule_values(bounds: Bounds, meridian_step: float, parallel_step: float)
 
 # ---- grids of points ------------------------------------------------------------------------------
 
-_MOST_POINTS = 200_000  # ellipses half a degree apart on a globe; smaller ones are less than a pixel
+_MOST_POINTS = 200_000  # half a degree apart on a globe, where ellipses are less than a pixel
 
 
 def even_grid(bounds: Bounds, step: float, central_meridian: float | None = None) -> tuple[FloatArray, FloatArray]:

@@ -14,8 +14,8 @@ from projdist.surfaces.domain import POLE
 from projdist.surfaces.surface import Surface
 
 _HALVINGS = 6
-_LEFT = 0.5  # of an edge's difference, on a 64th of the edge: a continuous field keeps a few hundredths of it there
-_STEEP = 2.0  # of the usual difference along an edge: a jump on a less steep edge is smaller than the field's slope
+_LEFT = 0.5  # of an edge's difference, if left on a 64th of it, is a jump: continuous fields leave some hundredths
+_STEEP = 2.0  # of the usual difference along an edge: on less steep edges a jump is smaller than the field's slope
 
 ValuesAt = Callable[[FloatArray, FloatArray], FloatArray]
 """A field's values at longitudes and latitudes."""
@@ -77,11 +77,11 @@ def _jumps(surface: Surface, edges: IntArray, level: FloatArray, values_at: Valu
     return np.asarray(passed & (np.abs(there - here) > _LEFT * (most - least)))
 
 
-_MOST_STEPS = 1.5  # an image is less than a step from its node, and the field may be curved
+_MOST_STEPS = 1.5  # between an image and its node, which are less than a step apart; the field may be curved
 
 
 def field(surface: Surface, measure: Measure) -> FloatArray:
-    """Values of a measure at the vertices of a surface, at images of a seam on their own side of it."""
+    """Values of a measure at the vertices of a surface; at images of a seam those on their own side of it."""
     inner = _off_poles(surface)
     values = np.full(surface.x.size, np.nan)
     values[inner] = measure_at(surface.domain.projection, measure, *surface.lonlat_off_seams(inner))
@@ -91,7 +91,8 @@ def field(surface: Surface, measure: Measure) -> FloatArray:
     across, along, steps = np.abs(np.diff(nodes, axis=1)), np.abs(np.diff(nodes, axis=0)), np.zeros(nodes.shape)
     for part, difference in ((steps[:, 1:], across), (steps[:, :-1], across), (steps[1:], along), (steps[:-1], along)):
         np.fmax(part, difference, out=part)
-    # Next to a seam derivatives may fail: a value farther from its node's than the node's neighbours gives way to it.
+    # Next to a seam derivatives may fail: a value farther from its node's than those of the node's neighbours are is
+    # replaced by the node's.
     near, step = nodes.ravel()[surface.source], steps.ravel()[surface.source]
     return np.where(np.abs(values - near) <= _MOST_STEPS * step, values, near)
 
@@ -110,7 +111,7 @@ def _off_poles(surface: Surface) -> IntArray:
 
 
 def filled(values: FloatArray) -> FloatArray:
-    """The values with gaps filled by means of neighbours, up to three cells into a gap."""
+    """The values with gaps filled by means of neighbours, as far as three cells into a gap."""
     for _ in range(3):
         missing = np.isnan(values)
         if not missing.any():

@@ -18,7 +18,7 @@ from projdist.surfaces.domain import Bounds, ground_size, longitude_width, proje
 from projdist.surfaces.surface import Surface
 
 _TURNS = (-360.0, 0.0, 360.0)
-_REACH = 200.0  # degrees of longitude; cells lie within 180 and a little more
+_REACH = 200.0  # degrees of longitude, as cells lie within 180 and a little more
 _STRAIGHT = 1e-12  # relative difference in area between a cell and its bounding box
 _TILES = 36  # an area is cut into at most 36 by 36 tiles, which makes intersections with small cells cheap
 
@@ -47,8 +47,7 @@ class PreparedArea:
             for k in range(_TILES):
                 strip = clipped(polygons, lons[k], south, lons[k + 1], north)
                 if not strip.is_empty:
-                    sides = pairwise(lats)
-                    tiles += [clipped(strip, lons[k], low, lons[k + 1], high) for low, high in sides]
+                    tiles += [clipped(strip, lons[k], low, lons[k + 1], high) for low, high in pairwise(lats)]
         # A coast that a tile's side cuts many times may cross itself there.
         tiles = [tile if tile.is_valid else shapely.make_valid(tile) for tile in tiles if not tile.is_empty]
         pairs = ((turn, tile) for turn in _TURNS for tile in tiles if abs(tile.centroid.x + turn) < _REACH)
@@ -70,8 +69,7 @@ class PreparedArea:
 
         def pixel(points: FloatArray) -> IntArray:
             """Column and row of points in the grid, whose rim stands for everything outside."""
-            inner = np.floor((points - start) * (pixels / size))
-            return np.clip(inner, -1.0, pixels).astype(int) + 1
+            return np.clip(np.floor((points - start) * (pixels / size)), -1.0, pixels).astype(int) + 1
 
         covered = np.zeros(pixels.astype(int) + 3, dtype=int)
         first, end = pixel(self.steps.min(axis=1)), pixel(self.steps.max(axis=1)) + 1
@@ -85,11 +83,11 @@ class PreparedArea:
 
 @dataclass(frozen=True)
 class CellsIn:
-    """The cells of a surface, whole ones, then cut ones, in an area: those `inside`, those `touched`, and `pieces`."""
+    """The cells of a surface, whole ones, then cut ones, that lie in an area."""
 
-    inside: BoolArray
-    touched: BoolArray
-    pieces: list[FloatArray]
+    inside: BoolArray  # wholly
+    touched: BoolArray  # wholly or in part
+    pieces: list[FloatArray]  # polygons (x, y), the parts of cells that are not wholly inside
 
 
 def cells_in(surface: Surface, area: PreparedArea) -> CellsIn:
@@ -116,12 +114,11 @@ def cells_in(surface: Surface, area: PreparedArea) -> CellsIn:
 def _in_cells(
     surface: Surface, area: PreparedArea, cells: IntArray, inside: BoolArray, *, torn: bool
 ) -> tuple[BoolArray, IntArray, list[FloatArray]]:
-    """Which cells with n corners, (m, n), are inside the area, and pieces of the others with their cells' numbers."""
+    """Flags of cells (m, n), with n corners, inside the area, and of the others numbers and pieces of their parts."""
     lon, lat = surface.lonlat()
     xy = np.column_stack([surface.x, surface.y])
     lons, lats = lon[cells.T], lat[cells.T]
-    first = wrapped(lons[0])
-    lons = first + (np.mod(lons - lons[0] + 180.0, 360.0) - 180.0)
+    lons = wrapped(lons[0]) + (np.mod(lons - lons[0] + 180.0, 360.0) - 180.0)
     near = area.may_border(lons, lats)
     near = near[np.abs(lats[:, near]).max(axis=0) <= area.end]
     corners = np.stack([lons[:, near].T, lats[:, near].T], axis=-1)
@@ -132,16 +129,13 @@ def _in_cells(
     on_border[border] = True
     cell, tile = area.tiles.query(shapes, predicate="intersects")
     valid = shapely.make_valid(shapes) if torn else shapes
-    pieces = _parts_of(area.tiles.geometries[tile], valid[cell])
-    parts, owner = shapely.get_parts(pieces, return_index=True)
+    parts, owner = shapely.get_parts(_parts_of(area.tiles.geometries[tile], valid[cell]), return_index=True)
     parts, owner = shapely.get_parts(parts, return_index=True)[0], cell[owner]
     keep = shapely.area(parts) > 0
     rings, owner = shapely.get_exterior_ring(parts[keep]), owner[keep]
     points, ring = shapely.get_coordinates(rings, return_index=True)
-    if torn:
-        image = np.full(points.shape, np.nan)
-    else:
-        image = np.column_stack(surface.domain(wrapped(points[:, 0]), points[:, 1]))
+    x, y = np.full(points.T.shape, np.nan) if torn else surface.domain(wrapped(points[:, 0]), points[:, 1])
+    image = np.column_stack([x, y])
     starts = np.searchsorted(ring, np.arange(owner.size))
     places, polygons = (np.split(values, starts)[1:] for values in (points, image))
     for number in np.unique(ring[np.isnan(image[:, 0])]):
@@ -155,7 +149,7 @@ def _in_cells(
 
 
 def _parts_of(tiles: NDArray[np.object_], cells: NDArray[np.object_]) -> NDArray[np.object_]:
-    """Intersections of tiles with cells; for cells along meridians and parallels in a fifth of the time."""
+    """Intersections of tiles with cells, for cells along meridians and parallels in a fifth of the time."""
     bounds = shapely.bounds(cells).reshape(-1, 4)
     if not np.allclose(shapely.area(shapely.box(*bounds.T)), shapely.area(cells), rtol=_STRAIGHT, atol=0.0):
         return np.asarray(shapely.intersection(cells, tiles))
@@ -165,7 +159,7 @@ def _parts_of(tiles: NDArray[np.object_], cells: NDArray[np.object_]) -> NDArray
 
 
 def clipped(polygons: shapely.Geometry, *box: float) -> shapely.Geometry:
-    """Polygons within west, south, east, north; GEOS's fast way fails for some valid ones, and the general does not."""
+    """Polygons within west, south, east, north, by GEOS's fast way, or by the general one where that fails."""
     try:
         return shapely.clip_by_rect(polygons, *box)
     except shapely.errors.GEOSException:
@@ -175,9 +169,10 @@ def clipped(polygons: shapely.Geometry, *box: float) -> shapely.Geometry:
 # ---- land ----------------------------------------------------------------------------------------
 
 _FINEST = "10m"
-_POLAR = 86.0  # degrees; no coast lies beyond
-_WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0  # degrees
-# The name of polygons, all of them, the lines that bound them, and the latitude beyond which there are none.
+_POLAR = 86.0  # degrees of latitude beyond which there is no coast
+# Degrees: sizes of regions beyond which coasts are coarse, below which they are fine, and up to which they may be.
+_WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0
+# The name of polygons, functions for them and for the lines around them, and the latitude beyond which there are none.
 _AREAS = {"coast": ("land", land, coastlines, _POLAR), "shores": ("lakes", lakes, shores, 90.0)}
 
 
@@ -193,32 +188,27 @@ def coast_resolution(surface: Surface) -> str:
     return usual if own == "" or (own == "10m" and size > _LARGEST_FINE) else own
 
 
-def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The land of a surface: triangles of vertices, (m, 3), and polygons of (x, y) along the coast."""
-    return _polygons(surface, "coast", resolution)
-
-
-def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The lakes of a surface, in the form of `land_polygons`; for 1 : 10 million those at 1 : 50 million."""
-    return _polygons(surface, "shores", _lake_resolution(resolution))
-
-
-def _polygons(surface: Surface, kind: str, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The land, with the border "coast", or the lakes of a surface, with the border "shores"."""
+def _polygons(kind: str, surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
+    """Triangles of vertices, (m, 3), and polygons of (x, y) along the border that are what a border encloses."""
+    resolution = _available(kind, resolution)
     if _is_wide(surface) and resolution != _FINEST:
         area = _whole_area(kind, resolution)
     else:
         # All land at the finest resolution takes seconds to prepare, and half a second at others.
         bounds, (name, _, _, end) = surface.domain.box.bounds, _AREAS[kind]
-        border = segments_of(_within(kind, resolution, bounds, np.inf))
+        border = segments_of(_within(kind, bounds, resolution, np.inf))
         area = PreparedArea.of(polygons_within(name, _window(bounds), resolution), border, end)
     found = cells_in(surface, area)
     return surface.covering(found.inside), found.pieces
 
 
+land_polygons, lake_polygons = functools.partial(_polygons, "coast"), functools.partial(_polygons, "shores")
+"""The land and the lakes of a surface at a resolution: triangles of vertices, and polygons (x, y) along the shore."""
+
+
 def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArray] | None:
-    """Rings (x, y) around the land of a surface and around its holes; None where the map may be torn there."""
-    # `size` is the width or height of the map in metres. Usually takes a quarter of the time of `land_polygons`.
+    """Rings (x, y) around the land of a surface and around its holes; None if the map may be torn there."""
+    # `size` is the width or height of the map in metres. This usually takes a quarter of the time of `land_polygons`.
     rows, columns = surface.shape
     # A turned map is singular at a point, which a ring may surround.
     turned = surface.frame.axes is not None
@@ -242,7 +232,7 @@ def _is_wide(surface: Surface) -> bool:
 
 @functools.cache
 def _whole_area(kind: str, resolution: str) -> PreparedArea:
-    """All land or all lakes, with shores but without the cuts of the data as border."""
+    """All land or all lakes, bordered by shores but not by the cuts of the data."""
     _, polygons, lines, end = _AREAS[kind]
     return PreparedArea.of(polygons(resolution), segments_of(lines(resolution)), end)
 
@@ -265,25 +255,11 @@ def _window(bounds: Bounds, margin: float = _MARGIN) -> Bounds:
     return west - beside, south - above, west + width + beside, north + above
 
 
-def coast(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
-    """Coastlines within bounds and a little beyond: lines of (lon, lat) with steps of at most `step` degrees."""
-    # The default is a sixtieth of the size of the part of the world, at most a degree.
-    return _within("coast", resolution, bounds, step)
-
-
-def lake_shores(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
-    """Shores of lakes, in the form of `coast`."""
-    return _within("shores", _lake_resolution(resolution), bounds, step)
-
-
-def country_borders(bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
-    """Land borders of countries, in the form of `coast`."""
-    return _within("borders", resolution, bounds, step)
-
-
-def _within(kind: str, resolution: str, bounds: Bounds, step: float | None) -> list[FloatArray]:
-    """The parts of lines, "coast", "shores" or "borders", within bounds and a little beyond."""
-    lines, step = _all_lines(kind, resolution), min(1.0, max(ground_size(bounds)) / _ALONG) if step is None else step
+def _within(kind: str, bounds: Bounds, resolution: str, step: float | None = None) -> list[FloatArray]:
+    """Lines of (lon, lat) within bounds and a little beyond, with steps of at most `step` degrees."""
+    # By default a step is a sixtieth of the size of the part of the world, at most a degree.
+    lines = _all_lines(kind, _available(kind, resolution))
+    step = min(1.0, max(ground_size(bounds)) / _ALONG) if step is None else step
     west, south, east, north = _window(bounds)
     if longitude_width(bounds) == 360.0:
         west, east, turns = -1000.0, 1000.0, np.zeros(1)  # all lines, also beyond 180 degrees
@@ -299,14 +275,18 @@ def _within(kind: str, resolution: str, bounds: Bounds, step: float | None) -> l
     return [part for part in parts if len(part)]
 
 
-def _lake_resolution(resolution: str) -> str:
-    """The resolution that lakes are available at."""
-    return "50m" if resolution == _FINEST else resolution
+coast, lake_shores, country_borders = (functools.partial(_within, kind) for kind in ("coast", "shores", "borders"))
+"""Coastlines, shores of lakes and land borders of countries within bounds, at a resolution."""
+
+
+def _available(kind: str, resolution: str) -> str:
+    """The resolution at which a kind is available: lakes have no finer one than 1 : 50 million."""
+    return "50m" if kind == "shores" and resolution == _FINEST else resolution
 
 
 @functools.cache
 def _all_lines(kind: str, resolution: str) -> NDArray[np.object_]:
-    """All lines of "coast", "shores" or "borders"."""
+    """All lines of a kind, "coast", "shores" or "borders"."""
     if kind == "borders":
         return np.array([shapely.linestrings(border.line) for border in borders(resolution)])
     return np.array([shapely.linestrings(line) for line in _AREAS[kind][2](resolution)])

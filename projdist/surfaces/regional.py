@@ -17,8 +17,8 @@ from projdist.surfaces.land import CellsIn, PreparedArea, cells_in, segments_of
 from projdist.surfaces.surface import Surface, build_surface, extent_of, frame_of_part, node_weights, triangles_of
 
 _FULLER = 4.0  # far parts are left out if the main part fills its bounding box this many times better
-_GROUND_NODES, _GLOBE_GROUND_STEP = 80, 1.0
-_APART = 1.5
+_GROUND_NODES, _GLOBE_GROUND_STEP = 80, 1.0  # of surroundings: nodes across, and largest step in degrees
+_APART = 1.5  # of the length of all cells in a row: parts of a region that span more lie apart
 _ALONG_BORDER = 60.0  # steps along the size of a region
 _ONCE = 1.2  # of the view's area: cells that cover more cover a part of it twice (cells at its sides reach beyond it)
 _SWOLLEN = 4.0  # ratio, either way, of a cell's area scale to the usual one in the region
@@ -33,7 +33,7 @@ def surface_of(projection: ProjectionLike, region: RegionLike | None, step: floa
 
 
 def shown_part(region: Place) -> Place:
-    """The part of a region that a picture shows: its main part if far parts would leave the picture almost blank."""
+    """The part of a region that a picture shows: its main part if distant parts would leave it almost blank."""
     if not (isinstance(region, Polygons) and region.far):
         return region
     main = main_part(region)
@@ -78,8 +78,7 @@ def _regional(surface: Surface, region: Region) -> Surface:
     else:
         ground = _surroundings(part)
     size = max(extent[1] - extent[0], extent[3] - extent[2])
-    border = project_lines(ground.domain, lines, size)
-    return replace(part, border=tuple(border), ground=ground)
+    return replace(part, border=tuple(project_lines(ground.domain, lines, size)), ground=ground)
 
 
 def _lies_apart(part: Surface) -> bool:
@@ -166,26 +165,26 @@ def _one_sheet(
     part: Surface, lons: FloatArray, lats: FloatArray, x: FloatArray, y: FloatArray, seen: BoolArray
 ) -> BoolArray:
     """Nodes in the view that are connected with the region without a fold, (rows, columns)."""
-    # Maps made for one region, polynomials, fold beyond it or come back into the view.
+    # Maps made for one region, as polynomials are, fold beyond it or come back into the view.
     (x_lat, x_lon), (y_lat, y_lon) = np.gradient(x), np.gradient(y)
     cells = np.asarray(x_lon * y_lat - x_lat * y_lon)
     areas = cells / np.cos(np.radians(lats)).clip(1e-6)[:, None]
     west, south, _, north = part.domain.region.bounds
     east = west + longitude_width(part.domain.region.bounds)
     inside = ((lons >= west) & (lons <= east))[None, :] & ((lats >= south) & (lats <= north))[:, None] & seen
-    # The majority decides: near a singular point areas are huge and of either sign.
+    # The majority of signs decides, as near a singular point areas are huge and of either sign.
     way = float(np.sign(np.nansum(np.sign(areas[inside]))))
     upright = seen & (np.sign(areas) != -way)  # at a pole it is 0
-    found = _hanging_together(inside, upright)
+    found = _connected(inside, upright)
     left, right, bottom, top = part.view
     if (found == seen).all() and np.nansum(np.abs(cells[seen])) < _ONCE * (right - left) * (top - bottom):
         return found
     # Where a map covers the view a second time, it is much larger or smaller.
     usual = float(np.nanmedian(np.abs(areas[inside])))
-    return _hanging_together(inside, upright & (np.abs(areas) < _SWOLLEN * usual) & (np.abs(areas) > usual / _SWOLLEN))
+    return _connected(inside, upright & (np.abs(areas) < _SWOLLEN * usual) & (np.abs(areas) > usual / _SWOLLEN))
 
 
-def _hanging_together(chosen: BoolArray, allowed: BoolArray) -> BoolArray:
+def _connected(chosen: BoolArray, allowed: BoolArray) -> BoolArray:
     """The allowed nodes of a grid that are connected with the chosen ones."""
     found = chosen & allowed
     while True:

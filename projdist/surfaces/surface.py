@@ -1,4 +1,4 @@
-"""The surface of a map: a grid of triangles that follows seams, turned so that a singular point is a pole."""
+"""The surface of a map: a grid of triangles that follows seams, turned to have a pole where the map is singular."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from projdist.surfaces.domain import POLE, Domain, climb, ground_size, longitude
 
 @dataclass(frozen=True)
 class TurnedFrame:
-    """A rotation of the grid: columns of `axes` are its axes in geographic coordinates; None for no rotation."""
+    """A rotation of the grid."""
 
-    axes: FloatArray | None = None
+    axes: FloatArray | None = None  # (3, 3), the grid's axes in geographic coordinates as columns; None: not rotated
 
     def geographic(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitude and latitude of grid coordinates, in degrees."""
@@ -28,13 +28,11 @@ class TurnedFrame:
             return u, v
         u, v = np.radians(u), np.radians(v)
         point = np.stack([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)], axis=-1) @ self.axes.T
-        return (
-            np.degrees(np.arctan2(point[..., 1], point[..., 0])),
-            np.degrees(np.arctan2(point[..., 2], np.hypot(point[..., 0], point[..., 1]))),
-        )
+        x, y, z = np.moveaxis(point, -1, 0)
+        return np.degrees(np.arctan2(y, x)), np.degrees(np.arctan2(z, np.hypot(x, y)))
 
 
-_SINGULAR = 1e4  # of the median scale, 1e-3 degrees from the point; one over the distance is 57 000
+_SINGULAR = 1e4  # of the median scale, 1e-3 degrees from the point, where one over the distance is 57,000
 
 
 def frame_of(domain: Domain) -> TurnedFrame:
@@ -65,12 +63,12 @@ def frame_of(domain: Domain) -> TurnedFrame:
 Extent = tuple[float, float, float, float]
 
 _TURNED_POLE = 90.0 - 0.02  # beyond the error of the singular point's position, and still less than a pixel
-_GLOBE_STEP = 0.6
-_REGION_NODES = 200
+_GLOBE_STEP = 0.6  # degrees
+_REGION_NODES = 200  # across a smaller region
 _LONGEST = 0.25  # of the map's size: a longer cell spans a seam that was missed
 _HEMISPHERE = 180.0
 _BLOCK = 8  # cells on a side
-_INWARD = 0.01  # of the way from the image of a seam to its node: there the side is certain
+_INWARD = 0.01  # of the way from the image of a seam to its node: so far in, the side is certain
 _OFFSET = 0.4937  # of a step: keeps nodes off the round longitudes and latitudes where seams are
 
 
@@ -152,7 +150,7 @@ class Surface:
         return np.concatenate([fans[even].reshape(-1, 3), triangles_of(whole[~filled[block]], cut)])
 
     def cells(self, chosen: BoolArray) -> tuple[IntArray, list[IntArray]]:
-        """The chosen ones of the whole cells and of the cut cells; `chosen` is for those, then for these."""
+        """The chosen whole cells and the chosen cut cells; `chosen` has flags of the former, then of the latter."""
         return self.whole[chosen[: len(self.whole)]], [self.cut[k] for k in np.flatnonzero(chosen[len(self.whole) :])]
 
 
@@ -163,7 +161,7 @@ def triangles_of(whole: IntArray, cut: Sequence[IntArray]) -> IntArray:
 
 
 def rim_edges(triangles: IntArray) -> IntArray:
-    """Edges (n, 2) of only one triangle, ascending: the map's edge, as triangles share vertices except across seams."""
+    """Edges (n, 2) of one triangle only, ascending: the map's edge, as triangles share vertices except across seams."""
     edges = np.sort(np.concatenate([triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)
     count = int(edges.max(initial=0)) + 1
     numbers, uses = np.unique(edges[:, 0] * count + edges[:, 1], return_counts=True)
@@ -218,10 +216,8 @@ def _grid(domain: Domain, frame: TurnedFrame, step: float | None) -> tuple[Float
     rows = max(int(np.ceil(height / step)), 8)
     # The edges of a region are sampled from just inside, so that `contains` does not depend on rounding.
     inset = max(1e-9 * max(width, height), 1e-12)
-    if wraps:
-        u = west + (np.arange(columns) + _OFFSET) * (width / columns)
-    else:
-        u = np.concatenate([[inset], (np.arange(columns) + _OFFSET) * (width / columns), [width - inset]]) + west
+    across = (np.arange(columns) + _OFFSET) * (width / columns)
+    u = west + (across if wraps else np.concatenate([[inset], across, [width - inset]]))
     v = np.concatenate([[inset], (np.arange(rows) + _OFFSET) * (height / rows), [height - inset]]) + south
     pole = POLE if frame.axes is None else _TURNED_POLE
     return np.asarray(u), np.clip(v, -pole, pole), wraps
@@ -229,7 +225,7 @@ def _grid(domain: Domain, frame: TurnedFrame, step: float | None) -> tuple[Float
 
 @dataclass
 class _Builder:
-    """Builds a surface: vertices, polygons and outline segments, collected while walking the torn cells."""
+    """Vertices, polygons and outline segments of a surface, collected while walking around the torn cells."""
 
     domain: Domain
     frame: TurnedFrame
@@ -255,7 +251,7 @@ class _Builder:
         return np.concatenate([self.points.reshape(-1, 4), np.array(self.extra).reshape(-1, 4)])
 
     def surface(self) -> Surface:
-        """The finished surface; ValueError where nothing is drawn."""
+        """The finished surface; raises ValueError if nothing is drawn."""
         width, nodes = self.width, self.node.size
         right = np.roll(self.node, -1, axis=1)[:, :width]
         node, across, along = self.node[:, :width], self.in_rows, self.in_columns
@@ -352,17 +348,14 @@ class _Builder:
             if not (np.isfinite(steps).any() and np.nanmedian(steps) < 1e-5 * self._size):
                 edges.append((0, self.across, self.in_rows[j], node[j], np.roll(node[j], -1)))
         if not self.wraps:
-            last = self.columns - 1
-            edges += [(1, self.along, self.in_columns[:, i], node[:-1, i], node[1:, i]) for i in (0, last)]
+            edges += [(1, self.along, self.in_columns[:, i], node[:-1, i], node[1:, i]) for i in (0, self.columns - 1)]
         for group, table, links, start, stop in edges:
             for link, one, other in zip(links.tolist(), start.tolist(), stop.tolist(), strict=False):
                 if not table.torn[link]:
                     segments.append((one, other))
                     continue
-                for corner, side in ((one, 0), (other, 1)):
-                    image = self.images.get((group, link, side))
-                    if image is not None:
-                        segments.append((corner, image))
+                ends = ((one, (group, link, 0)), (other, (group, link, 1)))
+                segments += [(corner, self.images[image]) for corner, image in ends if image in self.images]
 
     @functools.cached_property
     def _size(self) -> float:

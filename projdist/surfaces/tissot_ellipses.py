@@ -19,16 +19,16 @@ from projdist.surfaces.surface import Surface
 
 _LEAST_SHARE = 0.4  # of the usual step
 _FILL = 0.8  # of the size at which the first two ellipses would touch
-_CROWDED = 0.6  # of the usual distance; closer ellipses are left out, so that they do not shrink all others
-_DIRECTIONS = 48  # within 2 degrees of the best separating direction
+_CROWDED = 0.6  # of the usual distance: closer ellipses are left out, so that they do not shrink all others
+_DIRECTIONS = 48  # tried, of which one is within 2 degrees of that which separates best
 _RINGS, _AZIMUTHS = 24, 36
-_BEND = 0.5  # of a step between rings: a jump of 2 % of the radius; smooth maps stay below except at pole lines
-_OFFSET = 2.2  # of the semi-minor axis
+_BEND = 0.5  # of a step between rings: a jump of 2 % of the radius; smooth maps bend less except at pole lines
+_OFFSET = 2.2  # of the semi-minor axis: a circle's image is at most this far from its ellipse
 _FLAT = 0.02  # of the semi-minor axis: a circle whose image is this close to its ellipse has no jump or bend
-_TRIALS = 15
-_SEEN, _LEAST_SEEN = 1.6, 1e-9
-_ROUND = 1e-9  # relative difference of the axes: a circle has no longest axis
-_FEW = 9
+_TRIALS = 15  # of sizes
+_SEEN, _LEAST_SEEN = 1.6, 1e-9  # scale up to which ellipses are exaggerated; smallest logarithm that is no rounding
+_ROUND = 1e-9  # relative difference of axes below which an ellipse is a circle, which has no longest axis
+_FEW = 9  # points in a region: to fewer those nearest to its border are added
 _AT_ONCE = 500_000  # points on the ground; 100 MB
 
 
@@ -71,8 +71,8 @@ def indicatrices(domain: Domain, region: Place, lon: FloatArray, lat: FloatArray
 
 def close_pairs(indicatrices: Ellipses) -> tuple[IntArray, FloatArray, float]:
     """Pairs (m, 2) of close indicatrices, the radii in metres at which they touch, and the usual such radius."""
-    # The usual radius is the median over the points of the radius at which they touch their closest neighbour; the
-    # pairs are all that touch at no larger radius. There must be two or more indicatrices.
+    # The usual radius is the median over the points of the radius at which they touch their closest neighbour. The
+    # pairs are all that touch at this radius or less. There must be two or more indicatrices.
     xy, count = indicatrices.xy, len(indicatrices.xy)
     places = shapely.points(xy)
     tree = shapely.STRtree(places)
@@ -81,7 +81,7 @@ def close_pairs(indicatrices: Ellipses) -> tuple[IntArray, FloatArray, float]:
     bounds = np.full(count, np.inf)
     bounds[near[0]] = touching_radius(indicatrices, near.T)
     bound = np.partition(bounds, count // 2)[count // 2]
-    # Ellipses that touch at radius r are within r (a + a') of each other; the directions tried find a little less.
+    # Ellipses that touch at radius r are within r (a + a') of each other; the directions tried give too small an r.
     reach = bound * principal_scales(indicatrices.J)[:, 0] / np.cos(np.pi / _DIRECTIONS)
     # From the point with the larger reach, the other is at most twice that reach away.
     one, other = tree.query(places, predicate="dwithin", distance=2.0 * reach)
@@ -109,9 +109,10 @@ def touching_radius(indicatrices: Ellipses, pairs: IntArray) -> FloatArray:
 def fit(
     panels: Sequence[Indicatrices], radius: float | None = None, exaggeration: float = 1.0, *, crowded: bool = False
 ) -> tuple[float, list[Indicatrices]]:
-    """One radius in metres for all panels, and the indicatrices to draw with it, of which no two of a panel overlap."""
-    # With a `radius` they may. Left out are indicatrices that would touch a seam or an edge or differ much from the
-    # circle's image, and, unless `crowded`, those far closer than usual. An `exaggeration` is a power of the scales.
+    """One radius in metres for all panels, and the indicatrices to draw with it; no two of a panel overlap."""
+    # With a given `radius` they may overlap. Left out are indicatrices that would touch a seam or an edge, those that
+    # differ much from the circle's image, and, unless `crowded`, some that are far closer than usual. Scales get the
+    # power `exaggeration`.
     if radius is not None:
         if not 0.0 < check_number("radius", radius) < np.inf:
             raise ValueError(f"Invalid radius '{radius}'. It must be a positive number of metres.")
@@ -132,13 +133,13 @@ def fit(
 
 
 def exaggerated(J: FloatArray, factor: float) -> FloatArray:
-    """Jacobians (n, 2, 2) with the same axes and orientation, and principal scales raised to the power `factor`."""
+    """Jacobians (n, 2, 2) with their axes and orientation, and their principal scales to the power `factor`."""
     left, scales, right = np.linalg.svd(J)
     return np.asarray((left * scales[:, None, :] ** factor) @ right)
 
 
 def usual_exaggeration(panels: Sequence[Indicatrices]) -> float:
-    """A round factor of at least 1 that brings 95 % of the principal scales within 1/1.6 .. 1.6."""
+    """The largest round factor, at least 1, with which 95 % of the principal scales stay within 1/1.6 .. 1.6."""
     logarithms = np.concatenate([np.abs(np.log(principal_scales(panel.J))).ravel() for panel in panels])
     if not logarithms.size:
         return 1.0
@@ -157,7 +158,7 @@ def principal_axes(indicatrices: Ellipses, radius: float) -> FloatArray:
 
 
 def even_radius(panels: Sequence[Indicatrices]) -> float:
-    """The radius in metres at which no two of a panel overlap, with some space between them."""
+    """The radius in metres at which no two indicatrices of a panel overlap, with some space between them."""
     radii = [float(close_pairs(panel)[1].min()) for panel in panels if panel.lon.size > 1]
     if radii:
         return _FILL * min(radii)
@@ -166,7 +167,7 @@ def even_radius(panels: Sequence[Indicatrices]) -> float:
 
 
 def without_crowding(panel: Indicatrices) -> Indicatrices:
-    """The panel without the more distorted of each pair far closer than usual."""
+    """The panel without the more distorted one of each pair that is far closer than usual."""
     if panel.lon.size < 3:
         return panel
     pairs, radii, usual = close_pairs(panel)
@@ -190,7 +191,7 @@ def _fits(panel: Indicatrices, radius: float) -> BoolArray:
 
 
 def _portions(indices: IntArray, points: int) -> list[IntArray]:
-    """Indices split so that no portion, with this many points on the ground each, takes much memory."""
+    """Indices in portions that take little memory, with so many points on the ground for each index."""
     return np.array_split(indices, indices.size * points // _AT_ONCE + 1)
 
 
@@ -243,7 +244,7 @@ def tissot_points(surface: Surface, step: float | None, grid: tuple[float, float
 
 
 def usual_step(surface: Surface) -> float:
-    """15 degrees for the globe; a ninth of smaller regions, less for narrow ones and ones that fill little of a box."""
+    """15 degrees for the globe; a ninth of smaller regions, less if they are narrow or fill little of their box."""
     bounds = surface.domain.region.bounds
     width, height = ground_size(bounds)
     wide, narrow = max(width, height), min(width, height)

@@ -182,7 +182,7 @@ def test_points_left_out_one_by_one(order):
     u, z = rng.normal(size=(30, 2)), rng.normal(size=30) + 1j * rng.normal(size=30)
     spline = fits.SplineModes(u, order)
     smoothing = spline.cross_validated(z)
-    others = fits._Others(spline, z, 4)
+    others = fits._ReducedSpline(spline, z, 4)
     x, y = u.T
     P = np.stack([x**i * y**j for i in range(order) for j in range(order - i)], axis=-1)
     square = ((u[:, None] - u) ** 2).sum(axis=-1)

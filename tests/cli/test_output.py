@@ -31,7 +31,7 @@ def test_a_home_that_cannot_be_written(name: str, tmp_path: Path) -> None:
     """Matplotlib takes another folder for its settings and fonts, and what it says of that stays with it."""
     (tmp_path / "file").write_text("")
     kept = {key: value for key, value in os.environ.items() if key not in ("MPLCONFIGDIR", "XDG_CONFIG_HOME")}
-    words = ["tissot", "robin", "-r", "box:0,0,9,9", "--size", "2,2", "-o", str(tmp_path / "x.png")]
+    words = ["tissot", "robin", "-r", "box:0,0,9,9", "--size", "2,2", "--quiet", "-o", str(tmp_path / "x.png")]
     result = process(*words, env=kept | {name: str(tmp_path / "file")})
     assert (result.returncode, result.stderr) == (0, b"")
     assert (tmp_path / "x.png").exists()

@@ -43,6 +43,11 @@ def test_minimax() -> None:
     assert found.place[0] == pytest.approx(0.3, abs=1e-7)
 
 
+def test_minimax_of_zero() -> None:
+    """Terms that vanish everywhere promise no gain, and are at their minimum."""
+    assert minimise(lambda x: np.zeros((2, 3)), *BOX, worst=True).value == 0.0
+
+
 @pytest.mark.slow
 def test_least_range() -> None:
     """That of scipy's simplex method, to the stated share; the weights prove it; Chebyshev's polynomial."""

@@ -1,4 +1,4 @@
-"""Bundle adjustment of maps of images, maps of pairs by RANSAC, and the choice of a model."""
+"""Bundle adjustment of maps of images, maps of pairs by RANSAC, and the comparison of models."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _DAMPING, _WEAKEST, _STRONGEST = 1e-4, 1e-8, 1e8
 
 
 class Link(NamedTuple):
-    """Two images i and j and their common points, shape (n, 2), found in images reduced by a factor."""
+    """Images i and j and their common points xi and xj, (n, 2), found in images reduced by a factor."""
 
     i: int
     j: int
@@ -32,7 +32,7 @@ class Link(NamedTuple):
 
 
 def transfer_errors(S: FloatArray, xi: FloatArray, xj: FloatArray) -> FloatArray:
-    """The larger of both transfer distances of pairs of points under maps S (..., 3, 3) from i to j, (..., n)."""
+    """The larger of the two transfer distances of pairs of points, (..., n), under maps S (..., 3, 3) from i to j."""
     return np.maximum(*transfers(S, xi, xj))
 
 
@@ -51,12 +51,12 @@ def _distances(S: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Chart:
-    """Free changes of a model's maps but the first, to M_i (I + E_i); others, of fewer parameters, derive from it."""
+    """Changes of a model's maps but the first to M_i (I + E_i), by free entries of E_i; a base of charts with fewer."""
 
     model: str
 
     def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """J^T J and J^T r for the parameters, from those for the entries of all E_i, (N, k, N, k) and (N, k)."""
+        """J^T J and J^T r of the parameters, from those of the entries of all E_i, (N, k, N, k) and (N, k)."""
         size = gradient[1:].size
         return normal[1:, :, 1:].reshape(size, size), gradient[1:].reshape(size)
 
@@ -70,9 +70,9 @@ class Chart:
 
 def adjust(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[FloatArray, float, FloatArray]:
     """Maps (N, 3, 3) of least symmetric transfer error near the start M, its RMS over the points, and J^T J."""
-    # By the Levenberg-Marquardt method; ValueError if the points do not determine the maps. M_i is changed from the
-    # right: errors depend on M_j^-1 M_i only, so that neither they nor the steps depend on the plane. Convergence is to
-    # rounding; sparse trust-region steps by conjugate gradients take ten times as long to 1e-9.
+    # By the Levenberg-Marquardt method, to rounding; raises ValueError if the points do not determine the maps. Errors
+    # depend only on M_j^-1 M_i, and M_i is changed from the right, so that errors and steps do not depend on the plane.
+    # Sparse trust-region steps by conjugate gradients take ten times as long to 1e-9.
     errors, cost = _errors(M, links)
     damping = 0.0
     normal = np.zeros((0, 0))
@@ -100,8 +100,7 @@ def adjust(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[FloatArr
         damping = 0.1 * damping if damping > _WEAKEST else 0.0
     if not np.isfinite(cost):
         raise ValueError("Invalid correspondences. They do not determine the maps of the images.")
-    points = sum(len(link.xi) for link in links)
-    return M, float(np.sqrt(cost / (2.0 * points))), normal
+    return M, float(np.sqrt(cost / (2.0 * sum(len(link.xi) for link in links)))), normal
 
 
 # A link in one direction: the images from and to, the map S, the points x, their images z, and the errors.
@@ -150,17 +149,17 @@ def _normal_equations(
 
 # ---- pairs ---------------------------------------------------------------------------------------
 
-_BATCH, _BATCHES = 100, 40  # samples; with one in five points right, one in 600 samples of four is right
+_BATCH, _BATCHES = 100, 40  # samples; if one point in five is right, one in 600 samples of four is
 _SURE = 0.999  # probability of a sample without a wrong point
 _ROUNDS = 20  # of refitting
-_HOPELESS = 10.0  # tolerances, median error of a linear fit above which one map does not fit and is not refined
+_HOPELESS = 10.0  # tolerances: a linear fit with a larger median error is not refined, as no map fits all points
 # Largest expected number of maps of random points, over all pairs, on which as many points agree as well
 # (a contrario: L. Moisan & B. Stival 2004, "A probabilistic criterion to detect rigid point matches between two images
 # and estimate the fundamental matrix", section 4; of homographies L. Moisan, P. Moulon & P. Monasse 2012, "Automatic
 # homographic registration of a pair of images, with a contrario elimination of outliers").
 _FALSE_ALARMS = 1e-3
 _DISTINCT = 0.01  # of an image's side: points closer to each other in both images count once
-_VAGUE = 0.2  # standard deviation of a scale
+_VAGUE = 0.2  # standard deviation above which a scale is unknown
 _POINT = 1e-6  # spread of points that lie on a line to rounding
 _LINE = "the points lie on a line"
 
@@ -175,10 +174,10 @@ class Pair(NamedTuple):
 
 
 def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float, *, area: float, tests: int) -> Pair:
-    """The map that takes most points xi (n, 2) to xj and back within the tolerance, in coordinates of about 1."""
+    """The map that takes most points xi (n, 2) to xj and back within the tolerance; coordinates are about 1 in size."""
     # If the fit to all points does not agree with all, maps through random minimal samples are tried (RANSAC, Fischler
-    # & Bolles 1981), and the best is refitted to its points until these stay the same. A map as good as by chance, in
-    # images of this `area` and so many pairs (`tests`), is refused, unless all of at most one point too many agree.
+    # & Bolles 1981), and the best is refitted to its points until these stay the same. A map no better than by chance,
+    # in images of this `area` and so many pairs (`tests`), is refused unless all points agree and at most one is spare.
     least = LEAST[model]
     none = np.zeros(len(xi), dtype=bool)
     if len(xi) < least:
@@ -211,7 +210,7 @@ def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float, *, ar
 def _false_alarms(S: FloatArray, xi: FloatArray, xj: FloatArray, tolerance: float, area: float, least: int) -> float:
     """Decimal logarithm of the number of false alarms of a map S, the least over all precisions up to the tolerance."""
     # With k of n points within e it is (n - p) C(n, k) C(k, p) (pi e^2 / area)^(k - p) for samples of p points.
-    # Features at one place count once: of each cell of pairs of places only the least error.
+    # Features at one place count once: of each cell of pairs of places only the smallest error counts.
     cells = np.floor(np.hstack([xi, xj]) / (_DISTINCT * math.sqrt(area)))
     numbers = np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1)
     errors = np.full(numbers.max() + 1, np.inf)
@@ -242,16 +241,15 @@ def _refined(S: FloatArray, xi: FloatArray, xj: FloatArray, agree: BoolArray, mo
     if not _is_map(S):
         return None
     try:
-        # The plane is that of image j, the first.
-        maps = adjust(Chart(model), np.stack([np.eye(3), S]), [Link(0, 1, xj[agree], xi[agree])])[0]
+        # The plane is that of image j, which comes first.
+        return adjust(Chart(model), np.stack([np.eye(3), S]), [Link(0, 1, xj[agree], xi[agree])])[0][1]
     except ValueError:
         return None
-    return maps[1]
 
 
 def _sampled(xi: FloatArray, xj: FloatArray, model: str, tolerance: float) -> tuple[FloatArray | None, BoolArray]:
     """The map through a random sample with which most points agree, and flags of these points."""
-    # Every other batch is of affine maps: with one point in ten right, samples of three are right ten times as often.
+    # Every other batch is of affine maps: if one point in ten is right, samples of three are right ten times as often.
     rng, least = np.random.default_rng(0), LEAST[model]
     best, agreeing = None, np.zeros(len(xi), dtype=bool)
     for batch in range(1, _BATCHES + 1):
@@ -276,8 +274,8 @@ def _spread(xi: FloatArray, xj: FloatArray) -> float:
 
 # ---- models --------------------------------------------------------------------------------------
 
-_NOISE = 0.05  # pixels of the examined image: the best accuracy of a point
-_WRONG = 4.0  # limit of a squared error over that of the noise: 2 per dimension, as in Torr
+_NOISE = 0.05  # pixels of the image in which points were found: their best accuracy
+_WRONG = 4.0  # limit of a squared error over the noise's: 2 per dimension, as in Torr
 
 
 class ModelFit(NamedTuple):
@@ -290,8 +288,8 @@ class ModelFit(NamedTuple):
 
 
 def compare_models(pairs: Iterable[tuple[Link, BoolArray]], unit: float) -> dict[str, ModelFit]:
-    """The fit of each model to the points of pairs, each pair with its own map. `unit`: in pixels."""
-    # Flags are of points that agree on a map of either model; homographies, which include affine maps, tell the noise.
+    """The fit of each model to the points of pairs, with a map for each pair; `unit` of the points in pixels."""
+    # Flags mark points that agree on a map of either model. Homographies, which include affine maps, give the noise.
     squares, points, gric = dict.fromkeys(MODELS, 0.0), 0, dict.fromkeys(MODELS, 0.0)
     for link, agree in pairs:
         xi, xj = link.xi[agree], link.xj[agree]
@@ -307,7 +305,7 @@ def compare_models(pairs: Iterable[tuple[Link, BoolArray]], unit: float) -> dict
         points += count
         for model, both in errors.items():
             squares[model] += float(both.sum())
-            # Moved to meet in the middle, each point of a pair is off by half of the transfer error.
+            # If both points of a pair move to meet in the middle, each is off by half of the transfer error.
             gric[model] += float(np.minimum(both / (4.0 * noise), _WRONG).sum())
             gric[model] += len(ENTRIES[model]) * math.log(4.0 * count) + 2.0 * count * math.log(4.0)
     if not points:

@@ -16,18 +16,17 @@ from projdist.applications.mosaics.images import Box, Piece, Pixels, opencv, red
 from projdist.projections import ProjectedCrs
 from projdist.support import replacing
 
-_BACK = 1e-6  # radii: how closely the map must return from its inverse
-_LATTICE = 300  # cells a side of the grid on which the visible part of a map is searched, in _PASSES ever finer passes
-_PASSES = 3
+_BACK = 1e-6  # radii: how closely a map and its inverse must return to a place
+_LATTICE, _PASSES = 300, 3  # cells a side of the grid that finds the visible part of a map, in ever finer passes
 _AROUND = 0.05  # margin, of the extent of the images' points
 # Directions are interpolated between pixels this far apart, in radians: the error is at most its square over eight, in
 # radii, a fiftieth of a pixel of a picture with 1500 per radian.
 _STEP, _LARGEST_STEP = 0.01, 16
-_UNBENT = 1e-3  # by which an interpolated unit vector may be shorter than 1; across a cut it is much shorter
+_UNBENT = 1e-3  # by which the square of an interpolated unit vector may be below 1; across a cut it is far below
 
 
 def canvas_size(extent: FloatArray, most_pixels: float) -> tuple[int, int, float, str]:
-    """Width and height of a canvas, reduced to at most so many pixels, its scale, and a note if that is below 1."""
+    """Width and height of a canvas of at most so many pixels, its scale, and a note if that is below 1."""
     scale = min(1.0, float(np.sqrt(most_pixels / np.prod(extent))))
     width, height = (max(1, int(np.ceil(round(scale * side, 6)))) for side in extent)
     full = f"{extent[0]:.0f} x {extent[1]:.0f}"
@@ -67,7 +66,7 @@ class Canvas(NamedTuple):
         return Piece(box[:2], Pixels(colours, mask))
 
     def cropped(self, box: Box) -> Canvas:
-        """The canvas of a box."""
+        """The canvas cut to a box."""
         left, top, right, bottom = box
         return self._replace(width=right - left, height=bottom - top, matrices=shift(-left, -top) @ self.matrices)
 
@@ -94,9 +93,7 @@ class Camera(NamedTuple):
     def sees(self, directions: FloatArray) -> BoolArray:
         """True for vectors (..., 3) inside the image."""
         x = self.pixels(directions)
-        with np.errstate(invalid="ignore"):
-            inside = np.asarray((x >= 0) & (x <= np.array(self.size)))
-        return np.asarray(inside.all(axis=-1))
+        return np.asarray(((x >= 0) & (x <= np.array(self.size))).all(axis=-1))
 
 
 def angles_of(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -129,7 +126,7 @@ class SphereCanvas:
         """The box of an image on the canvas."""
         step, rays = self._lattice
         seen = self.cameras[number].sees(rays)
-        # A thin image may lie between the nodes; its own points count, too.
+        # A thin image may lie between the nodes, so its own points count, too.
         own = self.places(self.cameras[number].directions(_nodes(size)))
         own = own[np.asarray(np.isfinite(own).all(axis=1))].astype(int)
         nodes = [np.flatnonzero(np.asarray(seen.any(axis=axis))) * step for axis in (0, 1)]
@@ -145,9 +142,8 @@ class SphereCanvas:
     def warped(self, pixels: Pixels, number: int, box: Box) -> Piece:
         """An image drawn in a box of the canvas."""
         cv2 = opencv()
-        camera = self.cameras[number]
         pixels, factor = reduced(pixels, self.scale)
-        x = camera.pixels(self._rays(box)) * factor
+        x = self.cameras[number].pixels(self._rays(box)) * factor
         known = np.asarray(np.isfinite(x).all(axis=-1))
         places = np.where(known[..., None], x, -1e4).astype(np.float32)
         # OpenCV counts from the middle of the first pixel.
@@ -157,7 +153,7 @@ class SphereCanvas:
         return Piece(box[:2], Pixels(colours, mask))
 
     def cropped(self, box: Box) -> SphereCanvas:
-        """The canvas of a box."""
+        """The canvas cut to a box."""
         left, top, right, bottom = box
         origin = self.origin[0] + left * self.pixel, self.origin[1] - top * self.pixel
         return replace(self, width=right - left, height=bottom - top, origin=origin)
@@ -193,7 +189,7 @@ AnyCanvas = Canvas | SphereCanvas
 
 
 def sphere_canvas(cameras: Sequence[Camera], plane: ProjectedCrs, radius: float, most_pixels: float) -> SphereCanvas:
-    """The canvas of a map that holds cameras' images, with pixels as large; ValueError if it shows nothing of them."""
+    """The canvas of a map with all cameras' images, its pixels as large; raises ValueError if it shows none of them."""
     rays = np.concatenate([camera.directions(_nodes(camera.size)) for camera in cameras])
     u, v = plane.operation.native(*angles_of(rays))
     shown = np.isfinite(u) & np.isfinite(v)
@@ -241,7 +237,7 @@ def _extent(
 
 # ---- georeference --------------------------------------------------------------------------------
 
-_MIDDLE = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])  # of the first pixel, which world files have
+_MIDDLE = shift(0.5, 0.5)  # to the middle of the first pixel, at which world files begin
 
 
 class Georeference(NamedTuple):
@@ -256,7 +252,7 @@ class Georeference(NamedTuple):
 def mean_georeference(canvas: Canvas, sizes: FloatArray, sheets: Sequence[Georeference | None]) -> Georeference | None:
     """The georeference of a mosaic, by least squares over the corners of sheets that have one; None if none has.
 
-    It does not rectify the mosaic: `rms` is the sheets' own deviation. Raises ValueError for sheets of different CRSs.
+    It does not rectify the mosaic: `rms` is how far the sheets deviate. Raises ValueError for sheets in different CRSs.
     """
     known, given = [number for number, sheet in enumerate(sheets) if sheet], [sheet for sheet in sheets if sheet]
     if not given:
@@ -267,14 +263,13 @@ def mean_georeference(canvas: Canvas, sizes: FloatArray, sheets: Sequence[Georef
     rims = corners(sizes[known])
     here = places(canvas.matrices[known], rims).reshape(-1, 2)
     there = places(np.stack([sheet.matrix for sheet in given]), rims).reshape(-1, 2)
-    # Coordinates of a CRS are large, so they are taken from their means.
+    # Coordinates of a CRS are large, so that they are counted from their means.
     middle, target = here.mean(axis=0), there.mean(axis=0)
     A = np.linalg.lstsq(here - middle, there - target, rcond=None)[0].T
     gaps = there - target - (here - middle) @ A.T
     matrix = np.eye(3)
     matrix[:2, :2], matrix[:2, 2] = A, target - A @ middle
-    rms = float(np.sqrt((gaps**2).sum(axis=1).mean()))
-    return Georeference(matrix, names.pop() if names else "", rms, len(given))
+    return Georeference(matrix, names.pop() if names else "", float(np.sqrt((gaps**2).sum(axis=1).mean())), len(given))
 
 
 def world_file(path: AnyPath) -> Path:

@@ -23,26 +23,24 @@ _CODES = {"0": "affine", "1": "homography", "affine": "affine", "homography": "h
 _SIZES = re.compile(r"sizes\s*\(?\s*([wh])\s*x\s*([wh])\s*\)?\s*:(.*)", re.IGNORECASE)
 _PAIR = re.compile(r"(\d+)\s*[,x]\s*(\d+)")
 _LARGEST = 1e7  # pixels
-_SAME_SHAPE = 0.01  # of a ratio: a reduced image has whole pixels
+_SAME_SHAPE = 0.01  # largest difference of shape, as a reduced image has whole pixels
 
 
 @dataclass(frozen=True, kw_only=True)
 class Correspondences:
-    """Points `xi` of images i, shape (n, 2), and the corresponding points `xj` of images j.
+    """Corresponding points of images, in pixels, x to the right and y down; an image covers 0 to its width and height.
 
-    In pixels, x to the right and y down; an image covers 0 to its width and 0 to its height. `i`, `j`: numbers of
-    images, from 0. `sizes`: widths and heights of all images, shape (N, 2). `names`: of all images, or None.
-    `reductions`: for points found in reduced images the factor of reduction, (n,), by default 1. Raises ValueError,
-    with the number of the row, for invalid numbers of images, images paired with themselves, and infinite values.
+    Raises ValueError, with the number of the row, for invalid numbers of images, images paired with themselves, and
+    infinite values.
     """
 
-    i: IntArray
-    j: IntArray
-    xi: FloatArray
-    xj: FloatArray
-    sizes: FloatArray
-    names: tuple[str, ...] | None = None
-    reductions: FloatArray | None = None
+    i: IntArray  #: (n,), numbers of images, from 0
+    j: IntArray  #: (n,), numbers of the images paired with them
+    xi: FloatArray  #: (n, 2), points of the images i
+    xj: FloatArray  #: (n, 2), the corresponding points of the images j
+    sizes: FloatArray  #: (N, 2), widths and heights of all images
+    names: tuple[str, ...] | None = None  #: of all images
+    reductions: FloatArray | None = None  #: (n,), factors by which images were reduced to find the points, by default 1
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "i", np.asarray(self.i, dtype=int))
@@ -134,7 +132,7 @@ def correspondences_of(pictures: Sequence[Picture], path: AnyPath, *, model: str
 
 
 def _read(path: Path, model: str) -> tuple[dict[str, Any], list[tuple[float, float]] | None, set[int]]:
-    """The columns for a model, the sizes in a comment line, and the numbers of the images in rows of any model."""
+    """The columns of a model's rows, the sizes in a comment line, and the numbers of images in rows of any model."""
     check_choice("model", model, CHOICES)
     text = f"Invalid correspondences '{path}'."
     content = read_text(path, text)
@@ -166,7 +164,7 @@ def _read(path: Path, model: str) -> tuple[dict[str, Any], list[tuple[float, flo
 
 
 def _row(cells: list[str]) -> tuple[str, float, float, float, float, float, float] | None:
-    """The model and six numbers of a row, None for an invalid one."""
+    """The model and the six numbers of a row; None for an invalid row."""
     try:
         model, (i, j, xi, yi, xj, yj) = _CODES[cells[0].lower()], (number_of(cell) for cell in cells[1:])
     except (KeyError, ValueError):
@@ -191,13 +189,13 @@ def parse_sizes(text: str) -> list[tuple[float, float]]:
 
 # ---- features ------------------------------------------------------------------------------------
 
-# Pixels of an image in which features are searched, and the number of the clearest that are kept. As the clearest of a
-# large photo are leaves and grass, common ones are found on small images, then on larger ones near the expected places.
+# Pixels of an image in which features are searched, and the number of the clearest that are kept. The clearest of a
+# large photo are leaves and grass: common ones are found on small images, then on larger ones near the expected places.
 _COARSE, _FINE = 6e5, 2.4e6
 _COARSE_FEATURES, _FINE_FEATURES = 3000, 8000
 _TOLERANCE = 4.0  # pixels of the small images
 _AROUND = 6.0  # pixels of the small images: search radius about the expected place on the larger ones
-_CONTRAST = 0.02  # least contrast of a feature: half of Lowe's, for small and pale images
+_CONTRAST = 0.02  # smallest contrast of a feature: half of Lowe's, for small and pale images
 # The nearest feature must be nearer than the second by this (D. Lowe 2004, "Distinctive image features from
 # scale-invariant keypoints", section 7.1).
 _RATIO = 0.8
@@ -210,11 +208,11 @@ _Item = TypeVar("_Item")
 
 
 class _Features(NamedTuple):
-    """Places (n, 2) in pixels of the full image, by how much it was reduced to find them, descriptors (n, 128)."""
+    """Features of an image."""
 
-    places: FloatArray
-    descriptors: AnyArray
-    reduction: float
+    places: FloatArray  # (n, 2), in pixels of the full image
+    descriptors: AnyArray  # (n, 128)
+    reduction: float  # factor by which the image was reduced to find them
 
 
 def match(pictures: Sequence[Picture], *, progress: Callable[[int, int], object] | None = None) -> Correspondences:
@@ -252,7 +250,7 @@ class _Steps:
         self._progress, self._total, self._done = progress, 0, 0
 
     def of(self, items: Sequence[_Item]) -> Iterator[_Item]:
-        """The items, which are more steps, each counted when it is done."""
+        """The items; each is a further step, counted when it is done."""
         self._total += len(items)
         for item in items:
             yield item
@@ -262,7 +260,7 @@ class _Steps:
 
 
 def _features(picture: Picture, most_pixels: float, most_features: int) -> _Features:
-    """The clearest features of a picture, reduced to so many pixels at most."""
+    """The clearest features of a picture reduced to at most so many pixels."""
     cv2 = opencv()
     colours, mask = picture.read()
     grey = cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY)
@@ -298,7 +296,7 @@ def _common(i: int, j: int, a: _Features, b: _Features) -> Link | None:
 
 def _unique(i: int, j: int, a: _Features, b: _Features, first: IntArray, second: IntArray) -> Link | None:
     """The distinct places of corresponding features, by their numbers; None if there are too few."""
-    both = np.unique(np.hstack([a.places[first], b.places[second]]), axis=0)  # one with two directions is there twice
+    both = np.unique(np.hstack([a.places[first], b.places[second]]), axis=0)  # a feature with two directions is double
     if len(both) < _FEWEST:
         return None
     return Link(i, j, both[:, :2], both[:, 2:], max(a.reduction, b.reduction))
@@ -336,14 +334,12 @@ def _candidates(features: Sequence[_Features]) -> list[tuple[int, int]]:
 
 
 def _refined(pictures: Sequence[Picture], found: Sequence[Link], steps: _Steps) -> list[Link]:
-    """The common points, those of matching pairs found anew on larger images."""
+    """The common points, those of matching pairs found again on larger images."""
     maps = [_map_of(one, pictures) if one.reduction > 1.0 else None for one in found]
     larger = {image for one, S in zip(found, maps, strict=True) if S is not None for image in (one.i, one.j)}
     fine = {image: _features(pictures[image], _FINE, _FINE_FEATURES) for image in steps.of(sorted(larger))}
-    return [
-        one if S is None else _guided(one, S, fine[one.i], fine[one.j]) or one
-        for one, S in zip(found, maps, strict=True)
-    ]
+    both = zip(found, maps, strict=True)
+    return [one if S is None else _guided(one, S, fine[one.i], fine[one.j]) or one for one, S in both]
 
 
 def _map_of(one: Link, pictures: Sequence[Picture]) -> FloatArray | None:
@@ -358,13 +354,12 @@ def _map_of(one: Link, pictures: Sequence[Picture]) -> FloatArray | None:
 
 
 def _guided(one: Link, S: FloatArray, a: _Features, b: _Features) -> Link | None:
-    """Corresponding features of larger images, within a few pixels of the places that the map S predicts."""
-    # They are clearly the nearest of each other, among those near; None if there are fewer than on the small images.
+    """Corresponding features of larger images within a few pixels of the places that the map S predicts."""
+    # Of those near, they are clearly the nearest of each other; None if there are fewer than on the small images.
     from scipy.spatial import KDTree  # scipy is slow to load, and few need it
 
     predicted = places(S[None], a.places[None])[0]
-    near = np.isfinite(predicted).all(axis=1) & (np.abs(predicted) < 1e6).all(axis=1)
-    numbers = np.flatnonzero(near)
+    numbers = np.flatnonzero((np.abs(predicted) < 1e6).all(axis=1))
     around = KDTree(b.places).query_ball_point(predicted[numbers], _AROUND * one.reduction)
     first = np.repeat(numbers, [len(those) for those in around])
     second = np.array([other for those in around for other in those], dtype=int)
@@ -377,7 +372,7 @@ def _guided(one: Link, S: FloatArray, a: _Features, b: _Features) -> Link | None
 
 
 def _least(owner: IntArray, gaps: FloatArray, count: int) -> FloatArray:
-    """The least gap of each of `count` owners, infinite for those without gaps."""
+    """The smallest gap of each of `count` owners, infinite for those without gaps."""
     least = np.full(count, np.inf)
     np.minimum.at(least, owner, gaps)
     return least

@@ -22,7 +22,7 @@ def homogeneous(x: FloatArray) -> FloatArray:
 
 def normalised(H: FloatArray, x: FloatArray) -> FloatArray:
     """H (..., 3, 3) scaled so that the last entry of an affine map is 1, and the determinant of others 1 or -1."""
-    # Third coordinates of the images of points x (..., n, 2) are then positive on average, and det H < 0 if H mirrors.
+    # Third coordinates of images of points x (..., n, 2) are then positive on average, and det H < 0 if H mirrors.
     third = np.einsum("...j,...nj->...n", H[..., 2, :], homogeneous(x)).mean(axis=-1)
     affine = (H[..., 2, :2] == 0).all(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -37,9 +37,8 @@ def fit(x: FloatArray, y: FloatArray, model: str) -> FloatArray:
     rows = [x1, zero, -y[..., :1] * x1], [zero, x1, -y[..., 1:] * x1]
     A = np.concatenate([np.concatenate(parts, axis=-1) for parts in rows], axis=-2)
     columns = [0, 1, 2, 3, 4, 5, 8] if model == "affine" else list(range(9))
-    vector = np.linalg.svd(np.linalg.qr(A[..., columns], mode="r"))[2][..., -1, :]
     H = np.zeros((*x.shape[:-2], 9))
-    H[..., columns] = vector
+    H[..., columns] = np.linalg.svd(np.linalg.qr(A[..., columns], mode="r"))[2][..., -1, :]
     return normalised(H.reshape(*x.shape[:-2], 3, 3), x)
 
 
@@ -61,7 +60,8 @@ def jacobians(H: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 _NODES = 12  # Gauss nodes along a side: errors of 1e-15, and of 3e-8 if outer images are enlarged ten times
 _MOST_STEPS, _HALVINGS = 60, 40
-# Of lines, times the size of the mosaic. With a Hessian accurate to 1e-8 the step after one of 1e-9 is rounding.
+# Changes of a line, times the size of the mosaic: for differences, and the step at which to stop. With a Hessian
+# accurate to 1e-8 the step after one of 1e-9 is rounding.
 _DIFFERENCE, _CONVERGED = 1e-4, 1e-9
 
 
@@ -71,7 +71,7 @@ def corners(sizes: FloatArray) -> FloatArray:
 
 
 def field_of(H: FloatArray, sizes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Jacobians (N, n, 2, 2) of maps of images, places (N, n, 2) and weights (n,), sum 1, of Gauss-Legendre nodes."""
+    """Jacobians (N, n, 2, 2) of maps of images at Gauss-Legendre nodes, places (N, n, 2), weights (n,) of sum 1."""
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     along = 0.5 * (nodes + 1.0)
     grid = np.stack(np.meshgrid(along, along), axis=-1).reshape(-1, 2)
@@ -80,7 +80,7 @@ def field_of(H: FloatArray, sizes: FloatArray) -> tuple[FloatArray, FloatArray, 
 
 
 def behind(H: FloatArray, sizes: FloatArray) -> BoolArray:
-    """Which images (N,) reach the horizon or lie behind it: a corner has no positive third coordinate."""
+    """True for images (N,) that reach the horizon or lie behind it: a corner's third coordinate is not positive."""
     return np.asarray((np.einsum("kj,knj->kn", H[:, 2], homogeneous(corners(sizes))) <= 0).any(axis=1))
 
 
@@ -91,7 +91,7 @@ def least_distorting(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> F
     line = _feasible_line(H, sizes)
     if line is None:
         return None
-    # Any rows that complete the line to a matrix that does not mirror will do: the affine part is found below.
+    # Any rows that complete the line to a matrix that does not mirror will do, as the affine part is found below.
     G = np.vstack([np.linalg.svd(line[None])[2][1:], line])
     G[0] *= np.sign(np.linalg.det(G))
     H = np.asarray(G @ H)
@@ -122,15 +122,14 @@ def _feasible_line(H: FloatArray, sizes: FloatArray) -> FloatArray | None:
     scale = np.abs(rows).max(axis=0)
     rows = rows / scale
     least, mean = np.hstack([-rows, np.ones((len(rows), 1))]), np.append(rows.mean(axis=0), 0.0)[None]
-    none = np.zeros(len(rows))
-    found = linprog([0.0, 0.0, 0.0, -1.0], least, none, mean, [1.0], bounds=(None, None), method="highs")
+    found = linprog([0.0, 0.0, 0.0, -1.0], least, np.zeros(len(rows)), mean, [1.0], bounds=(None, None), method="highs")
     if found.status != 0 or found.x is None or found.x[3] <= 0:
         return None
     return np.asarray(found.x[:3]) / scale
 
 
 def _sent(H: FloatArray, line: FloatArray) -> FloatArray:
-    """The maps after the line (a, b, 1) is sent to infinity."""
+    """The maps followed by a homography that sends the line (a, b, 1) to infinity."""
     H = H.copy()
     H[:, 2] += np.einsum("a,kaj->kj", line, H[:, :2])
     return H

@@ -30,7 +30,7 @@ def opencv() -> Any:
 
 
 def as_array(one: Any) -> AnyArray:
-    """A result of OpenCV as an array; in some places it has a type of its own."""
+    """A result of OpenCV as an array; some functions return a type of OpenCV's own."""
     return np.asarray(one.get() if hasattr(one, "get") else one)
 
 
@@ -91,7 +91,7 @@ def read_deep(path: Path, nodata: float | None, orientation: int) -> Deep:
         read = read[..., [2, 1, 0, *range(3, read.shape[2])]]
     if orientation >= 5:
         read = read.swapaxes(0, 1)
-    # For 5 to 8 these are the reversals after rows and columns are exchanged.
+    # Reversals of columns and of rows, for 5 to 8 after these are exchanged.
     across, down = {2: (1, 0), 3: (1, 1), 4: (0, 1), 6: (1, 0), 7: (1, 1), 8: (0, 1)}.get(orientation, (0, 0))
     deep = array_of(read[:: -1 if down else 1, :: -1 if across else 1])
     if nodata is None:
@@ -128,9 +128,9 @@ class Pixels(NamedTuple):
 @contextmanager
 def open_image(source: AnyPath | AnyArray, invalid: str) -> Iterator[Image.Image]:
     """Context with an opened image, its pixels not yet read; raises ValueError, beginning with `invalid`."""
-    from PIL import Image  # slow to load, and points that are given do without it
+    from PIL import Image  # slow to load, and not needed for given points
 
-    # Errors of Pillow for broken files of its many formats and for files that are not images, mostly an OSError.
+    # Errors of Pillow for broken files of its many formats and for files that are no images; most are OSErrors.
     broken = (OSError, SyntaxError, TypeError, ValueError, NotImplementedError, Image.DecompressionBombError)
     try:
         with warnings.catch_warnings(action="ignore"):  # of sizes, and of broken tags
@@ -152,7 +152,7 @@ def check_pixels(image: Image.Image) -> None:
 
 
 class Picture:
-    """An image, read when needed: its `name`, its `size` in pixels, width and height, and whether it `is_grey`.
+    """An image, read when needed, with its `name`, its `size` (width and height in pixels), and whether it `is_grey`.
 
     `source`: a file in any format that Pillow reads, a TIFF that OpenCV reads, or an array (height, width) or
     (height, width, 3 or 4). A file is rotated upright by its EXIF data (`is_turned`). An image with more than 8 bits
@@ -206,16 +206,13 @@ class Picture:
     def levels(self) -> tuple[float, float]:
         """The values of black and white, common to all deep images that were opened together.
 
-        They are 0 and the largest value of the bits that whole numbers use, so that data of 12 bits in files of 16 bits
-        have the full range of greys, else the actual range of all images.
+        For whole numbers they are 0 and the largest value of the bits in use, so that 12 bits in files of 16 bits have
+        the full range of greys; for other numbers the range of all images.
         """
         if self.together[0] is not self:
             return self.together[0].levels
-        ends = [
-            (float(values.min()), float(values.max()))
-            for deep in (picture._deep() for picture in self.together)
-            if len(values := deep.values[deep.seen])
-        ]
+        images = (picture._deep() for picture in self.together)
+        ends = [(float(seen.min()), float(seen.max())) for one in images if len(seen := one.values[one.seen])]
         low, high = (min(low for low, _ in ends), max(high for _, high in ends)) if ends else (0.0, 1.0)
         if low >= 0.0 and all(picture.is_whole for picture in self.together):
             return 0.0, float(2 ** max(8, int(high).bit_length()) - 1)
@@ -280,7 +277,7 @@ class Piece(NamedTuple):
     pixels: Pixels
 
     def window(self, left: int, top: int) -> tuple[slice, slice]:
-        """Its slices of an array that begins at (left, top)."""
+        """Slices of the piece in an array that begins at (left, top)."""
         height, width = self.pixels.mask.shape
         x, y = self.corner[0] - left, self.corner[1] - top
         return slice(y, y + height), slice(x, x + width)
@@ -295,7 +292,7 @@ class Store:
         self._kept: OrderedDict[int, Pixels] = OrderedDict()
 
     def read(self, number: int) -> Pixels:
-        """The pixels of an image, transparent ones in the colour of the nearest others, lest blends darken these."""
+        """The pixels of an image; transparent ones have the colour of the nearest others, lest blends darken these."""
         if number not in self._kept:
             pixels = self.pictures[number].read(deep=self._deep)
             seen = pixels.mask > 0
@@ -319,7 +316,7 @@ def shift(x: float, y: float) -> FloatArray:
 
 
 def reduced(pixels: Pixels, scale: float) -> tuple[Pixels, FloatArray]:
-    """An image reduced to the scale at which it is drawn, if that is below a half, and the factors of reduction."""
+    """An image reduced to the scale at which it is drawn, if that is below a half, and the factors that do it."""
     if scale >= _HALF:
         return pixels, np.ones(2)
     cv2 = opencv()

@@ -23,30 +23,30 @@ from projdist.projections import ProjectedCrs, Projection, ProjectionLike, proje
 from projdist.support import check_choice
 
 _ARC = 40  # edges of an outline for each side of an image
-# The horizontals of cameras that turned by some degrees about more than one axis determine the vertical.
+# The cameras' right directions give the vertical if the second eigenvalue of their scatter exceeds a share of their
+# number, as it does after turns by some degrees, and the first is below a share of the second.
 _TURNED, _LEVEL = 1e-3, 0.25
 _NO_MIDDLE = 0.05  # length of the mean direction below which there is no middle, as all around the horizon
-_SEVERAL = 2.0  # times worse gives a note
+_SEVERAL = 2.0  # times: a fit worse by this gives a note
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Panorama(registration.ImageAnswer):
     """Images of a camera that only turns, on the sphere that it sees.
 
-    Longitudes increase to the right from 0 in the middle, latitudes upwards. `cameras`: as found, in the directions of
-    the first one; `rotations` (n, 3, 3): from each camera's right, down and forward to those at 0, 0 of the level
-    panorama. It is also a region, the part of the sphere that it shows: `projdist.optimize("auto", found)`.
+    Longitudes increase to the right from 0 in the middle, latitudes upwards. It is also a region, the part of the
+    sphere that it shows: `projdist.optimize("auto", found)`.
     """
 
-    cameras: registration.Cameras
-    rotations: FloatArray
+    cameras: registration.Cameras  #: in the directions of the first one
+    rotations: FloatArray  #: (n, 3, 3), from each camera's right, down and forward to those at 0, 0 when level
 
     @property
     def _found(self) -> registration.Cameras:
         return self.cameras
 
     def messages(self, *, others: bool = True) -> list[str]:
-        """The notes; without `others` none on other groups of images, which have panoramas of their own."""
+        """Remarks on the result; without `others` none on other groups of images, which have their own panoramas."""
         found, left = self.cameras, self._left_out_note(others=others)
         notes = [left] if left else []
         if found.rms_pixels > _SEVERAL * found.rms_homographies and found.rms_pixels > 1.0:
@@ -59,8 +59,7 @@ class Panorama(registration.ImageAnswer):
     @property
     def views(self) -> tuple[Camera, ...]:
         """The cameras of `images` on the sphere."""
-        sizes = self.points.sizes[self.images].tolist()
-        given = zip(self.rotations, self.cameras.focals, sizes, strict=True)
+        given = zip(self.rotations, self.cameras.focals, self.points.sizes[self.images].tolist(), strict=True)
         return tuple(Camera(R, float(f), (w, h)) for R, f, (w, h) in given)
 
     @property
@@ -189,15 +188,15 @@ FOCALS = ("common", "free")
 
 # In half the longest side: fields of view from 152 to 5 degrees, in steps of 5 %.
 _WIDEST, _NARROWEST, _STEPS = 0.25, 25.0, 96
-_CAP = 10.0  # tolerances; larger errors count as this while the focal length is searched
+_CAP = 10.0  # tolerances: larger errors count as this while the focal length is searched
 _FAR = 0.7  # of half the longest side: links that chains miss by more are used only later
-# Of the median error, 2.5 standard deviations of normal noise; lenses may bend lines beyond the tolerance.
+# Median errors within which points are kept even beyond the tolerance, as lenses bend lines: 2.5 standard deviations.
 _WITHIN = 3.7
 
 
 @dataclass(frozen=True)
 class _Turns(Chart):
-    """Changes of maps M_i = R_i K_i^-1: R_i exp([w_i]) for all images but the first, and f_i exp(t)."""
+    """Changes of maps M_i = R_i K_i^-1, to R_i exp([w_i]) for all images but the first, and to f_i exp(t)."""
 
     is_common: bool
 
@@ -237,7 +236,7 @@ class _Turns(Chart):
 def _cameras(
     points: Correspondences, group: registration.MatchedImages, is_common: bool, tolerance: float
 ) -> registration.Cameras:
-    """The cameras of a group of images. `is_common`: one focal length for all images, or else one each."""
+    """The cameras of a group of images, with one focal length for all (`is_common`) or one each."""
     unit = points.unit
     registration.refuse_mirrors(points, group)
     f, turned = _start(group, tolerance)
@@ -276,8 +275,8 @@ def _scalings(f: FloatArray) -> FloatArray:
 
 
 def _start(group: registration.MatchedImages, tolerance: float) -> tuple[float, list[Pair]]:
-    """The focal length, in halves of the longest side, with which rotations fit all pairs best, and pairs by these."""
-    # The rotation of a pair solves Wahba's problem for the directions of its points.
+    """The focal length, in halves of the longest side, with which rotations fit all pairs best, and those pairs."""
+    # The rotation of a pair solves Wahba's problem for the directions to its points.
     f = np.geomspace(_WIDEST, _NARROWEST, _STEPS)
     cost, maps = np.zeros(_STEPS), []
     for link, agree in group.agreeing:
@@ -289,8 +288,7 @@ def _start(group: registration.MatchedImages, tolerance: float) -> tuple[float, 
         cost += np.minimum(there**2 + back**2, (_CAP * tolerance) ** 2).sum(axis=-1)
         maps.append(S)
     best = int(cost.argmin())
-    turned = [pair._replace(S=S[best]) for pair, S in zip(group.pairs, maps, strict=True)]
-    return float(f[best]), turned
+    return float(f[best]), [pair._replace(S=S[best]) for pair, S in zip(group.pairs, maps, strict=True)]
 
 
 def _directions(x: FloatArray, f: FloatArray) -> FloatArray:
@@ -303,13 +301,11 @@ def _adjusted(
     chart: _Turns, M: FloatArray, group: registration.MatchedImages, tolerance: float
 ) -> tuple[FloatArray, float, FloatArray, int]:
     """The adjusted maps, the RMS error, the normal equations and the number of points."""
-    # Links that the chains miss by far, as around the horizon, are left out at first; it ends when the points stay.
+    # Links that the chains miss by far, as around the horizon, are left out at first. It ends when no points change.
     links = group.links
     gaps = _gaps(M, links)
-    chosen = [
-        some & (np.median(gap[some]) < _FAR) & (gap < np.inf)
-        for gap, (_, some) in zip(gaps, group.agreeing, strict=True)
-    ]
+    both = zip(gaps, group.agreeing, strict=True)
+    chosen = [some & (np.median(gap[some]) < _FAR) & (gap < np.inf) for gap, (_, some) in both]
     for _ in range(10):
         kept = [link.chosen(some) for link, some in zip(links, chosen, strict=True) if some.sum() > 1]
         # All images must be in one group.

@@ -1,4 +1,4 @@
-"""Mosaics: images in one plane by their common points, and the frames to choose from."""
+"""Mosaics: images in one plane by their common points, and the frames that it may have."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SHOWN = 10  # names in one message
 
 
 class Match(NamedTuple):
-    """Two images, the number of points they share and of those that agree on a map; if none do, the reason."""
+    """Two images, the numbers of points that they share and that agree on a map, and the reason if none do."""
 
     i: int
     j: int
@@ -36,14 +36,14 @@ class Match(NamedTuple):
 class ConnectedImages:
     """A group of images that common points connect."""
 
-    images: list[int]  # numbers
+    images: list[int]  # their numbers
     components: list[list[int]]  # all groups of two or more connected images, the largest first
     left_out: list[int]  # numbers of the other images
     matches: list[Match]  # of all pairs
 
     @property
     def shared(self) -> tuple[list[int], list[list[int]], list[int], list[Match]]:
-        """These four, for groups of other types."""
+        """The four fields, for groups of other types."""
         return self.images, self.components, self.left_out, self.matches
 
 
@@ -106,7 +106,7 @@ class ImageAnswer(Answer):
         return self.messages()
 
     def _left_out_note(self, *, others: bool) -> str:
-        """The remark on images left out; connected ones are listed together, and only with `others`."""
+        """The remark on images left out; groups of connected ones are named together, and only with `others`."""
         left_out = set(self._found.left_out)
         groups = [group for group in self._found.components if others and set(group) <= left_out]
         parts = [", ".join(self.alone)] if self.alone else []
@@ -173,11 +173,11 @@ def register_groups(
 
 @dataclass(frozen=True, eq=False)
 class MatchedImages(ConnectedImages):
-    """Images, their `links`, the maps of these `pairs`, and `chain`, maps (n, 3, 3) into the first, to start from."""
+    """Connected images and the maps between them."""
 
     links: list[Link]
-    pairs: list[Pair]
-    chain: FloatArray
+    pairs: list[Pair]  # the map of each link
+    chain: FloatArray  # (n, 3, 3), maps into the first image, to start from
 
     @property
     def agreeing(self) -> list[tuple[Link, BoolArray]]:
@@ -217,7 +217,7 @@ def estimated(points: Correspondences, link: Link, tolerance: float, model: str)
 
 
 def links_of(points: Correspondences, tolerance: float) -> list[Link]:
-    """For each pair of images i < j the common points, in coordinates from the images' middles, in `points.unit`."""
+    """The common points of each pair of images i < j, counted from the images' middles in `points.unit`."""
     if not tolerance > 0:
         raise ValueError(f"Invalid tolerance {tolerance}. It must be a number of pixels above 0.")
     links: list[Link] = []
@@ -299,8 +299,8 @@ class CommonFrames(NamedTuple):
 
 
 def common_frames(found: ImageRegistration, weights: FloatArray, rotation: str) -> CommonFrames:
-    """All frames. Raises ValueError if some image reaches infinity in every plane."""
-    # The MDT's is rotated by the mean rotation and shifted to the axes; the central image is nearest to its middle.
+    """All frames; raises ValueError if some image reaches infinity in every plane."""
+    # That of the MDT is rotated by the mean rotation and shifted to the axes; the central image is nearest its middle.
     H: FloatArray | None = found.matrices
     if found.model == "homography":
         H = homographies.least_distorting(found.matrices, found.sizes, weights)
@@ -349,7 +349,7 @@ def _measured(found: ImageRegistration, reference: int | None, H: FloatArray, we
 # ---- answers -------------------------------------------------------------------------------------
 
 FRAMES = ("mdt", "first", "last", "central", "best")
-_SEVERAL = 2.0  # times better gives a note
+_SEVERAL = 2.0  # times: homographies that fit better by this give a note
 _MOST_PIXELS = 1e8  # of a canvas: 300 MB of colours
 
 
@@ -378,7 +378,7 @@ class Mosaic(ImageAnswer):
         return self.frame.matrices
 
     def messages(self, *, others: bool = True) -> list[str]:
-        """The notes; without `others` none on other groups of images, which have mosaics of their own."""
+        """Remarks on the result; without `others` none on other groups of images, which have their own mosaics."""
         said = [self._left_out_note(others=others)]
         fits = self.registration.models
         if self.registration.model == "affine" and fits and fits["affine"].gric > fits["homography"].gric:
@@ -490,7 +490,7 @@ def mosaics_of_groups(
     most_pixels: float = _MOST_PIXELS,
     most: int | None = None,
 ) -> list[Mosaic]:
-    """A `mosaic` of each group of connected images, the largest first, at most `most`; `frame` is no number."""
+    """A `mosaic` of each group of connected images, largest first, at most `most`; for 1 `frame` may be a number."""
     if not isinstance(check_frame(frame, len(points.sizes)), str) and most != 1:
         raise ValueError(f"Invalid frame '{frame}'. An image is in one group only; it must be {', '.join(FRAMES)}.")
     check_choice("rotation", rotation, ROTATIONS)

@@ -1,4 +1,4 @@
-"""Rendering of mosaics: exposure, seams and blending of their images, tile by tile, cropping, and picture files."""
+"""Rendering of mosaics: exposure, seams and blending of their images tile by tile, cropping, and picture files."""
 
 from __future__ import annotations
 
@@ -16,20 +16,24 @@ from projdist.applications.mosaics.images import DEEPEST, Box, Picture, Piece, P
 from projdist.support import check_choice, replacing
 
 _BANDS = 5
-_UNIT = 2**_BANDS  # pixels: pyramids begin at multiples of it, so that the pixels of all pieces coincide
-_REACH = 3 * _UNIT  # influence of a pixel through the bands
+_UNIT = 2**_BANDS  # pixels: pyramids begin at multiples of this, so that the pixels of all pieces coincide
+_REACH = 3 * _UNIT  # pixels as far as which a pixel has influence through the bands
 _LITTLE = 1e-5  # a negligible weight
 _FEATHER = 0.02  # of the full weight, per pixel from an image's rim
 
 
 class Blender(ABC):
-    """Blends pieces of images within a box of the canvas, by weighted sums of colours."""
+    """Blending of pieces of images within a box of the canvas, by weighted sums of colours in bands of frequencies."""
+
+    bands = 0  # besides the first
 
     def __init__(self, box: Box) -> None:
         self._left, self._top = box[:2]
         self._shape = box[3] - box[1], box[2] - box[0]
-        self._sum = np.zeros((*self._shape, 3), np.float32)
-        self._weights = np.zeros(self._shape, np.float32)
+        height, width = (-(-side // 2**self.bands) * 2**self.bands for side in self._shape)
+        shapes = [(height >> band, width >> band) for band in range(self.bands + 1)]
+        self._sums = [np.zeros((*shape, 3), np.float32) for shape in shapes]
+        self._weights = [np.zeros(shape, np.float32) for shape in shapes]
 
     @abstractmethod
     def feed(self, piece: Piece) -> None:
@@ -37,22 +41,22 @@ class Blender(ABC):
 
     def blend(self) -> tuple[AnyArray, BoolArray]:
         """Colours (height, width, 3), and a mask of pixels that have any."""
-        self._sum /= np.maximum(self._weights, _LITTLE)[..., None]
-        return self._sum, self._weights > 0
+        self._sums[0] /= np.maximum(self._weights[0], _LITTLE)[..., None]
+        return self._sums[0], self._weights[0] > 0
 
 
 class _Overlay(Blender):
-    """Later pieces cover earlier ones."""
+    """Blending in which later pieces cover earlier ones."""
 
     def feed(self, piece: Piece) -> None:
         """Put a piece on top."""
         place, (colours, mask) = piece.window(self._left, self._top), piece.pixels
-        opencv().copyTo(colours.astype(np.float32), mask, self._sum[place])
-        self._weights[place][mask > 0] = 1.0
+        opencv().copyTo(colours.astype(np.float32), mask, self._sums[0][place])
+        self._weights[0][place][mask > 0] = 1.0
 
 
 class _Feather(Blender):
-    """Means with weights that decrease towards the images' rims."""
+    """Blending by means with weights that decrease towards the images' rims."""
 
     def feed(self, piece: Piece) -> None:
         """Add a piece."""
@@ -60,26 +64,20 @@ class _Feather(Blender):
         distance = cv2.distanceTransform(np.pad(piece.pixels.mask, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
         weight = np.minimum(distance * _FEATHER, 1.0)
         place = piece.window(self._left, self._top)
-        self._sum[place] += weight[..., None] * piece.pixels.colours
-        self._weights[place] += weight
+        self._sums[0][place] += weight[..., None] * piece.pixels.colours
+        self._weights[0][place] += weight
 
 
 class _MultiBand(Blender):
-    """Means in bands of frequencies, each with masks as smooth as the band (Burt & Adelson 1983, ACM TOG 2)."""
+    """Blending by means in bands of frequencies, with masks as smooth as the band (Burt & Adelson 1983, ACM TOG 2)."""
 
-    def __init__(self, box: Box) -> None:
-        self._left, self._top = box[:2]
-        self._shape = box[3] - box[1], box[2] - box[0]
-        height, width = (-(-side // _UNIT) * _UNIT for side in self._shape)
-        shapes = [(height >> band, width >> band) for band in range(_BANDS + 1)]
-        self._sums = [np.zeros((*shape, 3), np.float32) for shape in shapes]
-        self._bands = [np.zeros(shape, np.float32) for shape in shapes]
+    bands = _BANDS
 
     def feed(self, piece: Piece) -> None:
         """Add a piece."""
         cv2 = opencv()
         rows, columns = piece.window(self._left, self._top)
-        height, width = self._bands[0].shape
+        height, width = self._weights[0].shape
         top, left = (max(side.start - _REACH, 0) // _UNIT * _UNIT for side in (rows, columns))
         bottom, right = (
             min(-(-(side.stop + _REACH) // _UNIT) * _UNIT, most) for side, most in ((rows, height), (columns, width))
@@ -94,7 +92,7 @@ class _MultiBand(Blender):
                 smaller = cv2.pyrDown(part)
                 detail, part = part - cv2.pyrUp(smaller, dstsize=part.shape[1::-1]), smaller
             self._sums[band][place] += weight[..., None] * detail
-            self._bands[band][place] += weight
+            self._weights[band][place] += weight
             weight = cv2.pyrDown(weight)
 
     def blend(self) -> tuple[AnyArray, BoolArray]:
@@ -103,10 +101,9 @@ class _MultiBand(Blender):
         height, width = self._shape
         found: AnyArray = np.zeros((1, 1, 3))
         for band in reversed(range(_BANDS + 1)):
-            level = self._sums[band] / (self._bands[band] + _LITTLE)[..., None]
+            level = self._sums[band] / (self._weights[band] + _LITTLE)[..., None]
             found = level if band == _BANDS else level + cv2.pyrUp(found, dstsize=level.shape[1::-1])
-        seen = np.asarray(self._bands[0][:height, :width] > _LITTLE)
-        return np.ascontiguousarray(found[:height, :width]), seen
+        return np.ascontiguousarray(found[:height, :width]), np.asarray(self._weights[0][:height, :width] > _LITTLE)
 
 
 BLENDERS: dict[str, Callable[[Box], Blender]] = {"multiband": _MultiBand, "feather": _Feather, "none": _Overlay}
@@ -115,12 +112,12 @@ BLENDS = tuple(BLENDERS)
 
 # ---- cropping ------------------------------------------------------------------------------------
 
-_CELLS = 400  # a side of the grid on which the box is found, to be grown by pixels
+_CELLS = 400  # along the longer side of the grid on which the box is found before it is grown by pixels
 
 
 def covered_box(covered: BoolArray) -> Box:
-    """A box of pixels that are all covered; raises ValueError if there is none."""
-    # It is the largest on a grid of 400 cells a side, grown by pixels as far as possible.
+    """A large box of pixels that are all covered; raises ValueError if there is none."""
+    # It is the largest on a grid of at most 400 cells a side, grown by pixels as far as possible.
     height, width = covered.shape
     step = max(1, -(-max(height, width) // _CELLS))
     rows, columns = height // step, width // step
@@ -140,7 +137,7 @@ def covered_box(covered: BoolArray) -> Box:
 
 
 def _largest(cells: BoolArray) -> Box:
-    """The largest box of covered cells: for each row, the largest under bars of the covered cells above it."""
+    """The largest box of covered cells, found row by row as the largest under the bars of covered cells up to there."""
     heights = np.zeros(cells.shape[1], int)
     best, found = 0, (0, 0, 0, 0)
     for row, line in enumerate(cells):
@@ -238,8 +235,7 @@ def _tile(tile: Box, canvas: canvases.AnyCanvas, boxes: Sequence[Box], seams: Se
         part = _common(box, around)
         if part[0] < part[2] and part[1] < part[3]:
             piece = canvas.warped(seams.store.read(number), number, part)
-            even = seams.even(number, piece, canvas.scale)
-            pieces[number] = piece._replace(pixels=Pixels(even, piece.pixels.mask))
+            pieces[number] = piece._replace(pixels=Pixels(seams.even(number, piece, canvas.scale), piece.pixels.mask))
     masks = seams.cut(pieces, canvas)
     blender = BLENDERS[blend](around)
     for number, piece in pieces.items():
@@ -250,14 +246,12 @@ def _tile(tile: Box, canvas: canvases.AnyCanvas, boxes: Sequence[Box], seams: Se
     drawn[..., :3] = np.clip(np.rint(colours, out=colours), 0, most, out=colours)
     drawn[..., 3] = most
     drawn[~seen] = 0
-    inside = slice(top - around[1], bottom - around[1]), slice(left - around[0], right - around[0])
-    return np.asarray(drawn[inside])
+    return drawn[top - around[1] : bottom - around[1], left - around[0] : right - around[0]]
 
-
-DEEP_SUFFIXES = (".png", ".tif", ".tiff")
-PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 
 _FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
+PICTURE_SUFFIXES = tuple(_FORMATS)
+DEEP_SUFFIXES = (".png", ".tif", ".tiff")
 _COMPRESSION = 3  # of PNG: a third of the time of the usual 6, for files at most 5 % larger
 
 
@@ -295,8 +289,8 @@ def save_mosaic(drawn: Rendered, path: AnyPath, *, overwrite: bool = True) -> Pa
 EXPOSURES = ("gain", "blocks", "none")
 SMALL = 3e5  # pixels of the canvas on which gains and seams are found
 
-# Side of a block with one gain in pixels of the small canvas, and number of iterations: steps at seams due to vignettes
-# of a third are reduced to 40 %; blocks of 32 pixels leave 70 %, and blocks of 8 follow the content of images.
+# Side of a block with one gain, in pixels of the small canvas, and number of iterations. They reduce steps at seams due
+# to vignettes of a third to 40 %; blocks of 32 pixels leave 70 %, and blocks of 8 follow the content of images.
 _BLOCK, _FEEDS = 16, 4
 
 
@@ -328,7 +322,7 @@ class Seams:
             self.seams = [cv2.dilate(as_array(one), None) for one in cut]
 
     def even(self, number: int, piece: Piece, scale: float) -> AnyArray:
-        """The colours of a piece of an image on a canvas of a scale, with its gain if there are gains."""
+        """The colours of a piece of an image, on a canvas of a scale, times its gain if there are gains."""
         colours = piece.pixels.colours
         if self.gains is None:
             return colours

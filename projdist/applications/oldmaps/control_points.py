@@ -14,7 +14,7 @@ from projdist import projections
 from projdist._typing import AnyPath, BoolArray, FloatArray
 from projdist.support import check_path, comma_hint, is_number, number_of, read_text, rows_of_text, tell
 
-# Names of columns, our own, those of QGIS (its `mapX` is the true place) and of ArcGIS; without blanks and underscores.
+# Names of columns without blanks and underscores: our own, QGIS's (its `mapX` is the true place) and ArcGIS's.
 _COLUMNS = {
     "id": ("id", "name", "no", "nr", "point", "label", "link"),
     "x_old": ("xold", "oldx", "sourcex", "xsource", "pixelx", "pixel", "column", "col", "px"),
@@ -36,17 +36,13 @@ _THIN = 1e-9  # of their length: points within a strip this narrow lie on one li
 
 @dataclass(frozen=True, eq=False)
 class ControlPoints:
-    """Points (n, 2) on the old map, in any unit, and their true places in metres of a plane with x east and y north.
+    """Places on an old map and in truth; raises ValueError for fewer than three points, and for points on one line."""
 
-    `names` are unique; `note` is a remark on doubtful points; `crs` is the CRS of the true places, if known. Raises
-    ValueError for fewer than three points, and for points on one line.
-    """
-
-    old: FloatArray
-    new: FloatArray
-    names: tuple[str, ...] = ()
-    note: str = ""
-    crs: projections.Projection | None = None
+    old: FloatArray  #: (n, 2), on the old map, in any unit
+    new: FloatArray  #: (n, 2), true places, in metres of a plane with x east and y north
+    names: tuple[str, ...] = ()  #: unique; by default numbers
+    note: str = ""  #: remark on doubtful points
+    crs: projections.Projection | None = None  #: of the true places, if known
 
     def __post_init__(self) -> None:
         old, new = np.asarray(self.old, dtype=float), np.asarray(self.new, dtype=float)
@@ -164,19 +160,19 @@ def read_control_points(path: AnyPath, *, crs: projections.ProjectionLike | None
 
 
 class _PointTable(NamedTuple):
-    """Names of columns, whether true places are named lon and lat, rows with their line numbers, and the stated CRS."""
+    """A table of control points."""
 
-    columns: list[str]
-    is_degrees: bool
-    rows: list[tuple[int, list[str]]]
-    crs: str
+    columns: list[str]  # names
+    is_degrees: bool  # True if the true places are named lon and lat
+    rows: list[tuple[int, list[str]]]  # with the numbers of their lines
+    crs: str  # as stated, or ""
 
 
 def _in_plane(
     new: FloatArray, table: _PointTable, given: projections.Projection | None, path: Path
 ) -> tuple[FloatArray, projections.Projection | None, str]:
     """True places in metres, the CRS of their plane, and a remark on doubtful ones; raises ValueError."""
-    # The message of the error lacks its beginning, the name of the file.
+    # Messages of errors lack their beginning, which names the file.
     try:
         stated = projections.crs_of(table.crs) if table.crs else None
         if stated is not None and not stated.is_geographic:

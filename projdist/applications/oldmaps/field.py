@@ -34,11 +34,10 @@ def rotation(J: FloatArray) -> FloatArray:
     return -np.degrees(np.arctan2(J[..., 1, 0] - J[..., 0, 1], J[..., 0, 0] + J[..., 1, 1]))
 
 
-# Measures of a map after its rectification.
-LOCAL_MEASURES = {
+LOCAL_MEASURES = {  # of a map after its rectification
     "fisher": matrices.Measure("fisher", matrices.fisher),
     "areal_scale": matrices.Measure("areal_scale", matrices.areal_scale, "s", kind="ratio"),
-    # The geometric mean over directions.
+    # The geometric mean of the principal scales.
     "scale": matrices.Measure("scale", lambda J: np.sqrt(matrices.areal_scale(J)), kind="ratio"),
     "rotation": matrices.Measure("rotation", rotation, unit="deg", kind="signed"),
 }
@@ -59,8 +58,8 @@ class Rectification:
     def parts(self) -> matrices.Decomposition:
         """Scale in metres per unit, stretch and its azimuth on the old map, shear, and the old map's rotation.
 
-        The rotation is that of the old map in degrees clockwise, which the rectification reverses: true north is so far
-        to the right of its vertical. The y axis of a mirrored old map is reversed before.
+        The old map's rotation, in degrees clockwise, is what the rectification reverses: true north is so far to the
+        right of its vertical. If the old map is mirrored, its y axis is reversed before.
         """
         M = self.affine.matrix
         parts = matrices.decompose(M @ np.diag([1.0, np.sign(np.linalg.det(M))]))
@@ -103,8 +102,7 @@ class OldMap(Answer):
         nearest = ((self.nodes[folded][:, None] - points.old) ** 2).sum(axis=-1).argmin(axis=1)
         share = np.bincount(nearest, self.weights[folded], len(points.old))
         at_points = np.isnan(self.local_jacobian(points.old)[:, 0, 0])
-        order = np.argsort(-share, kind="stable")
-        return tuple(points.names[k] for k in order if share[k] > 0 or at_points[k])
+        return tuple(points.names[k] for k in np.argsort(-share, kind="stable") if share[k] > 0 or at_points[k])
 
     @property
     def outliers(self) -> tuple[str, ...]:
@@ -128,7 +126,7 @@ class OldMap(Answer):
         return self._of_all(self.fit.left_out)
 
     def _of_all(self, of_fitted: FloatArray) -> FloatArray:
-        """Residuals of all points: the given ones of fitted points, those from the fit of others."""
+        """Residuals of all points: those given for fitted points, and of the others those from the fit."""
         residuals = self.points.new - self.fit(self.points.old)
         residuals[self.is_fitted] = of_fitted
         return np.asarray(residuals)
@@ -151,7 +149,7 @@ class OldMap(Answer):
         return np.asarray(self.rectifications[by].affine.matrix @ J)
 
     def _known(self) -> tuple[FloatArray, FloatArray]:
-        """The Jacobians after the MDT at the nodes without folds, and these nodes' weights."""
+        """The Jacobians after the MDT at nodes without folds, and the weights of these nodes."""
         known = ~np.isnan(self.jacobian[:, 0, 0])
         return self.corrected(self.jacobian[known]), self.weights[known]
 
@@ -167,9 +165,8 @@ class OldMap(Answer):
     def statistics(self) -> dict[str, dict[str, float]]:
         """Percentiles of the measures after the MDT, by area on the old map."""
         J, weights = self._known()
-        shares = [*_SHARES.values()]
         return {
-            name: dict(zip(_SHARES, numerics.quantiles(measure(J), weights, shares), strict=True))
+            name: dict(zip(_SHARES, numerics.quantiles(measure(J), weights, [*_SHARES.values()]), strict=True))
             for name, measure in LOCAL_MEASURES.items()
         }
 
@@ -177,7 +174,7 @@ class OldMap(Answer):
         return f"{len(self.points.names)} points, {len(self.nodes)} nodes"
 
     def to_dict(self) -> dict[str, Any]:
-        """The answer as JSON of the command line; undefined values are None."""
+        """The values with the keys of the command line's JSON; undefined ones are None."""
         corrections = {
             name: one.to_dict() | {"denominator": self.denominator(float(one.parts.scale))}
             for name, one in self.rectifications.items()
@@ -272,7 +269,7 @@ def old_map(
     given, points = points, points.chosen(is_fitted)
     fitted, linear = fit(points, model, smoothing), affine_fit(points)
     is_mirrored = bool(np.linalg.det(linear.matrix) < 0)
-    # Laid out in the registered plane, the nodes do not depend on the old map's units and axes.
+    # The nodes are laid out in the plane of the affine fit, so as not to depend on the old map's units and axes.
     registered, weights, area = hull_nodes(linear(points.old))
     nodes = linear.inverse()(registered)
     jacobian, folded = _jacobian(fitted, nodes, is_mirrored)
@@ -324,10 +321,10 @@ def _jacobian(fitted: Fit, old: FloatArray, is_mirrored: bool) -> tuple[FloatArr
 
 
 def _errors(fitted: Fit, nodes: FloatArray, w: FloatArray) -> tuple[float, float]:
-    """Standard errors of the mean logarithm of the scale, that of the MDT, and of the mean rotation in radians."""
+    """Standard errors of the mean logarithm of the scale, which is the MDT's, and of the mean rotation in radians."""
     back, w = fitted.jacobian(nodes), (w / w.sum())[:, None, None]
     by_scale = 0.5 * np.swapaxes(np.linalg.inv(back), 1, 2)
-    # The y axis of the old map is along the second column, of a mirrored one against it; the angle is the same.
+    # The second column is along the y axis of the old map, or against it if that is mirrored; the angle is the same.
     x, y = back[:, 0, 1], back[:, 1, 1]
     by_turn = np.zeros_like(back)
     by_turn[:, 0, 1], by_turn[:, 1, 1] = -y / (x**2 + y**2), x / (x**2 + y**2)
@@ -349,8 +346,7 @@ def hull_nodes(points: FloatArray, rows: int = _ROWS) -> tuple[FloatArray, Float
     right = np.where(nx > 0, bound, np.inf).min(axis=1)
     x = left[:, None] + (right - left)[:, None] * (np.arange(rows) + 0.5) / rows
     weights = np.repeat(np.maximum(right - left, 0.0), rows)
-    nodes = np.stack([x.ravel(), np.repeat(y, rows)], axis=-1)
-    return nodes, weights / weights.sum(), float(hull.volume)
+    return np.stack([x.ravel(), np.repeat(y, rows)], axis=-1), weights / weights.sum(), float(hull.volume)
 
 
 def _rms(residuals: FloatArray) -> float:
@@ -406,10 +402,9 @@ def _mesh(found: OldMap) -> tuple[FloatArray, AnyArray]:
 
 
 def _pieces(places: FloatArray, values: FloatArray, triangles: AnyArray, level: float) -> FloatArray:
-    """Segments (m, 2, 2) on which a level crosses triangles, between points of two sides, shared with neighbours."""
+    """Segments (m, 2, 2) where a level crosses triangles, which end at the same points as those of their neighbours."""
     sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=-1)
     above = values[sides] >= level
-    crossed = above[..., 0] != above[..., 1]
-    one, other = np.moveaxis(sides[crossed], -1, 0)
+    one, other = np.moveaxis(sides[above[..., 0] != above[..., 1]], -1, 0)
     share = (level - values[one]) / (values[other] - values[one])
     return np.asarray((places[one] + share[:, None] * (places[other] - places[one])).reshape(-1, 2, 2))

@@ -21,8 +21,8 @@ from projdist.support import check_choice, check_number
 
 _CHUNK = 1 << 20  # values of terms computed at a time
 _SMALLEST = 1e-13  # of the largest eigenvalue of a spline: smaller ones are rounding
-_LEAST_REST = 1e-9  # of degrees of freedom
-_SMOOTHINGS = 121  # tried from interpolation to the affine map, and again between the neighbours of the best
+_LEAST_REST = 1e-9  # residual degrees of freedom: fewer are rounding
+_SMOOTHINGS = 121  # tried between interpolation and the affine map, and again between the neighbours of the best
 
 
 def affine_fit(points: ControlPoints) -> Affine:
@@ -99,7 +99,7 @@ class Fit:
     coefficients: FloatArray
     residuals: FloatArray  #: (n, 2), true minus fitted places of the points
     left_out: FloatArray  #: the same for the map fitted to the other points; NaN if these do not suffice
-    #: From derivatives (k, 2) of a number by the coefficients to those by the points' true coordinates (n, 2).
+    #: Turns derivatives (k, 2) of a number by the coefficients into those by the points' true coordinates (n, 2).
     influence: Callable[[FloatArray], FloatArray]
 
     @property
@@ -111,18 +111,16 @@ class Fit:
 
     def __call__(self, old: FloatArray) -> FloatArray:
         """True places (m, 2) of places on the old map."""
-        u = self.plane(old)
-        return np.concatenate([self.terms.values(part) @ self.coefficients for part in self._parts(u)])
+        return np.concatenate([self.terms.values(part) @ self.coefficients for part in self._parts(self.plane(old))])
 
     def jacobian(self, old: FloatArray) -> FloatArray:
         """Derivatives (m, 2, 2) of the true place by the place on the old map, at places (m, 2)."""
-        u = self.plane(old)
-        found = [self.terms.gradients(part).swapaxes(1, 2) @ self.coefficients for part in self._parts(u)]
+        found = [self.terms.gradients(part).swapaxes(1, 2) @ self.coefficients for part in self._parts(self.plane(old))]
         return np.asarray(np.concatenate(found).swapaxes(1, 2) @ self.plane.matrix)
 
     def standard_error(self, old: FloatArray, by_jacobian: FloatArray) -> float:
         """Standard error of a number with the derivatives (m, 2, 2) by the Jacobians at places (m, 2)."""
-        # The errors of the points' true coordinates are assumed independent and equally large, as the residuals show.
+        # The errors of the points' true coordinates are taken as independent and equally large, as the residuals are.
         u, slopes = self.plane(old), by_jacobian @ self.plane.matrix.T
         parts = np.zeros_like(self.coefficients)
         for part, slope in zip(self._parts(u), self._parts(slopes), strict=True):
@@ -149,7 +147,7 @@ def fit(points: ControlPoints, model: str = "tps", smoothing: float | None = Non
 
 
 def normalised(points: ControlPoints, linear: Affine | None = None) -> Affine:
-    """A linear fit, by default affine, followed by a shift and a scale to mean 0 and variance 1 of the points."""
+    """A linear fit, by default affine, followed by a shift and a scale that give the points mean 0 and variance 1."""
     linear = affine_fit(points) if linear is None else linear
     registered = linear(points.old)
     middle = registered.mean(axis=0)
@@ -215,7 +213,7 @@ class SplineModes:
         part = self.kernel @ self.Q
         part -= 0.5 * self.Q @ (self.Q.T @ part)
         bent = self.kernel - part @ self.Q.T - self.Q @ part.T
-        # The polynomials, which do not bend, get a bending below 0 and come first.
+        # The polynomials, which do not bend, get a bending below 0, so that they come first.
         bending, modes = np.linalg.eigh(bent - np.linalg.norm(bent) * (self.Q @ self.Q.T))
         self.bending, self.modes = bending[self.flat :], modes[:, self.flat :]
         self.is_singular = bool(self.bending.size and self.bending[0] <= _SMALLEST * self.bending[-1])
@@ -297,7 +295,7 @@ FALSE_ALARM = 0.05  # probability that a point is named in a set without wrong o
 _ORDERS = (2, 3)
 _MOST = 4  # one point in four may be wrong
 _HIDDEN = 10  # one point in ten is left out to find others that it masks
-_ROUNDING = 1e-9  # of the extent in truth
+_ROUNDING = 1e-9  # of the extent of true places: residuals below it are rounding
 
 
 class _Residuals(NamedTuple):
@@ -310,9 +308,9 @@ class _Residuals(NamedTuple):
 
 def wrong_points(points: ControlPoints) -> BoolArray:
     """True for wrong points."""
-    # The worst points are left out one after the other, until a tenth of the points after the last wrong one, so that
-    # none masks another. A quarter of those up to the last wrong one are removed and the splines' smoothing is found
-    # anew, until no point is wrong; points that then fit the others are taken back.
+    # The worst points are left out one by one, a tenth of all points beyond the last wrong one, so that none masks
+    # another. A quarter of those up to the last wrong one are removed and the splines' smoothing is found anew, until
+    # no point is wrong. Points that then fit the others are taken back.
     kept = np.ones(len(points.old), dtype=bool)
     while len(found := _worst(points.chosen(kept))):
         kept[np.flatnonzero(kept)[found]] = False
@@ -322,14 +320,14 @@ def wrong_points(points: ControlPoints) -> BoolArray:
 
 
 def _plane(points: ControlPoints, kept: BoolArray) -> tuple[FloatArray, AnyArray, float]:
-    """Normalised places, true places as complex numbers about their mean, and their rounding, by the kept points."""
+    """Places normalised by the kept points, true places as complex numbers about their mean, and their rounding."""
     chosen = points.chosen(kept)
     truth = points.new - chosen.new.mean(axis=0)
     return normalised(chosen)(points.old), truth @ [1.0, 1.0j], _ROUNDING * float(np.ptp(chosen.new))
 
 
 def _worst(points: ControlPoints) -> list[int]:
-    """Numbers of the worst quarter of the wrong points, by splines through all points."""
+    """Numbers of the wrong points, only the worst quarter of them, by splines through all points."""
     count = len(points.old)
     u, z, rounding = _plane(points, np.ones(count, dtype=bool))
     splines = [SplineModes(u, order) for order in _ORDERS]
@@ -337,7 +335,7 @@ def _worst(points: ControlPoints) -> list[int]:
     if count - 1 <= flat:
         return []
     most = count // _MOST
-    others = [_Others(spline, z, most) for spline in splines]
+    others = [_ReducedSpline(spline, z, most) for spline in splines]
     out: list[int] = []
     wrong = 0
     while len(out) < min(most, wrong + max(count // _HIDDEN, 1)) and count - len(out) - 1 > flat:
@@ -352,10 +350,10 @@ def _worst(points: ControlPoints) -> list[int]:
     return out[: -(-wrong // _MOST)]
 
 
-class _Others:
+class _ReducedSpline:
     """The spline of cross-validated smoothing through points, of which up to `most` are left out one by one.
 
-    Without points D the matrix G = 1 - H becomes G - G_D (G_DD)^-1 G_D^T: each is a step of a Cholesky factorisation.
+    Without the points D the matrix G = 1 - H is G - G_D (G_DD)^-1 G_D^T: each is a step of a Cholesky factorisation.
     """
 
     def __init__(self, spline: SplineModes, z: AnyArray, most: int) -> None:
@@ -378,25 +376,23 @@ class _Others:
         self._out.append(point)
 
     def residuals(self) -> _Residuals:
-        """Residuals of the remaining points, each from the spline through the others; 0 for points left out."""
+        """Residuals of the points that remain, each from the spline through the others; 0 for points left out."""
         square, diagonal = np.abs(self._product) ** 2, self._diagonal.copy()
         square[self._out], diagonal[self._out] = 0.0, 1.0
         own = square / diagonal
         freedom = len(self._z) - len(self._out) - self._flat - 1
         kept = np.vdot(self._z, self._product) - np.vdot(self._z[self._out], self._product[self._out])
-        rest = np.maximum(kept.real - own, 0.0)
-        return _Residuals(own / diagonal, rest / freedom / diagonal, freedom)
+        return _Residuals(own / diagonal, np.maximum(kept.real - own, 0.0) / freedom / diagonal, freedom)
 
 
 def _fitting(points: ControlPoints, kept: BoolArray) -> BoolArray:
-    """True for points not kept that fit the kept ones."""
+    """True for the points that are not kept although they fit the kept ones."""
     u, z, rounding = _plane(points, kept)
     out, count = np.flatnonzero(~kept), int(kept.sum())
     residuals = []
     for order in _ORDERS:
-        smoothing = SplineModes(u[kept], order).cross_validated(z[kept])
         spline = SplineModes(u, order)
-        root = spline.root(smoothing)
+        root = spline.root(SplineModes(u[kept], order).cross_validated(z[kept]))
         product = root @ (root.T @ z)
         # Block by block: the residuals of all these points from the spline through the others.
         covariance = np.linalg.inv(root[out] @ root[out].T)
@@ -410,7 +406,7 @@ def _fitting(points: ControlPoints, kept: BoolArray) -> BoolArray:
 
 
 def _log_probability(residuals: list[_Residuals], rounding: float) -> FloatArray:
-    """Logarithm of the probability of residuals this large, by the splines' smallest residual and largest variance."""
+    """Logarithms of the probabilities of residuals as large, by each point's smallest residual and largest variance."""
     squares, variances, freedoms = zip(*residuals, strict=True)
     variance, freedom = np.maximum(np.max(variances, axis=0), rounding**2), min(freedoms)
     return np.asarray(-freedom * np.log1p(np.min(squares, axis=0) / variance / freedom))

@@ -15,7 +15,7 @@ from projdist.matrices import Affine
 from projdist.projections import projected_crs_of
 from projdist.support import check_choice, check_instance, check_number, check_path
 
-_STEPS, _CONVERGED = 30, 1e-8  # of Newton's method; of the extent of the old map's points
+_STEPS, _CONVERGED = 30, 1e-8  # of Newton's method: their number, and the last, of the extent of the old map's points
 
 
 def old_places(found: OldMap, new: FloatArray) -> FloatArray:
@@ -70,9 +70,9 @@ _MOST_PIXELS = 1e8
 _COARSEST = 32  # pixels between the places that are computed; those between are interpolated
 _INTERPOLATION = 0.05  # pixels of the scan: largest error of this interpolation
 _AROUND = 0.1  # of the affine fit's sides: a fitted map is not drawn farther out
-_RIM = 33  # places along a side of the scan that determine the extent
+_RIM = 33  # places along a side of the scan, by which the extent is found
 _WHOLE = 1e-6  # of a pixel: a side that ends this near to a pixel's edge ends there
-_ROWS = 256  # drawn at a time
+_ROWS = 256  # of the picture, drawn at a time
 _GREY = ("1", "L", "LA", "La")
 
 
@@ -156,7 +156,7 @@ def rectify(found: OldMap, image: AnyPath, *, by: str = "fit", resolution: float
 
 
 def _read(path: AnyPath, found: OldMap, coarser: int) -> tuple[AnyArray, Affine]:
-    """The pixels (height, width, 1 or 3) of a scan, reduced by a whole factor, and the map to them from the old map."""
+    """The pixels (height, width, 1 or 3) of a scan, reduced by a whole factor, and the map from the old map to them."""
     # The middle of the first pixel is at 0, 0.
     from PIL import Image  # slow to load, and few need it
 
@@ -166,15 +166,14 @@ def _read(path: AnyPath, found: OldMap, coarser: int) -> tuple[AnyArray, Affine]
         size = image.size
         if image.mode.startswith("I"):
             image = Image.fromarray(np.clip(np.asarray(image).astype(np.int64) // 257, 0, 255).astype(np.uint8))
-        plain = image.convert("L" if image.mode in _GREY else "RGB")
-        pixels = np.asarray(plain.reduce(coarser))
+        pixels = np.asarray(image.convert("L" if image.mode in _GREY else "RGB").reduce(coarser))
     left, right, bottom, top = scan_extent(found, *size, text)
     spread = np.array([size[0] / (right - left), size[1] / (bottom - top)]) / coarser
     return np.atleast_3d(pixels), Affine(np.diag(spread), -0.5 - spread * [left, top])
 
 
 def _bounds(found: OldMap, by: str, shape: tuple[int, ...], to_pixels: Affine) -> tuple[float, float, float, float]:
-    """True west, south, east and north of the scan; by a fit not far beyond those by the affine fit."""
+    """True west, south, east and north of the scan, by a fit at most somewhat beyond those by the affine fit."""
     height, width = shape[:2]
     u, v = np.meshgrid(*(np.linspace(-0.5, n - 0.5, _RIM) for n in (width, height)))
     old = to_pixels.inverse()(np.stack([u.ravel(), v.ravel()], axis=-1))
@@ -188,7 +187,7 @@ def _bounds(found: OldMap, by: str, shape: tuple[int, ...], to_pixels: Affine) -
 
 
 def _drawn(scan: AnyArray, lattice: FloatArray, step: int, shape: tuple[int, int]) -> AnyArray:
-    """The picture, with the pixels of the scan that the lattice gives, interpolated linearly, some rows at a time."""
+    """The picture: the scan's pixels at places interpolated from the lattice, linearly, some rows at a time."""
     from scipy.ndimage import map_coordinates  # slow to load, and few need it
 
     rows, columns = shape

@@ -1,4 +1,4 @@
-"""Affine maps of corresponding points in any dimension, between two clouds and of many into one frame; wrong partners.
+"""Affine maps of corresponding points in any dimension, from one cloud to another and of many into one frame; outliers.
 
 Two sets are whitened, Y - mean = U R with orthonormal columns U. The singular values of U_z^T U_y are the canonical
 correlations of the sets (Hotelling 1936), which affine maps of either set do not change. Least squares, z = A y + t
@@ -31,17 +31,17 @@ _ROUNDING = 8.0 * float(np.finfo(float).eps)  # of the coordinates themselves, w
 
 @dataclass(frozen=True, eq=False)
 class AffineFit(Affine):
-    """The map z = A y + shift, and the n canonical correlations in descending order; 1 for sets that agree exactly."""
+    """The map z = A y + shift, with the n canonical correlations in descending order, 1 if the sets agree exactly."""
 
     correlations: FloatArray
 
 
 class WhitenedPoints(NamedTuple):
-    """Points (M, n) as centre + basis @ root, the basis with orthonormal columns, rows times roots of weights."""
+    """Weighted points (M, n), factored: the roots of the weights times (points - centre) are basis @ root."""
 
-    centre: FloatArray
-    basis: FloatArray
-    root: FloatArray
+    centre: FloatArray  # (n,)
+    basis: FloatArray  # (M, n), with orthonormal columns
+    root: FloatArray  # (n, n)
 
 
 FITS = ("symmetric", "least_squares")
@@ -93,7 +93,7 @@ def checked_weights(given: ArrayLike, missing: BoolArray, invalid: str) -> Float
 
 
 def pair_weights(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Weights of pairs of points, whose variances, the inverse weights, add up; of equal weights w it is w."""
+    """Weights of pairs of points whose variances, the inverse weights, add up; two weights w give w."""
     return np.asarray(2.0 * one * other / (one + other))
 
 
@@ -101,8 +101,7 @@ def rank(points: FloatArray, weights: FloatArray) -> int:
     """Number of dimensions that points (M, n) with weights (M,) above 0 span beyond rounding."""
     if not len(points):
         return 0
-    centre = weights @ points / weights.sum()
-    extents = np.linalg.svd(np.sqrt(weights)[:, None] * (points - centre), compute_uv=False)
+    extents = np.linalg.svd(np.sqrt(weights)[:, None] * (points - (weights @ points / weights.sum())), compute_uv=False)
     rounding = _ROUNDING * np.abs(points).max() * np.sqrt(weights.sum())
     return int(np.sum(extents > max(_FLAT * extents[0], rounding)))
 
@@ -129,15 +128,15 @@ def fit_whitened(y: WhitenedPoints, z: WhitenedPoints, method: str) -> AffineFit
 # ---- outliers ------------------------------------------------------------------------------------
 
 FALSE_ALARM = 0.05  # probability that a point is named in clouds without wrong partners
-_KERNEL = 4.685  # standard deviations, beyond which a point has no weight
+_KERNEL = 4.685  # standard deviations beyond which a point has no weight
 _STEPS = 50
 _RESIDUAL_ROUNDING = 1e-9  # of the spread: smaller residuals are rounding, not noise
-_SAME = 1e-10  # of weights, from step to step
+_SAME = 1e-10  # change of weights in a step below which they have converged
 
 
 def wrong_partners(placed: FloatArray, weights: FloatArray) -> tuple[BoolArray, FloatArray]:
     """Flags of wrong partners among clouds in one frame, (N, M, n), with weights (N, M), and distances (N, M)."""
-    # Distances are from the places that the other clouds give, by the fit of the cloud without the point, or NaN.
+    # Distances are those from the places that the other clouds give, by the fit without the point; NaN if unknown.
     count, n, seen = len(placed), placed.shape[-1], weights > 0.0
     wrong, left_out = np.zeros(seen.shape, dtype=bool), np.full(seen.shape, np.nan)
     shared = seen & (seen.sum(axis=0) > 1)
@@ -152,7 +151,7 @@ def wrong_partners(placed: FloatArray, weights: FloatArray) -> tuple[BoolArray, 
         place = _medians(placed[:, rows], others)
         bad, distance = _wrong_rows(place, placed[i, rows], pair_weights(weights[i, rows], mean), level)
         wrong[i, rows], left_out[i, rows] = bad, distance
-    # For each point only the worst cloud is wrong, which shifted the place that the others were compared with.
+    # Of each point only the farthest cloud counts as wrong: it shifted the place that the others were compared with.
     far = np.where(wrong, left_out, -np.inf)
     worst = wrong & (far == far.max(axis=0))
     return np.asarray(worst & (np.cumsum(worst, axis=0) == 1)), left_out
@@ -173,25 +172,22 @@ def _medians(places: FloatArray, weights: FloatArray) -> FloatArray:
 def _wrong_rows(
     place: FloatArray, points: FloatArray, weights: FloatArray, level: float
 ) -> tuple[BoolArray, FloatArray]:
-    """Which of a cloud's points (m, n) are not at their place (m, n), and their distances from it, each left out."""
+    """Flags of a cloud's points (m, n) that are not at their places (m, n), and distances by fits without the point."""
     from scipy.stats import chi2, f  # imported here: scipy is slow to load, and few need it
 
     n = points.shape[1]
     root = np.sqrt(weights / weights.mean())[:, None]
     scale = float(np.linalg.norm(points - points.mean(axis=0), axis=1).mean())
     X, points = root * np.column_stack([np.ones(len(place)), place]), root * points
-    squares = _robust_squares(X, points, scale)
-    bad = squares > chi2.isf(level, n)
-    everything = np.ones(len(points), dtype=bool)
-    _, distances = _left_out_squares(X, points, everything, scale)
+    bad = _robust_squares(X, points, scale) > chi2.isf(level, n)
+    _, distances = _left_out_squares(X, points, np.ones(len(points), dtype=bool), scale)
     for _ in range(_STEPS):
         kept = ~bad
         if kept.sum() < 2 * n + 3:
             return np.zeros(len(points), dtype=bool), distances / root[:, 0]
         statistic, distances = _left_out_squares(X, points, kept, scale)
         freedom = kept.sum() - kept.astype(int) - (n + 1)  # of the covariance, without the point itself
-        F = statistic * (freedom - n + 1) / (n * freedom)
-        found = f.sf(F, n, freedom - n + 1) < level
+        found = f.sf(statistic * (freedom - n + 1) / (n * freedom), n, freedom - n + 1) < level
         # Points that are near enough come back; of the kept points only the worst is dropped at a time.
         worst = found & kept
         if worst.any():
@@ -206,8 +202,7 @@ def _wrong_rows(
 def _left_out_squares(X: FloatArray, y: FloatArray, kept: BoolArray, scale: float) -> tuple[FloatArray, FloatArray]:
     """Hotelling's T^2 and distance of each point from the fit to the kept points without it."""
     Q, R = np.linalg.qr(X[kept])
-    beta = np.linalg.solve(R, Q.T @ y[kept])
-    residual = y - X @ beta
+    residual = y - X @ np.linalg.solve(R, Q.T @ y[kept])
     leverage = np.sum(np.linalg.solve(R.T, X.T) ** 2, axis=0)
     leverage = np.minimum(leverage, np.where(kept, 1.0 - 1e-9, np.inf))
     n, count = y.shape[1], int(kept.sum())
@@ -240,8 +235,7 @@ def _robust_squares(X: FloatArray, y: FloatArray, scale: float) -> FloatArray:
             # Half of normal errors are below the median of chi^2; a fit of p parameters to m points makes them smaller.
             sigma2 = np.median(squares) / half * len(y) / (len(y) - X.shape[1])
             squares = squares / max(sigma2, 1e-300)
-            u = squares / (_KERNEL**2 * n)
-            again = np.maximum(1.0 - u, 0.0) ** 2
+            again = np.maximum(1.0 - squares / (_KERNEL**2 * n), 0.0) ** 2
             inside = residual * np.sqrt(again)[:, None]
             covariance = inside.T @ inside / max(again.sum(), 1.0) + (_RESIDUAL_ROUNDING * scale) ** 2 * np.eye(n)
         if step > _STEPS and np.abs(again - w).max() < _SAME:
@@ -269,7 +263,7 @@ class Group(NamedTuple):
 def kept_clouds(
     points: FloatArray, weights: FloatArray, *, first_only: bool = False
 ) -> tuple[list[int], dict[int, str]]:
-    """Numbers of the clouds of the largest connected set, and why others are not in it; points (N, M, n)."""
+    """Numbers of the clouds in the largest connected set, and reasons why others are not in it; points (N, M, n)."""
     # A cloud joins the set if the points that it shares with it, or with the first cloud only, span all n dimensions.
     n = points.shape[-1]
     reasons = {}
@@ -293,7 +287,7 @@ def kept_clouds(
 
 
 def _span(points: FloatArray, weights: FloatArray, i: int, there: BoolArray | None = None) -> int:
-    """Number of dimensions that the points of cloud i span, or those of them marked in `there`."""
+    """Number of dimensions spanned by the points of cloud i, or by those of them marked in `there`."""
     some = (weights[i] > 0.0) if there is None else there & (weights[i] > 0.0)
     return rank(points[i][some], weights[i][some])
 
@@ -314,7 +308,7 @@ def _grown(points: FloatArray, weights: FloatArray, able: list[int], seed: int, 
 
 
 def _reason(count: int, dimensions: int, n: int, what: str) -> str:
-    """Why so many points, which span so many dimensions, are too few."""
+    """The reason why `count` points that span so many dimensions are too few."""
     if count <= n:
         return f"{what} {count} point{'s' if count != 1 else ''}, and {n + 1} are needed"
     return f"the {count} points that {what} span {dimensions} of {n} dimensions"
@@ -356,9 +350,9 @@ def _grouped(fits: list[AffineFit], converged: bool) -> Group:
 class _Clouds:
     """Clouds to be fitted onto a mean of M points, each in at least two of the clouds.
 
-    `start` is the mean that simultaneous least-squares fits, projections onto each cloud's affine functions, change
-    least. Of their mean's eigenvalues the n + 1 largest belong to the mean of the clouds and to the constant; the
-    others, `values`, say how much of a move along `vectors` each step keeps.
+    `start` is the mean that changes least by simultaneous least-squares fits, projections onto each cloud's affine
+    functions. Of the eigenvalues of the mean projection the n + 1 largest belong to the mean of the clouds and to the
+    constant; the others, `values`, are the shares of a move along `vectors` that each step keeps.
     """
 
     def __init__(self, points: FloatArray, weights: FloatArray) -> None:

@@ -39,13 +39,13 @@ def log_false_alarms(distances: FloatArray, apart: float, n: int) -> float:
 # ---- icp -----------------------------------------------------------------------------------------
 
 _STEPS = 100  # at most; about 20 suffice, and partners that repeat end it sooner
-_TURNS = 48  # starts around the plane; 24 miss one in twenty sets with noise, missing and extra points
-_TURNS_IN_SPACE = 1000  # the nearest is 12 degrees off on average, 22 at most
+_TURNS = 48  # starts in the plane; 24 miss one in twenty sets with noise, missing and extra points
+_TURNS_IN_SPACE = 1000  # starts in space; the nearest is 12 degrees off on average, 22 at most
 _SPIRAL = np.sqrt(2.0), 1.533751168755204288118041  # Alexa's constants: the second solves x^4 = x + 4
 _LOOKED_AT = 200  # points of a cloud that are used to compare starts
 _PROMISING = 12  # starts in space that are followed; 24 find no more of the benchmark's sets
 _ENOUGH = 0.95  # of the points of the smaller cloud: with so many partners no other start is tried
-_FAR = 4.0  # median distances, beyond which a pair is dropped
+_FAR = 4.0  # median distances beyond which a pair is dropped
 
 
 class WeightedCloud(NamedTuple):
@@ -61,8 +61,8 @@ class WeightedCloud(NamedTuple):
 
 
 def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]:
-    """Points of clouds that correspond to the largest cloud's, (N, M, n), NaN without a partner, and weights (N, M)."""
-    # A cloud in which too few points find partners has none.
+    """Points of each cloud closest to the largest cloud's, (N, M, n), NaN without a partner, and weights (N, M)."""
+    # A cloud in which too few points find partners gets none.
     first = int(np.argmax([0 if cloud.is_flat else len(cloud.points) for cloud in clouds]))
     if clouds[first].is_flat:
         nothing = np.full((len(clouds), *clouds[first].points.shape), np.nan)
@@ -73,7 +73,7 @@ def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]
     partners = [_pairwise(cloud, template) for cloud in clouds]
     partners[first] = np.arange(len(template.points))
     known: set[bytes] = set()
-    while not _again(np.stack(partners), known):
+    while not _settled(np.stack(partners), known):
         points, weights = _arranged(clouds, partners)
         kept = affine.kept_clouds(points, weights)[0]
         if first not in kept or len(kept) < 2:
@@ -90,16 +90,16 @@ def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]
 
 
 def _pairwise(cloud: WeightedCloud, template: WeightedCloud) -> IntArray:
-    """For each point of the template the number of the cloud's partner, or -1, after a fit by closest points."""
-    # It starts from the cloud as given and, if few points find partners, from rotations of it with equal moments, too.
+    """Number of the cloud's partner of each point of the template, or -1, after a fit by closest points."""
+    # It starts from the cloud as given and, if few points find partners, also from turns of it with equal moments.
     if cloud.is_flat:
         return np.full(len(template.points), -1)
     apart = _spacing(template.points)
-    found = [_laid(cloud, cloud.points, template, apart)]
+    found = [_icp(cloud, cloud.points, template, apart)]
     if np.sum(found[0][0] >= 0) < _ENOUGH * min(len(cloud.points), len(template.points)):
-        found += [_laid(cloud, start, template, apart) for start in _turned(cloud, template)]
-    # If none is better than chance, the most pairs are the best guess.
-    return min(found, key=lambda laid: (min(laid[1], 0.0), -int(np.sum(laid[0] >= 0))))[0]
+        found += [_icp(cloud, start, template, apart) for start in _turned(cloud, template)]
+    # If no fit is better than chance, that with the most pairs is the best guess.
+    return min(found, key=lambda fit: (min(fit[1], 0.0), -int(np.sum(fit[0] >= 0))))[0]
 
 
 def _turns(n: int) -> FloatArray:
@@ -119,8 +119,8 @@ def _turns(n: int) -> FloatArray:
 
 
 def _turned(cloud: WeightedCloud, template: WeightedCloud) -> list[FloatArray]:
-    """A cloud with the moments of the template, in each rotation to which closest points converge."""
-    (basis, _), (target, laid) = _equal_moments(cloud), _equal_moments(template)
+    """A cloud with the moments of the template, in each of the rotations to which closest points converge."""
+    (basis, _), (target, back) = _equal_moments(cloud), _equal_moments(template)
     starts = _turns(basis.points.shape[1])
     if len(starts) > _TURNS:  # those with the least median distance of the cloud's points from the template
         some = basis.points[:: -(-len(basis.points) // _LOOKED_AT)]
@@ -129,17 +129,17 @@ def _turned(cloud: WeightedCloud, template: WeightedCloud) -> list[FloatArray]:
     found: dict[bytes, FloatArray] = {}
     for turn in starts:
         known: set[bytes] = set()
-        while not _again(partners := _partners(basis.points @ turn.T, target.points), known):
+        while not _settled(partners := _partners(basis.points @ turn.T, target.points), known):
             one, other, w = _pairs(basis, target, partners)
             U, _, V = np.linalg.svd(other.T @ (w[:, None] * one))
             U[:, -1] *= np.linalg.det(U @ V)
             turn = U @ V
         found[partners.tobytes()] = turn
-    return [laid(basis.points @ turn.T) for turn in found.values()]
+    return [back(basis.points @ turn.T) for turn in found.values()]
 
 
 def _equal_moments(cloud: WeightedCloud) -> tuple[WeightedCloud, Affine]:
-    """A cloud about 0 with variance 1 along all axes, by a symmetric root, so not rotated; and the map back."""
+    """A cloud about 0 with variance 1 along all axes, by a symmetric root, which does not turn it; and the map back."""
     white = affine.whitened(*cloud)
     _, extents, V = np.linalg.svd(white.root)
     back = Affine((V.T * extents) @ V / np.sqrt(cloud.weights.sum()), white.centre)
@@ -156,13 +156,13 @@ def _pairs(
     return cloud.points[pairs], template.points[there], weights
 
 
-def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apart: float) -> tuple[IntArray, float]:
-    """Partners that affine fits to closest points no longer change, and the logarithm of the number of false alarms."""
-    # The fits of the cloud to the template, whose spacing is `apart`, begin at `start`.
+def _icp(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apart: float) -> tuple[IntArray, float]:
+    """Partners after repeated affine fits to closest points, and the logarithm of the number of false alarms."""
+    # The fits of the cloud to the template, whose spacing is `apart`, begin at `start` and end when partners repeat.
     moved, known = start, set[bytes]()
     while True:
         partners = _partners(moved, template.points)
-        if _again(partners, known):
+        if _settled(partners, known):
             break
         y, z, w = _pairs(cloud, template, partners)
         if min(affine.rank(y, w), affine.rank(z, w)) < y.shape[1]:
@@ -180,8 +180,8 @@ def _spacing(points: FloatArray) -> float:
     return float(np.median(np.asarray(distances)[:, 1]))
 
 
-def _again(partners: IntArray, known: set[bytes]) -> bool:
-    """True if these partners are known or the steps are used up; adds them to the known ones."""
+def _settled(partners: IntArray, known: set[bytes]) -> bool:
+    """True if these partners were known or there were too many steps; adds them to the known ones."""
     mark = partners.tobytes()
     ended = mark in known or len(known) >= _STEPS
     known.add(mark)
@@ -228,7 +228,7 @@ def corresponding_points(
     correspond: str,
     ids: Sequence[Sequence[str]] | None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Points (N, M, n), of equal numbers where they correspond, and weights (N, M), 0 if missing; raises ValueError."""
+    """Points (N, M, n) in the order in which they correspond, and weights (N, M), 0 if missing; raises ValueError."""
     check_choice("correspondence", correspond, CORRESPONDENCES)
     missing = [np.isnan(cloud).all(axis=1) for cloud in clouds]
     for name, cloud, gaps in zip(names, clouds, missing, strict=True):
@@ -256,7 +256,7 @@ def corresponding_points(
 
 
 def _by_ids(clouds: list[FloatArray], names: Sequence[str], ids: Sequence[Sequence[str]] | None) -> FloatArray:
-    """Clouds with a row for each id of any of them, (N, M, n), NaN where an id is missing."""
+    """Clouds (N, M, n) with a row for each id of any of them, NaN where a cloud lacks the id; raises ValueError."""
     if ids is None or len(ids) != len(clouds):
         raise ValueError("Invalid ids. There must be a list of them for each cloud.")
     for name, cloud, marks in zip(names, clouds, ids, strict=True):
@@ -276,7 +276,7 @@ def _by_ids(clouds: list[FloatArray], names: Sequence[str], ids: Sequence[Sequen
 
 
 class WeightsFile(NamedTuple):
-    """Weights (M,) for the rows of all clouds, or for ids if the file has them."""
+    """Weights (M,) of the rows of each cloud, or of ids if the file has them."""
 
     path: Path
     numbers: FloatArray
@@ -307,8 +307,7 @@ def read_weights(path: AnyPath) -> WeightsFile:
         if len(row) < width or not is_number(row[-1]):
             raise ValueError(f"{text} Line {line} must end with a number.")
         numbers.append(number_of(row[-1]))
-    ids = tuple(row[0].strip() for _, row in rows) if width == 2 else None
-    return WeightsFile(Path(path), np.array(numbers), ids)
+    return WeightsFile(Path(path), np.array(numbers), tuple(row[0].strip() for _, row in rows) if width == 2 else None)
 
 
 def column_weights(clouds: Sequence[CloudFile], column: str, correspond: str) -> list[FloatArray]:

@@ -1,6 +1,6 @@
-"""Files of points, which are read, and written with the points moved and everything else unchanged.
+"""Files of points, which are read, and written again with moved points and everything else unchanged.
 
-PLY: G. Turk, "The PLY polygon file format", 1994; the library plyfile is under the GPL. Data before and after the
+PLY: G. Turk, "The PLY polygon file format", 1994 (the library plyfile is under the GPL). Data before and after the
 vertices are kept byte for byte. PCD: the Point Cloud Library, "The PCD file format", version .7. Others are text.
 """
 
@@ -79,7 +79,7 @@ class Records:
         if not self.ascii:
             return self.header + vertices.tobytes() + self.tail
         several = [vertices[name].reshape(len(vertices), -1).T for name in self.names]
-        # str of numpy's numbers is the shortest text that is read as the same number of that type.
+        # str of a NumPy number is the shortest text that is read as the same number of its type.
         rows = zip(*(list(column) for columns in several for column in columns), strict=True)
         lines = "".join(" ".join(map(str, row)) + "\n" for row in rows)
         return self.header + lines.encode() + self.tail
@@ -89,11 +89,11 @@ class Records:
 
 
 class _Element(NamedTuple):
-    """An element of a header: name, number, and of each property name, type, and the type of a list's length or ""."""
+    """An element of a header."""
 
     name: str
     rows: int
-    properties: list[tuple[str, str, str]]
+    properties: list[tuple[str, str, str]]  # name, type, and for lists the type of the length, else ""
 
 
 def read_ply(data: bytes) -> Records:
@@ -113,10 +113,9 @@ def read_ply(data: bytes) -> Records:
     if any(length for *_, length in vertex.properties):
         raise CloudError("Its vertices must have no lists.")
     dtype = np.dtype([(name, _ORDERS[order] + kind) for name, kind in kinds.items()])
-
     start = line_end + 1
     for element in elements[:place]:
-        start = _behind(data, start, element, order)
+        start = _end_of(data, start, element, order)
     return _records(data, start, vertex.rows, dtype, is_ascii=order == "ascii")
 
 
@@ -141,7 +140,7 @@ def _elements(lines: list[str]) -> tuple[str, list[_Element]]:
     return order, elements
 
 
-def _behind(data: bytes, start: int, element: _Element, order: str) -> int:
+def _end_of(data: bytes, start: int, element: _Element, order: str) -> int:
     """The end of an element's data; raises CloudError if the file ends before."""
     early = CloudError(f"It ends before its vertices, among those of its element '{element.name}'.")
     if order == "ascii":  # a line each
@@ -182,19 +181,18 @@ def read_pcd(data: bytes) -> Records:
         counts = [int(count) for count in words.get("COUNT", ["1"] * len(names))]
         kinds = zip(words.get("TYPE", []), words.get("SIZE", []), strict=True)
         codes = ["<" + _PCD_KINDS[kind.upper()] + size for kind, size in kinds]
-        # Padding between columns has the same name again and again.
+        # Columns of padding all have the same name.
         unique = [name if names.count(name) == 1 else f"{name} {number}" for number, name in enumerate(names)]
         columns = zip(unique, codes, counts, strict=True)
         dtype = np.dtype([(name, code, (count,)) if count != 1 else (name, code) for name, code, count in columns])
         points = int(words["POINTS"][0]) if "POINTS" in words else int(words["WIDTH"][0]) * int(words["HEIGHT"][0])
     except (KeyError, ValueError, TypeError, IndexError) as error:
         raise CloudError("Its header must have FIELDS, SIZE, TYPE and POINTS that fit together.") from error
-
     return _records(data, start, points, dtype, is_ascii=form == "ascii", named="Point")
 
 
 def _pcd_header(data: bytes) -> tuple[dict[str, list[str]], int]:
-    """The words of a header's lines by the keyword before them, and the end of the header."""
+    """The words of a header's lines by their keywords, and the end of the header."""
     words: dict[str, list[str]] = {}
     start = 0
     while "DATA" not in words:
@@ -223,8 +221,7 @@ def _records(
     if not is_ascii:
         size = count * dtype.itemsize
         if len(data) < start + size:
-            what = "vertices do" if named == "Vertex" else "points do"
-            raise CloudError(f"It ends before its {count} {what}.")
+            raise CloudError(f"It ends before its {count} {'vertices' if named == 'Vertex' else 'points'} do.")
         return Records(data[:start], np.frombuffer(data, dtype, count, start), data[start + size :], False)
     # A header may claim more points than there are lines.
     content = data[start:]
@@ -340,7 +337,7 @@ def read_cloud(path: AnyPath, *, weights: str | None = None) -> CloudFile:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _CellTable:
-    """Rows of cells below lines of a head, and the numbers of the columns with coordinates and ids."""
+    """Rows of cells below the lines of a head, and the numbers of the columns with coordinates and ids."""
 
     head: list[str]
     rows: list[list[str]]
@@ -352,7 +349,7 @@ class _CellTable:
 
     @functools.cached_property
     def plain(self) -> list[list[str]]:
-        """Rows with decimal points; the same list objects for rows that had them."""
+        """Rows with decimal points, which are the given lists if there are no decimal commas."""
         return [row for _, row in support.with_decimal_points(list(enumerate(self.rows)))]
 
     @property
@@ -483,7 +480,7 @@ def _cells(line: str, separator: str | None, number: int) -> list[str]:
 
 
 def _split_comments(data: bytes, marks: str | tuple[str, ...]) -> tuple[list[str], list[str]]:
-    """The leading lines of comments, which begin with marks, and the others that are not blank."""
+    """The first lines, as far as they are comments, which begin with the marks, and the others that are not blank."""
     lines = [line for line in data.decode("utf-8-sig").splitlines() if line.strip()]
     first = next((k for k, line in enumerate(lines) if not line.startswith(marks)), None)
     if first is None:

@@ -15,12 +15,12 @@ from projdist.matrices import Affine, Modes, mdt, mean_rotation, modes
 from projdist.support import Answer, check_bool, check_choice, listed
 
 FRAMES = ("first", "last", "central", "best", "mdt")
-_SHRUNK = 0.01  # of the volume; less is not visible
-_NOISY = 0.5  # of a cloud's variance along an axis: with less in agreement with the others the axis is uncertain
-_SINGULAR = 1e3  # condition of a matrix: a thousandth of the extent of the others along an axis
-_FEW = 0.5  # of the points of a cloud
+_SHRUNK = 0.01  # logarithm of a ratio of volumes; less is not visible
+_NOISY = 0.5  # of a cloud's variance along an axis: if less agrees with the others, the axis is uncertain
+_SINGULAR = 1e3  # condition of a matrix: along an axis the cloud has a thousandth of the extent of the others
+_FEW = 0.5  # of a cloud's points: fewer with a partner give a warning
 _SHOWN = 10  # names in one message
-_ROUNDS = 30  # of searching wrong points; each finds at most one cloud wrong at each point
+_ROUNDS = 30  # of the search for wrong points; a round finds at most one wrong cloud at each point
 
 
 class LeftOut(NamedTuple):
@@ -51,27 +51,27 @@ class Registration(Answer):
     shifts: FloatArray  #: t (N, n)
     distortions: FloatArray  #: (N,), Dist_F of each matrix
     sums: FloatArray  #: (N,), of squared distortions with cloud k as the reference, whatever the frame
-    mdt_sum: float  #: the same with the MDT
+    mdt_sum: float  #: the same with the MDT as the reference
     rms: FloatArray  #: (N,), RMS distance of a cloud's points from their mean places in the frame
-    rms_total: float  #: that of all
+    rms_total: float  #: the same over all clouds
     used: IntArray  #: (N,), number of points, of weight above 0, that other clouds have too
     correlations: FloatArray  #: (N, n), canonical, with the mean of all, or with the first cloud for least squares
     shrinkage: FloatArray  #: (N,), ln of the ratio of the volume to that of the target, 0 for the symmetric fit
-    mirrored: BoolArray  #: (N,), mirror images of most clouds
+    mirrored: BoolArray  #: (N,), True for mirror images of most clouds
     conditions: FloatArray  #: (N,), of the matrices into the frame of the MDT
     left_out: tuple[LeftOut, ...]
     points: tuple[FloatArray, ...]  #: as given
     converged: bool
     note: str  #: on the mean rotation, or ""
-    robust: bool  #: the wrong points were left out
-    wrong: tuple[WrongPoint, ...]  #: not at their partners; if all are right, any is named with a probability of 5 %
-    left_out_distances: FloatArray  #: (N, M), from the place that the others give, by the fit without it, or NaN
+    robust: bool  #: True if the wrong points were left out
+    wrong: tuple[WrongPoint, ...]  #: not at their partners; with a probability of 5 % one is named if all are right
+    left_out_distances: FloatArray  #: (N, M), from the place that the others give, by the fit without the point, or NaN
     point_names: tuple[str, ...]  #: (M,)
     weights: tuple[FloatArray, ...] | None  #: (M_i,) each, the largest of all 1; None if none were given
 
     @property
     def worst(self) -> list[list[WrongPoint]]:
-        """For each cloud the points farthest from the places that the others give them, at most five."""
+        """The points of each cloud farthest from the places that the others give them, at most five."""
         orders = np.argsort(-np.nan_to_num(self.left_out_distances, nan=-1.0), axis=1, kind="stable")[:, :5]
         return [
             [WrongPoint(name, self.point_names[k], float(far[k])) for k in order if np.isfinite(far[k])]
@@ -85,7 +85,7 @@ class Registration(Answer):
 
     @property
     def modes(self) -> Modes:
-        """How the clouds differ in size, proportions and shear: the principal components of their matrices."""
+        """Differences of the clouds in size, proportions and shear: the principal components of their matrices."""
         return modes(self.matrices)
 
     @property
@@ -115,7 +115,7 @@ class Registration(Answer):
 
     @property
     def frames(self) -> dict[str, tuple[str | None, float]]:
-        """For each frame the cloud that it belongs to, None for the MDT, and the sum of Dist_F^2."""
+        """The cloud that each frame belongs to, None for the MDT, and the sum of Dist_F^2 in it."""
         references = _references(self.sums).items()
         return {**{name: (self.names[k], float(self.sums[k])) for name, k in references}, "mdt": (None, self.mdt_sum)}
 
@@ -124,10 +124,8 @@ class Registration(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """`{"dimension", "method", ..., "frames": {"first": {"cloud", "sum"}, ...}, "clouds": [{"name", ...}]}`."""
-        rows = [dict(zip(self._columns(), row, strict=True)) for row in zip(*self._columns().values(), strict=True)]
-        for row, M, t, worst in zip(rows, self.matrices, self.shifts, self.worst, strict=True):
-            far = [{"point": one.point, "distance": one.distance} for one in worst]
-            row |= {"matrix": M.tolist(), "shift": t.tolist(), "worst": far}
+        worst = [[{"point": one.point, "distance": one.distance} for one in some] for some in self.worst]
+        columns = self._columns() | {"matrix": self.matrices.tolist(), "shift": self.shifts.tolist(), "worst": worst}
         return {
             "dimension": self.shifts.shape[1],
             **{name: getattr(self, name) for name in ("method", "correspond", "frame")},
@@ -135,7 +133,7 @@ class Registration(Answer):
             "frames": {name: {"cloud": cloud, "sum": total} for name, (cloud, total) in self.frames.items()},
             "rms": self.rms_total,
             "modes": self.modes.rows,
-            "clouds": rows,
+            "clouds": [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)],
             "weighted": self.weights is not None,
             "robust": self.robust,
             "wrong": [one._asdict() for one in self.wrong],
@@ -246,7 +244,7 @@ def register(
     squares, total = (w * np.sum(gaps**2, axis=2)).sum(axis=1), w.sum(axis=1)
     distances = np.full(counts.shape, np.nan)
     if correspond != "icp":
-        # From the place that the right points give, of a wrong point and, left out, of a right one.
+        # Distances are those from the place that the right points give, of a right one by the fit without it.
         by_all, by_right = (affine.wrong_partners(places, some)[1] for some in (counts, right))
         distances = np.where(wrong | np.isnan(by_right), by_all, by_right)
     marks = tuple(str(k + 1) for k in range(points.shape[1]))
@@ -287,7 +285,7 @@ def register(
 
 
 def _wrong(fit: Callable[[FloatArray, FloatArray], affine.Group], points: FloatArray, weights: FloatArray) -> BoolArray:
-    """Flags of points that do not correspond to the others, (N, M), by fits without the wrong ones."""
+    """Flags (N, M) of points that do not correspond to the others, by fits without the wrong ones."""
     wrong = np.zeros(weights.shape, dtype=bool)
     for _ in range(_ROUNDS):
         kept = np.where(wrong, 0.0, weights)
@@ -302,7 +300,7 @@ def _wrong(fit: Callable[[FloatArray, FloatArray], affine.Group], points: FloatA
 
 
 def _checked(clouds: Sequence[ArrayLike], names: Sequence[str] | None) -> tuple[list[FloatArray], list[str]]:
-    """The clouds as arrays, and their names."""
+    """The clouds as arrays, and their names; raises ValueError."""
     arrays = [np.asarray(cloud, dtype=float) for cloud in clouds]
     labels = [str(i) for i in range(len(arrays))] if names is None else [str(name) for name in names]
     if len(labels) != len(arrays):
