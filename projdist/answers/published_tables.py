@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from projdist import earth, matrices, projections, regions, support
+from projdist import earth, matrices, numerics, projections, regions, support
 from projdist.answers.distances import distance_distortion
 from projdist.answers.points_and_lines import factors
 from projdist.answers.published_indices import goldberg_gott_score, indices
-from projdist.numerics import Estimate
 
 TABLES: dict[str, str] = {
     "goldberg-gott": "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth",
@@ -86,12 +85,12 @@ _COARSE = 1e-6  # tolerance of means; at most four digits are printed
 
 
 @functools.lru_cache(maxsize=64)
-def index_figures(definition: str, region: regions.Place, symbols: tuple[str, ...]) -> dict[str, Estimate]:
+def index_figures(definition: str, region: regions.Place, symbols: tuple[str, ...]) -> dict[str, numerics.Estimate]:
     """Indices of a map over a region, by symbol, at the scale that their authors take."""
     found = indices(definition, region, symbols, tolerance=_COARSE)
-    values = {symbol: Estimate(found[symbol].value, found[symbol].error) for symbol in symbols}
+    values = {symbol: numerics.Estimate(found[symbol].value, found[symbol].error) for symbol in symbols}
     if "E_A85" in values:  # Francula's is at the best scale, Canters and Decleir's are at the nominal one
-        values["E_A85"] = Estimate(found["E_A85"].best, found["E_A85"].best_error)
+        values["E_A85"] = numerics.Estimate(found["E_A85"].best, found["E_A85"].best_error)
     return values
 
 
@@ -190,7 +189,7 @@ def tables(name: str) -> PublishedTable:
     groups: dict[tuple[str, bool], list[Printed]] = {}
     for row in rows:
         groups.setdefault((row.definition, row.at_point), []).append(row)
-    ours: dict[Printed, Estimate] = {}
+    ours: dict[Printed, numerics.Estimate] = {}
     for (definition, at_point), group in groups.items():
         if at_point:
             ours |= _at_points(definition, group)
@@ -223,7 +222,7 @@ def _agrees(row: Printed, value: float, slack: float = 0.0) -> bool:
     return abs(value - row.value) <= half + slack
 
 
-def _at_points(definition: str, rows: Sequence[Printed]) -> dict[Printed, Estimate]:
+def _at_points(definition: str, rows: Sequence[Printed]) -> dict[Printed, numerics.Estimate]:
     """Our figures of a map at the points of printed ones."""
     found = factors(definition, [row.lon for row in rows], [row.lat for row in rows])
     ours = {}
@@ -231,5 +230,5 @@ def _at_points(definition: str, rows: Sequence[Printed]) -> dict[Printed, Estima
         measure = matrices.get_measure(row.measure)
         value = float(measure(J))
         # The error of J is the relative error of scales; twice that is the error of angles in radians.
-        ours[row] = Estimate(value, math.degrees(2.0 * error) if measure.unit == "deg" else error * abs(value))
+        ours[row] = numerics.Estimate(value, math.degrees(2.0 * error) if measure.unit == "deg" else error * abs(value))
     return ours

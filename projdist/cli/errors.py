@@ -15,8 +15,7 @@ from typing import Any, NoReturn, TextIO
 
 import typer
 
-from projdist.projections import GridError, ProjectionError
-from projdist.support import Notice, end_if_told, one_line
+from projdist import projections, support
 
 USUAL = 80
 """Columns of a terminal that does not state its width."""
@@ -155,7 +154,7 @@ def fail(message: str) -> None:
 
     After a signal to end nothing is printed: the error is then a consequence of the signal.
     """
-    end_if_told()
+    support.end_if_told()
     shown = ""
     for letter in " ".join(message.split()):
         byte = ord(letter) - _SURROGATES
@@ -172,8 +171,8 @@ def note(text: str) -> None:
 
 def refuse(message: str, error: Exception | None = None, *, code: int = 2) -> NoReturn:
     """Report an error, and exit with `code`, or with 1 for an unavailable grid."""
-    fail(f"Invalid file. {one_line(error)}." if isinstance(error, UnicodeEncodeError) else message)
-    raise typer.Exit(1 if isinstance(error, GridError) else code) from error
+    fail(f"Invalid file. {support.one_line(error)}." if isinstance(error, UnicodeEncodeError) else message)
+    raise typer.Exit(1 if isinstance(error, projections.GridError) else code) from error
 
 
 def cannot_write(output: Path | None, error: OSError) -> NoReturn:
@@ -195,7 +194,7 @@ def refusing(*, code: int = 2) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        refuse(str(error), error, code=1 if isinstance(error, ProjectionError) else code)
+        refuse(str(error), error, code=1 if isinstance(error, projections.ProjectionError) else code)
     except (ImportError, FileExistsError) as error:
         refuse(str(error), error)
 
@@ -211,6 +210,6 @@ def notices_said() -> Iterator[None]:
             fail(str(message))
 
     with warnings.catch_warnings():
-        warnings.simplefilter("always", category=Notice)
+        warnings.simplefilter("always", category=support.Notice)
         warnings.showwarning = say
         yield
