@@ -1,4 +1,4 @@
-"""Tasks of a batch as texts of regions and maps, and the work on them."""
+"""Tasks of a batch, with regions and maps as texts, and the work on them."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ import numpy as np
 
 from projdist import earth, projections, regions, support
 
-# Words for all regions of a kind, and one of them, with which a suffix is checked before the work.
+# Words for all regions of a kind, each with one of these, by which a suffix is checked before the work.
 _ALL = {"countries": "country:FR", "continents": "continent:Europe", "areas": "area:DACH", "states": "state:Ohio"}
 _FROM_FILES = re.compile(r"\b(file|geodesic|points):", re.IGNORECASE)  # files that workers may not have
 
 
 class Area(NamedTuple):
-    """A region of a batch: its name, and its text for `get_region` or GeoJSON."""
+    """A region of a batch: its name, and its text for `get_region`, or its GeoJSON."""
 
     name: str
     text: str
@@ -130,11 +130,11 @@ def map_text(projection: projections.ProjectionLike) -> str:
 # ---- the work ------------------------------------------------------------------------------------
 
 _SLICE = 1.5  # seconds after which a worker returns its results
-_KEPT = 4  # regions that a worker keeps, as the tasks of many maps over a region follow each other
+_KEPT = 4  # regions that a worker keeps: tasks of many maps over one region follow each other
 
 
 class Task(NamedTuple):
-    """The number of a task, the name of its region and its text for `get_region` or GeoJSON, and the map if any."""
+    """The number of a task, the name and the text (or GeoJSON) of its region, and its map, if any."""
 
     number: int
     name: str
@@ -144,7 +144,7 @@ class Task(NamedTuple):
 
 
 Done = tuple[list[str], float]
-"""The lines of finished tasks, and the seconds they took."""
+"""Lines of finished tasks, and the seconds that they took."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Job:
         return f"{self.function.__module__}.{self.function.__qualname__}"
 
     def header(self, tasks: Sequence[Task], version: str) -> dict[str, Any]:
-        """The properties and the digest that identify the job; raises ValueError for options other than JSON."""
+        """The properties and the digest that identify the job; raises ValueError for options that are not JSON."""
         try:
             options = json.loads(json.dumps(self.options, sort_keys=True, allow_nan=False))
         except (TypeError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""A function of many regions, or of many maps over them, on any executor, with a file that keeps the results."""
+"""Batches: a function of many regions, or of many maps over them, on any executor, with results kept in a file."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class BatchResult(support.Record):
     area_km2: float = field(metadata=support.HIDDEN)
     projection: str | None = field(metadata=support.schema(optional=True))
     answer: Any  # as in JSON
-    rows: list[dict[str, Any]] = field(metadata=support.HIDDEN)  # those of an answer's frame
+    rows: list[dict[str, Any]] = field(metadata=support.HIDDEN)  # of the answer as a frame
     notices: tuple[str, ...]  # warnings
 
     def to_dict(self) -> dict[str, Any]:
@@ -40,7 +40,7 @@ class BatchResult(support.Record):
 
 @dataclass(frozen=True)
 class BatchFailure(support.Record):
-    """A region, or a map over it, without an answer, and the error; if `lost` with a process it is tried again."""
+    """A region, or a map over it, without an answer, and the error; tried again later if `lost` with its process."""
 
     region: str
     projection: str | None = field(metadata=support.schema(optional=True))
@@ -79,9 +79,9 @@ def batch(
     partial: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Batch:
-    """A function of each of many regions, or of each of several maps over each of them.
+    """Apply a function to each of many regions, or to each of several maps over each region.
 
-    Errors are among the `failures`, and the rest goes on; tasks lost with a worker are repeated once.
+    A task that fails is among the `failures`, and the others go on; tasks lost with a worker are repeated once.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def batch(
 
 
 def _tasks(regions: Any, projections: Any) -> list[Task]:
-    """The tasks, those of a region one after the other, as they share computations; unknown maps fail in theirs."""
+    """The tasks, those of a region in succession, as they share computations; unknown maps fail in their tasks."""
     given: list[Any] = [None] if projections is None else [*listed_projections(projections)]
     texts = [None if one is None else map_text(one) for one in given]
     ellipsoid = None
@@ -198,13 +198,13 @@ def _tasks(regions: Any, projections: Any) -> list[Task]:
 
 # ---- the file of results ---------------------------------------------------------------------------
 
-_SYNC = 1.0  # seconds; after each line, of which a cluster sends hundreds a second, it would take most of the time
+_SYNC = 1.0  # seconds; a cluster sends hundreds of lines a second, and syncing each would take most of the time
 _MARK = b'{"projdist": '  # beginning of every such file
 
 
 @dataclass
 class PartialFile:
-    """An open file of results: those it has are `done`, and it was `synced` with the disk at that time."""
+    """An open file of results: those already in it, `done`, and the time when it was last `synced` with the disk."""
 
     file: FileIO
     done: dict[int, dict[str, Any]]
@@ -251,7 +251,7 @@ def _refused(path: Path, text: str) -> ValueError:
 
 
 def _results(text: bytes, header: Mapping[str, Any], path: Path) -> dict[int, dict[str, Any]]:
-    """The results in whole lines by their tasks, without those that are to be repeated."""
+    """Results of complete lines by number of task, except those to be repeated."""
     lines = text.splitlines()
     if not lines:
         return {}
@@ -279,10 +279,10 @@ def _parsed(line: bytes, path: Path, number: int) -> dict[str, Any]:
 
 # ---- tasks on an executor ------------------------------------------------------------------------
 
-_PAYS = 1.0  # seconds of a group of tasks, compared with the milliseconds for sending it
-_ASK = 2.0  # seconds
+_PAYS = 1.0  # seconds of work in a group of tasks, beside the milliseconds for sending it
+_ASK = 2.0  # seconds between looks at the number of workers
 _LARGEST = 100  # tasks in a group
-_LOSSES = 2  # lost workers of a task, after which it is not repeated
+_LOSSES = 2  # workers lost with a task, after which it is not repeated
 
 Keep = Callable[[Sequence[str]], None]
 

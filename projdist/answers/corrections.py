@@ -23,9 +23,9 @@ from projdist.field import Spread, field_resolving, jacobian, sample
 
 # The matrix is as good as the integrals: near the minimum the cost changes in second order, its gradient in first.
 _TOLERANCE = 1e-10
-_POOR = 0.1  # share of an error whose estimate leaves no digit of the matrix
+_POOR = 0.1  # relative uncertainty of the distortion from which on no digit of the matrix is certain
 _TURNED_OVER = 1e-6  # share of the area that rounding may mirror, as at the antipode of Lambert's azimuthal map
-_LEAST_ANGLE, _DIGITS = 1e-7, 7  # degrees; of scales
+_LEAST_ANGLE, _DIGITS = 1e-7, 7  # in words: smallest angle in degrees, most digits of scales
 
 CORRECTION_CRITERIA = ("mean", "median")
 """What a correction minimises: the mean square of the Fisher distortion (T is the Frechet mean), or its mean."""
@@ -76,7 +76,7 @@ class Correction(support.Answer):
 
     @property
     def words(self) -> str:
-        """The parts of the matrix in one line, with the digits that are known."""
+        """The parts of the matrix in one line, with the digits that are certain."""
         parts = self.parts
         digits = min(max(-math.floor(math.log10(self.matrix_error or 1e-16)), 1), _DIGITS)
         said = [f"scale {parts.scale:.{digits}g}"]

@@ -16,7 +16,7 @@ from projdist.regions import Box, Cap, Place, PointSet, Region, RegionLike, cell
 
 # Points in a set, for spheres (True), on which distances cost a twentieth, and for other ellipsoids.
 _SIZES = {True: (1024, 2048), False: (512, 1024)}
-_EXACT = 1000  # points whose pairs are all taken
+_EXACT = 1000  # most points of which all pairs are taken
 _TOLERANCE = 5e-3  # of the value, for polygons; on whole globes the first sets give 1e-4 of a distance measure
 
 
@@ -66,7 +66,7 @@ def canters(ratio: FloatArray, weight: FloatArray) -> float:
     return (1.0 + index) / (1.0 - index) if index < 1.0 else np.inf
 
 
-# Of the pairs, for a search: at the minimum the loss is of second order. A prime, as pairs come in rows.
+# A search uses every so many pairs: near the minimum the loss is of second order. A prime, as pairs come in rows.
 _THINNED = 61
 _REACH, _HALVINGS = 4.0, 32  # of ln scale to either side of the geometric mean
 
@@ -102,7 +102,7 @@ DISTANCE_MEASURES: support.Registry[DistanceMeasure] = support.Registry(
 
 
 class ScatteredPoints(NamedTuple):
-    """Points in degrees, and weights that make means those by true area; all of shape (n,)."""
+    """Points in degrees, and weights for means by true area; all of shape (n,)."""
 
     lon: FloatArray
     lat: FloatArray
@@ -253,7 +253,7 @@ def great_circle_bending(
 
     It is the mean distance of the image of a geodesic from the straight line between its ends on the map, as a share of
     that line's length, along each geodesic and over all of them: 0 on a gnomonic map. For short arcs of length L it is
-    f L / 12 with the flexion f of Goldberg & Gott 2007, its local form. Geodesics that the map tears count as they lie.
+    f L / 12 with the flexion f of Goldberg & Gott 2007, its local form. Geodesics that the map tears count as drawn.
 
     Parameters
     ----------
@@ -338,7 +338,7 @@ def _along(
 # ---- means over draws of points ------------------------------------------------------------------
 
 _DRAWS = 16  # the error itself is good to a fifth
-_GROUPS = 4  # for as many pairs, twice the points: up to half the error, and matrices that fit a processor's cache
+_GROUPS = 4  # as many pairs from twice the points: up to half the error, and matrices that fit a processor's cache
 
 
 class Found(NamedTuple):
@@ -389,7 +389,7 @@ def _answers(
 def _groups(
     one: ScatteredPoints, other: ScatteredPoints, rng: np.random.Generator | None
 ) -> Iterator[tuple[IntArray, IntArray]]:
-    """Numbers of the points that are paired each with each, fourths of the sets; without a generator all points."""
+    """Indices of points to be paired each with each: fourths of the sets, or without a generator all points."""
     # Which fourths is random: points come in the order of places, and all pairs of places must be equally likely.
     count, turn = (1, 0) if rng is None else (_GROUPS, int(rng.integers(_GROUPS)))
     for group in range(count):
@@ -467,12 +467,12 @@ def _in_boxes(region: Region, ellipsoid: earth.Ellipsoid) -> Draw:
 
 
 def _even(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """So many points that fill the unit square evenly."""
+    """Coordinates of a number of points that fill the unit square evenly."""
     index = np.arange(count)
     return (index + rng.random(count)) / count, np.mod(index * _GOLDEN + rng.random(), 1.0)
 
 
 def _weighted(lon: FloatArray, lat: FloatArray, ellipsoid: earth.Ellipsoid) -> ScatteredPoints:
-    """Points that are even on a sphere, with weights that make means those by area on the ellipsoid."""
+    """Points that are even on a sphere, with weights for means by area on the ellipsoid."""
     meridian, vertical = ellipsoid.radii(lat)
     return ScatteredPoints(lon, lat, meridian * vertical / ellipsoid.a**2)

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from projdist import matrices, numerics, projections, regions
+from projdist import earth, matrices, numerics, projections, regions
 from projdist._typing import BoolArray, FloatArray
 from projdist.answers import distances
 from projdist.field import FIGURES, Extreme, Field, Figure, evaluate, find_tears
@@ -85,7 +85,7 @@ Value = Callable[[ScaleField, float], numerics.Estimate]
 
 @functools.cache
 def term_of(figure: Figure) -> Scales:
-    """The function whose mean, or root of the mean, a figure is."""
+    """The function of the scales whose mean, or root of the mean, is the figure."""
 
     def term(a: FloatArray, b: FloatArray) -> FloatArray:
         values = figure.measure(np.stack([a, b], axis=-1)[..., None] * np.eye(2))
@@ -167,8 +167,8 @@ def _logs(values: FloatArray) -> FloatArray:
 
 
 _MOST_OMEGA, _MOST_RATIO = 40.0, 1.5
-_KNOWN = 0.1  # of the smallest areal scale: with a larger error it is unknown
-_THINNED = 2
+_KNOWN = 0.1  # relative error of the smallest areal scale, above which it is unknown
+_THINNED = 2  # the error of a share is its difference from that of every second point
 
 
 def share_above_smallest(field: ScaleField, scale: float) -> numerics.Estimate:
@@ -210,7 +210,7 @@ BEST_SCALES: dict[str, Callable[[ScaleField], float]] = {
     # least index of Peters, and so least factor of Canters
     "distances": lambda field: math.exp(field.once(pairs)[2].value),
 }
-"""The scales that make a map best, by what they make best."""
+"""Functions for the best scale of a map, by the figure that it makes best."""
 
 
 def best_for_jordan(field: ScaleField) -> float:
@@ -263,9 +263,9 @@ def searched(figure: Figure) -> Callable[[ScaleField], float]:
 _COLUMNS, _ROWS = 144, 72  # cells of 2.5 degrees
 _POLE = (27.31, 63.17, 11.7)  # longitude, latitude and turn of the grid's pole: where no cut runs along its lines
 _TEAR = 5e-6  # of the semi-major axis; PROJ's goode slips by 4e-6 along the parallels where its two maps meet
-_FADING = 100.0  # tears; a cut that is narrower where it seems to end may go on for as far as the cube root of one
+_FADING = 100.0  # times _TEAR; a cut narrower than this at its end may go on, as far as the cube root of _TEAR
 _APART = 0.01  # radians; ends of cuts nearer to each other are one
-_MOST = 4000  # cells in a generation; if the map does not end in curves, their number doubles without end
+_MOST = 4000  # cells in a generation; if the map's edge is not a curve, their number doubles without end
 _SMALLEST = 1e-7  # radians; smaller cells are left out
 _STRAIGHT = 1e-6  # radians, between a piece and the sum of its parts
 _TOGETHER = 1e-6  # degrees, between the two sides of one tear
@@ -316,16 +316,13 @@ class _CutCells:
 
     def __init__(self, projection: projections.Projection) -> None:
         self.projection, self.radius = projection, projection.ellipsoid.a
-        lon, lat, _ = np.radians(_POLE)
-        up = np.array([math.cos(lat) * math.cos(lon), math.cos(lat) * math.sin(lon), math.sin(lat)])
+        up, lon = earth.unit_vectors(*_POLE[:2]), math.radians(_POLE[0])
         east = np.array([-math.sin(lon), math.cos(lon), 0.0])
         self.axes = np.stack([east, np.cross(up, east), up])
 
     def directions(self, u: FloatArray, v: FloatArray) -> FloatArray:
         """Unit vectors (..., 3)."""
-        turn, height = np.radians(u + _POLE[2]), np.radians(v)
-        local = np.stack([np.cos(height) * np.cos(turn), np.cos(height) * np.sin(turn), np.sin(height)], axis=-1)
-        return np.asarray(local @ self.axes)
+        return np.asarray(np.stack([*earth.unit_vectors(u + _POLE[2], v)], axis=-1) @ self.axes)
 
     def __call__(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         x, y, z = np.moveaxis(self.directions(u, v), -1, 0)
@@ -349,7 +346,7 @@ class _CutCells:
         return np.stack([u[column], u[column + 1], v[row], v[row + 1]], axis=-1)
 
     def fading(self, cells: FloatArray) -> int:
-        """Number of places where cuts end narrow, of the tiny cells in which they end."""
+        """Number of places where cuts end narrow, among the tiny cells in which they end."""
         torn, _, _, width = self._sides(cells)
         narrow = np.where(torn, width, 0.0).max(axis=1, initial=0.0) < _FADING * _TEAR
         places = self.directions(cells[narrow, 0], cells[narrow, 2])
@@ -363,7 +360,7 @@ class _CutCells:
         return torn.reshape(-1, 4), places.reshape(-1, 4, 2), once.reshape(-1, 4), width.reshape(-1, 4)
 
     def _torn(self, start: FloatArray, stop: FloatArray) -> tuple[BoolArray, FloatArray, BoolArray, FloatArray]:
-        """Which links are torn, where (n, 2), which of them just once, and the width in semi-major axes."""
+        """For each link: whether it is torn, where (n, 2), whether just once, and how wide, in semi-major axes."""
         start, stop = start.reshape(-1, 4), stop.reshape(-1, 4)
         torn, once = np.zeros((2, len(start)), dtype=bool)
         places, width = np.full((len(start), 2), np.nan), np.zeros(len(start))

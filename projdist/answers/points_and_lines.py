@@ -15,7 +15,7 @@ from projdist._typing import AnyArray, FloatArray, IntArray
 from projdist.field import Quality, check_declared_property, derivatives, measure_at, named_measures
 from projdist.projections import Projection, ProjectionLike
 
-_OF_MAP = {"projection": "definition", "name": "name"}  # what JSON has of a projection
+_OF_MAP = {"projection": "definition", "name": "name"}  # parts of a projection in JSON
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -157,12 +157,12 @@ def _warn_of_points_outside(projection: Projection, lon: FloatArray, lat: FloatA
 
 # ---- along a line --------------------------------------------------------------------------------
 
-_POINTS = 50  # about as many by default
+_POINTS = 50  # of a line, approximately, by default
 _MOST_POINTS = 1e6
 _LOWEST, _HIGHEST = -12_000.0, 9_000.0  # metres
-_SMALL = 1e-11  # of the line's length, as exact as derivatives: difference between a piece and the sum of its halves
+_SMALL = 1e-11  # of a length, the error of derivatives: allowed difference of a piece from the sum of its halves
 _HALVINGS = 12
-_JUMP = 3.0  # times the distance by the scale
+_JUMP = 3.0  # times the length by the scale: a longer step on the map crosses a cut
 _IF_KNOWN = support.schema(column=True, optional=True)
 
 
@@ -211,7 +211,7 @@ def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: earth.Ellipso
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Profile(support.Answer):
-    """A map along a line: arrays (n,) of its points, NaN where undefined, and figures; None is what needs heights."""
+    """A map along a line: arrays (n,) of its points, NaN where undefined, and figures; None without heights."""
 
     projection: Projection = field(metadata=support.schema(of=_OF_MAP, spread=True))
     vertices: FloatArray = field(metadata=support.HIDDEN)  # (m,), distances of the line's vertices in km
@@ -280,7 +280,7 @@ def profile(
     Raises
     ------
     ProjectionError, ValueError
-        For an unknown projection; for what is no line, an unknown measure, a spacing below 0, or impossible heights.
+        For an unknown projection; for an invalid line, an unknown measure, a spacing below 0, or impossible heights.
 
     References
     ----------
@@ -340,7 +340,7 @@ class _Course:
         self.projection = projection
         lon, lat, own = line.T
         lengths = projections.geodesic_inverse(projection.ellipsoid, lon[:-1], lat[:-1], lon[1:], lat[1:])[0]
-        moves = np.append(True, lengths > 0.0)  # a vertex may repeat the one before a turn away
+        moves = np.append(True, lengths > 0.0)  # a vertex may repeat the one before it, 360 degrees away
         self.lon, self.lat, own = lon[moves], lat[moves], own[moves]
         self.ends = np.append(0.0, np.cumsum(lengths[lengths > 0.0]))
         if len(self.ends) < 2:
@@ -399,9 +399,9 @@ def _heights(own: FloatArray, height: float | None) -> FloatArray | None:
                 f"{int(np.isnan(own).sum())} of {len(own)} vertices of the line have no height; no heights are used."
             )
         return None
-    if not ((own >= _LOWEST) & (own <= _HIGHEST)).all():
-        wrong = own[np.argmax(~((own >= _LOWEST) & (own <= _HIGHEST)))]
-        raise ValueError(f"Invalid height '{wrong:g}'. It must lie within {_LOWEST:g} and {_HIGHEST:g} m.")
+    wrong = own[~((own >= _LOWEST) & (own <= _HIGHEST))]
+    if wrong.size:
+        raise ValueError(f"Invalid height '{wrong[0]:g}'. It must lie within {_LOWEST:g} and {_HIGHEST:g} m.")
     return own
 
 

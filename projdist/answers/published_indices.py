@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from projdist import earth, matrices, projections, regions, support
+from projdist import earth, matrices, numerics, projections, regions, support
 from projdist._typing import FloatArray
 from projdist.answers import index_terms as terms
 from projdist.answers.index_terms import ScaleField, Scales, Value
 from projdist.answers.summaries import GROUPS
 from projdist.field import FIGURES, Figure, field_resolving
-from projdist.numerics import Estimate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,9 +32,9 @@ class Index:
     terms: tuple[Scales, ...] = ()  # functions of a and b whose means it needs
     second_order: tuple[str, ...] = ()  # measures of second derivatives
     band: float | None = None  # latitude north and south to which it restricts the globe
-    published_within: float | None = None  # the one of the published figures, if the index has none
-    kinked: bool = False  # the terms have kinks that move with the scale
-    figure: Figure | None = None  # the one of `FIGURES` that it is made of, if any
+    published_within: float | None = None  # latitude of the published figures, if the index itself has no band
+    kinked: bool = False  # whether the terms have kinks, which move with the scale
+    figure: Figure | None = None  # the one of `FIGURES` that it is made of
 
     @property
     def published_over(self) -> str:
@@ -118,12 +117,12 @@ _SCORE: dict[str, Value] = {"I": terms.value_of(FIGURES["isotropy"]), "A": terms
 _SCORE |= {"F": _FLEXION, "S": _SKEWNESS, "D": lambda field, _: field.once(terms.pairs)[0], "B": terms.boundary_cuts}
 
 
-def _score(field: ScaleField, scale: float) -> Estimate:
+def _score(field: ScaleField, scale: float) -> numerics.Estimate:
     """The score of a field; NaN if one of its six indices is undefined."""
     found = {symbol: field.once(value) for symbol, value in _SCORE.items()}
     # Six errors that may all have one sign.
     error = sum(2.0 * abs(one.value) * one.error / NORMALISERS[symbol] ** 2 for symbol, one in found.items())
-    return Estimate(goldberg_gott_score({symbol: one.value for symbol, one in found.items()}), error)
+    return numerics.Estimate(goldberg_gott_score({symbol: one.value for symbol, one in found.items()}), error)
 
 
 # How each index of published/indices.csv is computed. The definition and source of a figure are its own unless stated.
@@ -169,19 +168,15 @@ _COMPUTED: dict[str, dict[str, Any]] = {
 
 
 def _index(row: dict[str, str]) -> Index:
-    computed = _COMPUTED[row["name"]]
-    figure: Figure | None = computed.get("figure")
+    parts = {key: row[key] for key in ("name", "symbol", "group", "normalisation")} | _COMPUTED[row["name"]]
+    figure: Figure | None = parts.get("figure")
     return Index(
-        name=row["name"],
-        symbol=row["symbol"],
-        group=row["group"],
-        normalisation=row["normalisation"],
         definition=row["definition"] or (figure.description if figure else ""),
         source=row["source"] or (figure.source if figure else ""),
         band=float(row["band"]) if row["band"] else None,
         # 88 degrees were found by experiment (published/conventions.csv), the authors do not state it.
         published_within=float(row["published_within"]) if row["published_within"] else None,
-        **computed,
+        **parts,
     )
 
 
@@ -235,7 +230,7 @@ class IndexSummary(support.Answer):
     values: dict[str, IndexValue] = field(metadata=support.schema("indices"))
 
     def __getitem__(self, name: str) -> IndexValue:
-        """The index of a name or symbol."""
+        """The index with a name or symbol."""
         return self.values[INDICES.named(name).name]
 
     def _line(self) -> str:
@@ -342,5 +337,5 @@ def _value(index: Index, field: ScaleField, tolerance: float) -> IndexValue:
         # The samples were split at the kinks of the nominal scale; now at those of the best scale.
         field = _field(field.projection, field.region, [index], tolerance, scale)
         scale = index.best_scale(field)
-    best = index.value(field, scale) if np.isfinite(scale) else Estimate(np.nan, np.nan)
+    best = index.value(field, scale) if np.isfinite(scale) else numerics.Estimate(np.nan, np.nan)
     return IndexValue(*nominal, *best, scale)

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from projdist import earth, matrices, projections, regions, support
+from projdist import earth, matrices, numerics, projections, regions, support
 from projdist.answers.distances import distance_distortion
 from projdist.answers.points_and_lines import factors
 from projdist.answers.published_indices import goldberg_gott_score, indices
-from projdist.numerics import Estimate
 
 TABLES: dict[str, str] = {
     "goldberg-gott": "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth",
@@ -59,16 +58,12 @@ def printed(table: str) -> tuple[Printed, ...]:
     return tuple(
         Printed(
             table=table,
-            source=row["source"],
-            projection=row["projection"],
-            definition=row["definition"],
             lon=float(row.get("lon", math.nan)),
             lat=float(row.get("lat", math.nan)),
-            measure=row["measure"],
             value=float(row["value"]),
             decimals=int(row["decimals"]),
             status=row.get("status", "read"),
-            convention=row["convention"],
+            **{key: row[key] for key in ("source", "projection", "definition", "measure", "convention")},
         )
         for row in rows
         if row["name"] == table
@@ -86,21 +81,21 @@ def conventions() -> dict[str, tuple[float, str]]:
 
 # ---- figures by others' conventions --------------------------------------------------------------
 
-_COARSE = 1e-6  # of means; printed are four digits at most
+_COARSE = 1e-6  # tolerance of means; at most four digits are printed
 
 
 @functools.lru_cache(maxsize=64)
-def index_figures(definition: str, region: regions.Place, symbols: tuple[str, ...]) -> dict[str, Estimate]:
+def index_figures(definition: str, region: regions.Place, symbols: tuple[str, ...]) -> dict[str, numerics.Estimate]:
     """Indices of a map over a region, by symbol, at the scale that their authors take."""
     found = indices(definition, region, symbols, tolerance=_COARSE)
-    values = {symbol: Estimate(found[symbol].value, found[symbol].error) for symbol in symbols}
+    values = {symbol: numerics.Estimate(found[symbol].value, found[symbol].error) for symbol in symbols}
     if "E_A85" in values:  # Francula's is at the best scale, Canters and Decleir's are at the nominal one
-        values["E_A85"] = Estimate(found["E_A85"].best, found["E_A85"].best_error)
+        values["E_A85"] = numerics.Estimate(found["E_A85"].best, found["E_A85"].best_error)
     return values
 
 
 def figure_of_others(row: Printed, value: float) -> float:
-    """The figure of a row by its convention, with our `value`; NaN if the convention gives none."""
+    """The figure of a row by its convention, NaN if that gives none; `value` is ours."""
     if row.convention in _REGIONS:
         same = (one for one in printed(row.table) if one.definition == row.definition)
         symbols = tuple(one.measure for one in same if one.convention == row.convention)
@@ -130,7 +125,7 @@ _REGIONS: dict[str, regions.Place] = {
 
 # ---- printed beside computed ---------------------------------------------------------------------
 
-_ROUNDING = 1e-9  # of half a unit of the last decimal
+_ROUNDING = 1e-9  # relative, of half a unit of the last decimal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,7 +164,7 @@ def tables(name: str) -> PublishedTable:
     Parameters
     ----------
     name : str
-        One of `TABLES`, as "goldberg-gott" or "snyder".
+        One of `TABLES`, such as "goldberg-gott" or "snyder".
 
     Returns
     -------
@@ -194,7 +189,7 @@ def tables(name: str) -> PublishedTable:
     groups: dict[tuple[str, bool], list[Printed]] = {}
     for row in rows:
         groups.setdefault((row.definition, row.at_point), []).append(row)
-    ours: dict[Printed, Estimate] = {}
+    ours: dict[Printed, numerics.Estimate] = {}
     for (definition, at_point), group in groups.items():
         if at_point:
             ours |= _at_points(definition, group)
@@ -227,13 +222,13 @@ def _agrees(row: Printed, value: float, slack: float = 0.0) -> bool:
     return abs(value - row.value) <= half + slack
 
 
-def _at_points(definition: str, rows: Sequence[Printed]) -> dict[Printed, Estimate]:
+def _at_points(definition: str, rows: Sequence[Printed]) -> dict[Printed, numerics.Estimate]:
     """Our figures of a map at the points of printed ones."""
     found = factors(definition, [row.lon for row in rows], [row.lat for row in rows])
     ours = {}
-    for i, row in enumerate(rows):
+    for row, J, error in zip(rows, found.jacobian, found.error.tolist(), strict=True):
         measure = matrices.get_measure(row.measure)
-        value, error = float(measure(found.jacobian[i])), float(found.error[i])
+        value = float(measure(J))
         # The error of J is the relative error of scales; twice that is the error of angles in radians.
-        ours[row] = Estimate(value, math.degrees(2.0 * error) if measure.unit == "deg" else error * abs(value))
+        ours[row] = numerics.Estimate(value, math.degrees(2.0 * error) if measure.unit == "deg" else error * abs(value))
     return ours

@@ -27,7 +27,7 @@ SORTS = (
 )
 """Orders of a comparison, besides its indices and measures."""
 _FINEST_INDICES = 1e-6  # smallest tolerance of the means of published indices
-_MOSTLY = 0.5  # share of a region
+_MOSTLY = 0.5  # share of a region that is most of it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,7 +135,7 @@ def summarize(
 ) -> Summary:
     """The Airy-Kavrayskiy errors of a projection over a region, and statistics of measures.
 
-    A notice says so if less than half of the region lies in the area of use of a CRS.
+    A notice is given if less than half of the region lies in the area of use of a CRS.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def summarize(
 
 
 def note_on_area_of_use(projection: Projection, place: regions.Place) -> str:
-    """What there is to say where most of a region lies outside a map's area of use; nothing elsewhere."""
+    """Note for a region that lies mostly outside a map's area of use; "" for others."""
     use = projection.area_of_use
     if use is None or (share := regions.share_in(regions.Box(*use), place)) >= _MOSTLY:
         return ""
@@ -255,7 +255,8 @@ def compare(
 ) -> Comparison:
     """Summaries of several projections over one region, best first.
 
-    What fails is among the `failures`. A notice names each CRS whose area of use has less than half of the region.
+    Projections that cannot be measured are among the `failures`. A notice names each CRS whose area of use has less
+    than half of the region.
 
     Parameters
     ----------
@@ -301,7 +302,7 @@ def compare(
     [('plate-carree', 0.52124), ('mercator', 0.737145)]
     """
     chosen, names = named_measures(measures), listed_values(indices)
-    published = answers.get_indices(names) if names else []  # which are loaded only here
+    published = answers.get_indices(names) if names else []  # loading them takes time
     check_bool("modes", modes)
     names = [index.name for index in published]
     column = sort_column(sort, chosen, names)  # an error here is not one of the projections

@@ -17,14 +17,14 @@ from collections import UserDict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields, is_dataclass
 from importlib import import_module
+from importlib.resources import files
 from typing import Annotated, Any, get_type_hints
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from projdist import __version__, field, matrices, projections
+from projdist import __version__, field, matrices, projections, support
 from projdist.cli.errors import notices_said, refuse, without_progress
-from projdist.support import orderly_end
 
 # Raised by typer for a wrong command line. Some versions of typer contain click, others import it.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
@@ -35,7 +35,7 @@ _INFINITE = re.compile(r"-inf(inity)?", re.IGNORECASE)
 
 @contextlib.contextmanager
 def _one_line(command: str) -> Iterator[None]:
-    """Report a usage error in one line, as all errors."""
+    """Report a usage error in one line, like every other error."""
     try:
         yield
     except _UsageError as error:
@@ -44,7 +44,7 @@ def _one_line(command: str) -> Iterator[None]:
 
 
 class Command(TyperCommand):
-    """A command; unknown options that reach its arguments are refused, unless they are numbers."""
+    """A command that refuses unknown options among its arguments, unless they are numbers."""
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """`[OPTIONS] REGION [NAME...]`, the same in all versions of typer."""
@@ -70,7 +70,7 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words after the command's name."""
         options = [name for parameter in self.params for name in parameter.opts if name.startswith("-")]
-        # With a space before it -inf, if it is no option's value, is not parsed as options -i, -n and -f.
+        # A leading space keeps -inf, unless it is an option's value, from being parsed as options -i, -n and -f.
         pairs = zip(["", *args], args, strict=False)
         words = [f" {word}" if _INFINITE.fullmatch(word) and last not in options else word for last, word in pairs]
         with _one_line(ctx.command_path):
@@ -98,43 +98,9 @@ def _name(argument: Any) -> str:
 
 
 ASKED = "PROJDIST_COMPLETE"
-"""The variable of the environment by which a script asks for the words that may stand last on the command line."""
+"""Environment variable by which the scripts `completion.SHELL` ask for candidates for the last word."""
 
-_BASH = f"""\
-# eval "$(projdist completion bash)" in ~/.bashrc
-_projdist_completion() {{
-    local IFS=$'\\n'
-    COMPREPLY=($({ASKED}=1 "$1" "${{COMP_WORDS[@]:1:COMP_CWORD}}" 2>/dev/null))
-    if [[ ${{#COMPREPLY[@]}} == 1 && ${{COMPREPLY[0]}} == *: ]]; then
-        compopt -o nospace
-    fi
-}}
-complete -o bashdefault -o default -F _projdist_completion projdist
-"""
-_ZSH = f"""\
-#compdef projdist
-# eval "$(projdist completion zsh)" in ~/.zshrc, below compinit
-_projdist() {{
-    local -a found
-    found=("${{(@f)$({ASKED}=1 "${{words[1]}}" "${{(@)words[2,CURRENT]}}" 2>/dev/null)}}")
-    if [[ -n "${{found[1]}}" ]]; then
-        compadd -S '' -- ${{(M)found:#*:}}
-        compadd -- ${{found:#*:}}
-    else
-        _files
-    fi
-}}
-compdef _projdist projdist
-"""
-_FISH = f"""\
-# projdist completion fish > ~/.config/fish/completions/projdist.fish
-function __projdist_completion
-    set -l given (commandline -opc) (commandline -ct)
-    {ASKED}=1 $given[1] $given[2..] 2>/dev/null
-end
-complete -c projdist -a '(__projdist_completion)'
-"""
-_SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
+_SHELLS = ("bash", "zsh", "fish")  # each with a script completion.SHELL
 _REGIONS = (
     *("globe", "land", "ocean", "box:", "cap:", "country:", "continent:", "area:", "state:", "crs:", "file:"),
     *("polygon:", "geodesic:", "points:"),
@@ -146,9 +112,9 @@ def completion_command(
     shell: Annotated[str, typer.Argument(metavar="bash|zsh|fish", help="The shell that the script is for.")],
 ) -> None:
     """Print the script that completes commands, options and names in a shell; its first lines say where it goes."""
-    if shell not in _SCRIPTS:
+    if shell not in _SHELLS:
         refuse(f"Invalid shell '{shell}'. It must be bash, zsh or fish.")
-    sys.stdout.write(_SCRIPTS[shell])
+    sys.stdout.write((files("projdist") / "cli" / f"completion.{shell}").read_text(encoding="utf-8"))
 
 
 def candidates(commands: Any, words: Sequence[str]) -> list[str]:
@@ -217,12 +183,12 @@ COMMANDS = {
     "oldmap": ("oldmap", "The distortion of an old map, from control points."),
     "completion": ("app", "The script for completion in bash, zsh or fish."),
 }
-"""The commands, the modules that have their functions, and what help says of them without loading any."""
+"""Commands, each with the module of its function and its line in the help, which loads none of the modules."""
 
 _GROUPS = {"info": "Look", "recommend": "Choose", "optimize": "Make", "mosaic": "Beyond maps"}
 """The groups of help, by their first commands."""
 
-# Of commands with many projections or coordinates, `Command` itself finds unknown options.
+# Arguments of these may begin with "-": click passes unknown options on, and `Command` refuses them.
 _LAX = ("compare", "factors", "tissot", "heatmap", "mean-map")
 
 
@@ -270,9 +236,9 @@ _QUIET = Annotated[bool, typer.Option("--quiet", help="Show no progress on stand
 
 
 def _with_groups(function: Any) -> Any:
-    """A function whose option groups (dataclasses) are replaced by their fields, as parameters.
+    """The function, with the fields of its option groups (dataclasses) as parameters in place of the groups.
 
-    A parameter of the function replaces a field of the same name, and gives it its value. All commands have `--quiet`,
+    A parameter of the function replaces a field of the same name, and supplies its value. All commands have `--quiet`,
     and those with `--format` have `--details`, which is the format of that name.
     """
     given = inspect.signature(function, eval_str=True).parameters
@@ -285,10 +251,9 @@ def _with_groups(function: Any) -> Any:
         for one in fields(group):
             shared = inspect.Parameter(one.name, kind, default=one.default, annotation=hints[one.name])
             parameters.setdefault(one.name, shared)
-    if "format" in parameters:
-        parameters["details"] = inspect.Parameter("details", kind, default=False, annotation=_DETAILS)
-
-    parameters["quiet"] = inspect.Parameter("quiet", kind, default=False, annotation=_QUIET)
+    flags = {"details": _DETAILS, "quiet": _QUIET} if "format" in parameters else {"quiet": _QUIET}
+    for name, annotation in flags.items():
+        parameters[name] = inspect.Parameter(name, kind, default=False, annotation=annotation)
 
     @functools.wraps(function)
     def command(**words: Any) -> None:
@@ -303,7 +268,7 @@ def _with_groups(function: Any) -> Any:
     return command
 
 
-_FIRST_COLLECTION = 100_000  # objects; Python's 700, as libraries load, take 0.3 s, and find nothing
+_FIRST_COLLECTION = 100_000  # objects; with Python's 700, collections while libraries load take 0.3 s and free nothing
 _HELP = {"help_option_names": ["-h", "--help"]}
 app = typer.Typer(
     name="projdist",
@@ -335,17 +300,17 @@ def main() -> None:
     """Run the command line."""
     for name in ("stdin", "stdout", "stderr"):
         stream = getattr(sys, name)
-        if stream is None:  # it was closed: nothing to read, nobody to read it
+        if stream is None:  # closed by the caller
             setattr(sys, name, io.StringIO())
         elif isinstance(stream, io.TextIOWrapper):
             # Bytes outside the locale's encoding are printed as escapes.
             stream.reconfigure(errors="backslashreplace")
-    if not sys.warnoptions:  # of somebody who wants to see them
-        warnings.simplefilter("ignore")  # what libraries warn of is for programmers; our own notices are said
-        logging.getLogger().addHandler(logging.NullHandler())  # and what they log, as matplotlib of a HOME without room
-        _part_from_libraries()
+    if not sys.warnoptions:  # unless the user asks to see them
+        warnings.simplefilter("ignore")  # libraries warn programmers; our own notices are printed
+        logging.getLogger().addHandler(logging.NullHandler())  # likewise their log
+        _keep_stderr_from_libraries()
     gc.set_threshold(_FIRST_COLLECTION)
-    with orderly_end():
+    with support.orderly_end():
         if os.environ.get(ASKED):
             words = candidates(typer.main.get_command(app), sys.argv[1:])
             sys.stdout.write("".join(f"{word}\n" for word in words))
@@ -353,10 +318,10 @@ def main() -> None:
             app()
 
 
-def _part_from_libraries() -> None:
-    """Keep standard error for Python: what C libraries write there (libtiff on a broken picture) is discarded."""
+def _keep_stderr_from_libraries() -> None:
+    """Discard what C libraries write to standard error, as libtiff does on a broken picture."""
     stream = sys.stderr
-    named = any(name in word for word in sys.argv for name in ("/dev/stderr", "/fd/2"))  # it is to be written to
+    named = any(name in word for word in sys.argv for name in ("/dev/stderr", "/fd/2"))  # the user writes to it
     if named or not isinstance(stream, io.TextIOWrapper):
         return
     stream.flush()

@@ -1,4 +1,4 @@
-"""Work over many regions: executors, partial results, and what the command leaves."""
+"""Commands over many regions: executors, partial results and output."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from projdist.cli import options as opt
 from projdist.cli.errors import cannot_write, note, progress_bar, refuse, refusing, tell_problems
 from projdist.cli.report import Report, Row, drawing, present, tell_written
 
-SHOWN = 12  # regions below an answer: they fit on a screen
+SHOWN = 12  # regions below an answer, few enough for a screen
 OWN: str | None = "processes"
-"""The executor where none is asked for."""
+"""The executor of a command without `--executor`."""
 
 
 @contextlib.contextmanager
 def executor_opened(text: str | None) -> Iterator[Executor | None]:
-    """Executor named by `--executor`, None without one; raises ImportError if Dask is missing."""
+    """Open the executor that `--executor` names, or None; raises ImportError if Dask is missing."""
     if text is None:
         yield None
         return
@@ -33,7 +33,7 @@ def executor_opened(text: str | None) -> Iterator[Executor | None]:
 
 
 class RegionalWork:
-    """Run of a command over many regions; it leaves a report, or a layer of the regions."""
+    """Run of a command over many regions, which ends in a report or a layer of the regions."""
 
     def __init__(
         self, form: str | None, output: str | None, *, overwrite: bool, executor: str | None, partial: str | None
@@ -49,7 +49,7 @@ class RegionalWork:
             if form is not None:
                 refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
             opt.check_libraries(self.layer)
-        self._kept = partial is not None  # also when all is done
+        self._kept = partial is not None  # even after success
         self.partial = None if path is None or support.is_stream(path) else path.with_name(f"{path.name}.partial")
         if partial is not None:
             self.partial = opt.output_file(partial, overwrite=True)
@@ -62,6 +62,7 @@ class RegionalWork:
         options: Mapping[str, Any],
     ) -> answers.Batch:
         """Results of the batch, with a progress bar; invalid input ends the command."""
+        self._areas = {area.name: area for area in areas}
         if self.partial is not None and self.partial.exists() and not support.is_stream(self.partial):
             note(f"Results that are in '{self.partial}' are taken from there.")
         try:
@@ -74,22 +75,14 @@ class RegionalWork:
         except OSError as error:
             cannot_write(self.partial, error)
 
-    def leave(
-        self,
-        report: Report,
-        found: answers.Batch,
-        best: Sequence[Row],
-        areas: Sequence[answers.Area],
-        problems: Sequence[str],
-    ) -> None:
+    def leave(self, report: Report, found: answers.Batch, best: Sequence[Row], problems: Sequence[str]) -> None:
         """Print or write the report, or the best map of each region as a layer; report failures, and end with 1 if any.
 
         `problems` are failures outside of the tasks.
         """
         if self.layer is not None:
             with drawing(self.layer):
-                by_name = {area.name: area for area in areas}
-                frame = gis.frame_of_regions(best, [by_name[row["region"]].place() for row in best])
+                frame = gis.frame_of_regions(best, [self._areas[row["region"]].place() for row in best])
                 gis.save_layer(frame, self.layer, layer="regions", overwrite=self.target.overwrite)
             tell_written(self.layer)
         else:
@@ -112,6 +105,6 @@ def regions_given(regions: Sequence[str], others: Mapping[str, object]) -> list[
 
 
 def notices_note(found: answers.Batch) -> list[str]:
-    """A note that the JSON has notices, if there are any."""
+    """Note that there are notices in the JSON, if there are any."""
     told = {one.region for one in found.results if one.notices}
     return [f"Notices on {len(told)} of the regions, for example on areas of use, are in the JSON."] if told else []

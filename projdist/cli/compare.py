@@ -22,13 +22,13 @@ _CONVENTION = (
     "Scaled: after the best uniform scale; affine: after the best linear map (MDT).",
 )
 _AK = "airy_kavrayskiy"
-_LEAST_SHARE = 0.005  # of a map's distortion: modes that have less are not shown
+_LEAST_SHARE = 0.005  # of a map's distortion; modes with less are not shown
 _LAST_OF_INDICES = 1e-5
 _MAP = Column("projection", of=lambda row: say.label_of(row["projection"], row["name"]), left=True)
 _COVERAGE = replace(SHARED["coverage"], only=lambda share: share < say.WHOLE)
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 PLOTS = ("maps", *DISTRIBUTIONS, "modes", "space")
-_DRAWN = 4  # maps in the picture and the heading that name them
+_DRAWN = 4  # maps in the suggested picture, and in a heading that names them
 _GROUPS = ", ".join(answers.GROUPS)
 
 
@@ -107,7 +107,7 @@ def compare_command(
 
 
 def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: str, tolerance: float) -> Report:
-    """Report of a comparison by the names of its measures, its order, and the tolerance asked for."""
+    """Report of a comparison with these measures, sort key and tolerance."""
     if not found.results:
         return Report(title="No projection could be measured.", data=found.to_dict, header=["projection"])
     first, rows = measures[0] if measures else "fisher", found.plain_rows()
@@ -128,6 +128,8 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
         share = Column("share", show=lambda share: f"{100.0 * share:.1f} %")
         of_modes = [_MAP, share, Column("words", "mode", left=True), Column("rms", "RMS", "{:.4f}".format)]
         tables.append(Table(modes, of_modes, "Modes, after the best linear map", keys=3))
+    names = [say.spoken(one.given, one.projection.name) for one in found.results]
+    heading = support.listed(names, "and") if len(names) <= _DRAWN else f"Distortion of {len(names)} maps"
     drawn = [one.given for one in found.results[:_DRAWN]]
     draw = shlex.join(["projdist", "compare", *drawn, "-r", found.region.name, "-o", "maps.png"])
     elsewhere = maps[0].ellipsoid.is_of_another_body or isinstance(found.region, regions.PointSet)
@@ -137,7 +139,7 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
         brief=[Table(rows, first_columns, bars=bars), *tables[1:]],
         next={draw: "To see where they distort"} | ({} if elsewhere else {advice: "For the best CRS"}),
         title=f"{found.region.name} ({say.size_text(found.region)}), by {sort}",
-        heading=f"{_heading(found)} over {say.region_words(found.region)}",
+        heading=f"{heading} over {say.region_words(found.region)}",
         tables=tables,
         notes=[*_notes(found, rows, measures, tolerance)],
         data=found.to_dict,
@@ -145,14 +147,8 @@ def comparison_report(found: answers.Comparison, measures: Sequence[str], sort: 
     )
 
 
-def _heading(found: answers.Comparison) -> str:
-    """The maps' names, or their number where they are many."""
-    names = [say.spoken(one.given, one.projection.name) for one in found.results]
-    return support.listed(names, "and") if len(names) <= _DRAWN else f"Distortion of {len(names)} maps"
-
-
 def least_distorting(found: answers.Comparison, column: str = "") -> Iterator[str]:
-    """The least distorting map, by how much more the others distort, and the first by another column."""
+    """Sentences: the map that distorts least, how much more the others do, and the first by another column."""
     best = min(found.results, key=lambda one: one.airy_kavrayskiy)
     place, others = say.region_words(found.region), [one for one in found.results if one is not best]
     names = {id(one): say.spoken(one.given, one.projection.name) for one in found.results}
@@ -221,7 +217,7 @@ def _notes(found: answers.Comparison, rows: Sequence[Row], measures: Sequence[st
 
 
 def _rounded_index(value: float, error: float | None) -> str:
-    """At most five decimals, as published indices have two to four; a larger error in brackets, of the last digit."""
+    """Index with at most five decimals (published ones have two to four); a larger error in brackets."""
     if error is None or not error > _LAST_OF_INDICES:
         return say.rounded(value, _LAST_OF_INDICES)
     decimals = max(0, math.ceil(-math.log10(error)))
@@ -231,13 +227,13 @@ def _rounded_index(value: float, error: float | None) -> str:
 # ---- many regions --------------------------------------------------------------------------------
 
 
-_NO_FIGURE = ("given", "name")  # orders by which no map is the best
+_NO_FIGURE = ("given", "name")  # sort keys that rank no map as the best
 
 
 def _compare_regions(
     given: Sequence[str], areas: Sequence[answers.Area], options: Mapping[str, Any], sort: str, work: RegionalWork
 ) -> None:
-    """Compare maps over regions, and report the best of each."""
+    """Compare maps over each region, and report the best."""
     with refusing():
         indices = answers.get_indices(options["indices"])
         column = answers.sort_column(sort, options["measures"], [index.name for index in indices])
@@ -255,23 +251,23 @@ def _compare_regions(
     for one in found.results:
         results.setdefault(one.region, []).append(one)
 
-    def ordered(rows: Sequence[Row], column: str) -> list[Row]:
-        """Rows of a region, the best first."""
-        if column == "given":
-            return list(rows)
-        return sorted(rows, key=lambda row: answers.sort_order(math.nan if row[column] is None else row[column]))
+    def rank(row: Row, column: str) -> tuple[bool, Any]:
+        """Sort key of a row of a region, the best first."""
+        return answers.sort_order(math.nan if row[column] is None else row[column])
 
+    if column != "given":
+        for group in results.values():
+            group.sort(key=lambda one: rank(one.rows[0], column))
     groups = {
-        name: ordered([{"region": name, "area_km2": one.area_km2, **one.rows[0]} for one in group], column)
+        name: [{"region": name, "area_km2": one.area_km2, **one.rows[0]} for one in group]
         for name, group in results.items()
     }
     figure = _AK if column in _NO_FIGURE else column
-    best = {name: ordered(group, figure)[0] for name, group in groups.items()}
+    best = {name: min(group, key=lambda row: rank(row, figure)) for name, group in groups.items()}
 
     def comparison(name: str) -> dict[str, Any]:
         """The maps of a region, with failures and notices."""
-        of_it = {one.projection: one for one in results[name]}
-        measured = [of_it[row["projection"]] for row in groups[name]]
+        measured = results[name]
         failed = [one for one in found.failures if one.region == name]
         return {
             "region": {"name": name, "area_km2": measured[0].area_km2},
@@ -300,7 +296,7 @@ def _compare_regions(
         rows=lambda: [row for group in groups.values() for row in group],
         header=["region"],
     )
-    work.leave(report, found, [*best.values()], areas, problems)
+    work.leave(report, found, [*best.values()], problems)
 
 
 def _regional_tables(

@@ -16,15 +16,15 @@ from projdist import decisions, gis, regions
 from projdist.cli import options as opt
 from projdist.cli.errors import fail, note, progress_bar, refuse, refusing, working
 from projdist.cli.report import Column, Mapped, Report, Table, drawing, present, tell_written
-from projdist.cli.wording import angle_error, area_error, area_text, distance_error, named, told_text
+from projdist.cli.wording import angle_error, area_error, area_text, distance_error, error_sentence, named
 
 ABOVE = 3
-"""The exit code where an error is above the limit."""
+"""Exit code if an error is above the limit."""
 
 _UNITS = {"": 1.0, "%": 1e-2, "ppm": 1e-6}
 _MARKED = 9  # features on maps
-_MARGIN, _LEAST_MARGIN = 0.05, 1e-3  # about the data: of their extent, and degrees
-_NAMED = 5  # features that cannot be drawn, by name
+_MARGIN, _LEAST_MARGIN = 0.05, 1e-3  # around the data: share of their extent, and at least so many degrees
+_NAMED = 5  # features named in a note
 
 
 def check_command(
@@ -63,7 +63,7 @@ def check_command(
         columns = {name: values for name, values in result.features.items() if name not in ("index", "name")}
         known = {str(name).lower(): name for name in frame.columns}
         taken = [known[name] for name in columns if name in known]
-        # All columns known: from an earlier check, and replaced. Some: the user's own.
+        # If all are there, they are from an earlier check, and are replaced; if some, they are the user's own.
         if 0 < len(taken) < len(columns):
             refuse(f"Invalid data for '{path}'. They have a column '{taken[0]}' already; rename it.")
         with drawing(path):
@@ -131,7 +131,7 @@ def check_report(result: decisions.Check, data: str, count: int, written: Path |
 
 
 def _answer(result: decisions.Check) -> Iterator[str]:
-    """The largest errors of areas, lengths and bearings in the CRS, and in a better one."""
+    """Sentences: the largest errors of areas, lengths and bearings in the CRS, and in a better one."""
     for one in _checks(result):
         total = one.overall
         figures = {
@@ -142,7 +142,7 @@ def _answer(result: decisions.Check) -> Iterator[str]:
         told = {what: words(abs(error)) for what, (words, error) in figures.items() if math.isfinite(error)}
         if told:
             better = "" if one is result else "A better CRS for them, "
-            yield f"{better}{named(one.projection.label, one.projection.name)}: {told_text(told)}."
+            yield f"{better}{named(one.projection.label, one.projection.name)}: {error_sentence(told)}."
     if result.overall.undrawn:
         count = result.overall.undrawn
         yield f"{count} feature{'s' * (count > 1)} cannot be drawn in this CRS."
@@ -233,20 +233,14 @@ def convert_command(
     if output is None:
         refuse("Invalid option '--output'. It must name a file.")
     path = opt.file_of_kind(output, _CONVERTED_SUFFIXES, overwrite)
-    opt.choice("resampling", resampling, _RESAMPLINGS)
-    piece = opt.number("distance", densify, 1e-6, 1e5, " of kilometres")
-    side = opt.number("resolution", resolution, 1e-12, 1e12)
+    options: dict[str, Any] = {
+        "source": source,
+        "resampling": opt.choice("resampling", resampling, _RESAMPLINGS),
+        "densify": opt.number("distance", densify, 1e-6, 1e5, " of kilometres"),
+        "resolution": opt.number("resolution", resolution, 1e-12, 1e12),
+    }
     opt.check_libraries(path)
     with drawing(path), working("Converting"):
-        found = gis.convert(
-            data,
-            wanted[0],
-            path,
-            source=source,
-            densify=piece,
-            resampling=resampling,
-            resolution=side,
-            overwrite=overwrite,
-        )
+        found = gis.convert(data, wanted[0], path, **options, overwrite=overwrite)
     note(found.note)
     tell_written(found.path, *([found.wkt] if found.wkt else []))

@@ -16,8 +16,8 @@ from projdist.cli.report import HTML, JSON, TABLE, Column, Copy, Mapped, Report,
 _DESIGN_FORMS = (TABLE, JSON, HTML, "proj", "wkt", "wkt-derived", "projjson")
 _MEAN_FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
 _WORLD_FORMS = (TABLE, JSON)
-_IN_PPM = 0.01  # Airy-Kavrayskiy errors of maps whose scales are told in parts per million
-_GOOD = 1e-4  # to which the errors of world maps over the globe are measured
+_IN_PPM = 0.01  # Airy-Kavrayskiy error below which scales are shown in parts per million
+_GOOD = 1e-4  # error with which the errors of world maps over the globe are measured
 _DOING = {
     "nodes": "Laying nodes",
     "base": "Choosing a base",
@@ -70,9 +70,7 @@ def design_command(
     pictured: opt.PictureOptions,
 ) -> None:
     """Make the map that distorts a region least, as a CRS for PROJ and GDAL."""
-    output, picture = opt.picture_apart(output, picture)
-    target = opt.target(format, output, pictured.overwrite, _DESIGN_FORMS, plots.SUFFIXES)
-    drawn = opt.picture_of(picture, pictured)
+    target, drawn = opt.text_and_picture(format, output, picture, pictured, _DESIGN_FORMS)
     opt.choice("symmetry", symmetric, designs.SYMMETRIES)
     area = opt.region_of(region, [] if base is None else [base], weight)
     up = None
@@ -109,7 +107,7 @@ def design_command(
         drawn.save(plots.heatmap_figure, mapped.projections, measure=measure, region=found.region, titles=titles)
     report = Report(
         answer=[*_design_answer(found)],
-        next={"-o map.wkt": "To keep it as a CRS, the same command with", **_picture(picture)},
+        next={"-o map.wkt": "To keep it as a CRS, the same command with", **_picture(drawn)},
         title=f"{found.projection.name} ({say.size_text(found.region)})",
         lead=[*_design_lead(found)],
         tables=_design_tables(found),
@@ -124,19 +122,19 @@ def design_command(
 
 
 def _copies(crs: Any) -> dict[str, Copy]:
-    """The forms of a CRS; None, with the reason, of a map that has none."""
+    """The forms of a CRS, or the reason why the map has none."""
     missing = "A map of the world, or after a function, is not a CRS; JSON has its coefficients."
     forms = {"proj": "pipeline", "wkt": "wkt", "wkt-derived": "wkt_derived", "projjson": "projjson"}
     return {form: Copy(getattr(crs, key) if crs else None, missing) for form, key in forms.items()}
 
 
-def _picture(drawn: str | None) -> dict[str, str]:
-    """How to draw, where nothing was drawn."""
+def _picture(drawn: opt.PictureFile | None) -> dict[str, str]:
+    """How to draw the map, if it was not drawn."""
     return {} if drawn else {"-o map.png": "To draw it, the same command with"}
 
 
 def _design_answer(found: designs.Design) -> Iterator[str]:
-    """The error of the made map, and how much less that is than its rivals'."""
+    """Sentences: the error of the new map, by how much it is below its rivals', and its proven bound."""
     place, worst = say.region_words(found.region), max(found.largest.value - 1.0, 1.0 - found.smallest.value)
     less = [f"{say.per_cent(one.gain, 2)} less than on {one.name}" for one in found.rivals if one.gain > 0.0]
     if found.criterion == "airy_kavrayskiy":
@@ -209,9 +207,7 @@ def mean_map_command(
     pictured: opt.PictureOptions,
 ) -> None:
     """Find the mean of several maps: the map nearest to all of them in distortion."""
-    output, picture = opt.picture_apart(output, picture)
-    target = opt.target(format, output, pictured.overwrite, _MEAN_FORMS, plots.SUFFIXES)
-    drawn = opt.picture_of(picture, pictured)
+    target, drawn = opt.text_and_picture(format, output, picture, pictured, _MEAN_FORMS)
     area = opt.region_of(region, projections)
     counts = None if weights is None else opt.numbers(weights)
     if counts == []:
@@ -237,7 +233,7 @@ def mean_map_command(
     scaled = Column("airy_kavrayskiy", "airy_kavrayskiy_scaled", say.certain, error="error")
     report = Report(
         answer=[*_mean_answer(found)],
-        next=_picture(picture),
+        next=_picture(drawn),
         title=f"{found.projection.name} over {found.region.name} ({say.size_text(found.region)})",
         lead=lead,
         tables=[Table(found.standings, [Column("kind", "map", left=True), "name", total, scaled])],
@@ -257,7 +253,7 @@ def mean_map_command(
 
 
 def _mean_answer(found: designs.MeanMap) -> Iterator[str]:
-    """How near the mean is to the maps, beside the other choices."""
+    """Sentences: how near the mean is to the maps, compared with the bound and the average."""
     least, mean, average, *_ = found.standings
     place = say.region_words(found.region)
     maps = f"{len(found.maps)} map{'s' * (len(found.maps) > 1)}"
@@ -295,12 +291,10 @@ def world_map_command(
     pictured: opt.PictureOptions,
 ) -> None:
     """Make the map of the world that distorts a region least."""
-    output, picture = opt.picture_apart(output, picture)
-    target = opt.target(format, output, pictured.overwrite, _WORLD_FORMS, plots.SUFFIXES)
-    drawn = opt.picture_of(picture, pictured)
-    triangles = (
-        None if tinshift is None else opt.file_of_kind(tinshift, (".json",), pictured.overwrite, "file of triangles")
-    )
+    target, drawn = opt.text_and_picture(format, output, picture, pictured, _WORLD_FORMS)
+    triangles = None
+    if tinshift is not None:
+        triangles = opt.file_of_kind(tinshift, (".json",), pictured.overwrite, "file of triangles")
     corners = opt.number("step", step, 0.2, 30.0, " of degrees")
     if weight is not None and region is None:
         refuse(f"Invalid weight '{weight}' without a region. Name one, such as globe.")
@@ -330,6 +324,11 @@ def world_map_command(
     size, energy = Column("cells", show="{0:d} x {0:d}".format), Column("energy", show="{:.6f}".format)
     at_nodes = Column("airy_kavrayskiy", "AK at nodes", "{:.6f}".format)
     best = "Airy-Kavrayskiy errors of other maps are at their best scales."
+    lead = [f"airy_kavrayskiy {say.certain(found.airy_kavrayskiy, found.error_estimate)}"]
+    lead += [] if found.symmetric == "none" else [f"Symmetric about: {found.symmetric}"]
+    lead += say.covers(found.coverage)
+    if found.mirrored:
+        lead.append(f"It turns over {say.per_cent(found.mirrored)} of the region: take more cells.")
     least, name = min(((one.airy_kavrayskiy, one.name) for one in found.standings), default=(0.0, ""))
     ratio = least / found.airy_kavrayskiy
     less = f", {say.less_text(ratio)} than on {name}" if ratio > 1.0 else ""
@@ -339,18 +338,9 @@ def world_map_command(
             f"{say.rms_text(found.airy_kavrayskiy)} (RMS){less}.",
             *([pipeline] if pipeline else []),
         ],
-        next=_picture(picture),
+        next=_picture(drawn),
         title=f"{found.projection.name} ({say.size_text(found.region)})",
-        lead=[
-            f"airy_kavrayskiy {say.certain(found.airy_kavrayskiy, found.error_estimate)}",
-            *([] if found.symmetric == "none" else [f"Symmetric about: {found.symmetric}"]),
-            *say.covers(found.coverage),
-            *(
-                [f"It turns over {say.per_cent(found.mirrored)} of the region: take more cells."]
-                if found.mirrored
-                else []
-            ),
-        ],
+        lead=lead,
         tables=[
             Table(found._table(), columns),
             Table(found.refinements, [size, "unknowns", energy, at_nodes, "steps"]),

@@ -21,8 +21,9 @@ from projdist.cli.report import drawing, emit, notes_text, takes_blocks, tell_wr
 from projdist.cli.wording import certain
 
 _TOLERANCE = 1e-5  # titles show three decimals
-_MOST_PIXELS = 1e8  # along a side; how many there may be in all is for the raster to say
+_MOST_PIXELS = 1e8  # along a side; `gis.raster` limits the number of all
 _MOST_LEVELS = 100
+_FULL = "full"  # the context if none is given
 
 
 def tissot_command(
@@ -63,7 +64,8 @@ def tissot_command(
         options["grid"] = tuple(opt.number("grid", word, 1e-4, 90.0, " of degrees") for word in words)
     if exaggerate is not None:
         options["exaggeration"] = "auto" if exaggerate == "auto" else opt.number("exaggeration", exaggerate, 0.1, 1e6)
-    _draw(plots.tissot_figure, given, region, picture, context, **options)
+    options["context"] = opt.choice("context", _FULL if context is None else context, plots.CONTEXTS)
+    _draw(plots.tissot_figure, given, region, picture, **options)
 
 
 def heatmap_command(
@@ -116,7 +118,8 @@ def heatmap_command(
     if against is not None:
         with refusing():
             options["against"] = projections.Projection.from_user_input(against)
-    _draw(plots.heatmap_figure, given, region, picture, context, **options)
+    options["context"] = opt.choice("context", _FULL if context is None else context, plots.CONTEXTS)
+    _draw(plots.heatmap_figure, given, region, picture, **options)
 
 
 def _only_map(given: list[str], path: Path) -> projections.Projection:
@@ -152,24 +155,18 @@ def _levels(text: str | None) -> int | list[float] | None:
 
 
 def _draw(
-    figure: Callable[..., Any],
-    given: list[str],
-    region: str | None,
-    picture: opt.PictureFile,
-    context: str | None,
-    **options: Any,
+    figure: Callable[..., Any], given: list[str], region: str | None, picture: opt.PictureFile, **options: Any
 ) -> None:
     """Draw the measurable projections with their Airy-Kavrayskiy errors; report the others' failures."""
-    shown = plots.CONTEXTS[-1] if context is None else opt.choice("context", context, plots.CONTEXTS)
     other = options.get("against")
     others = [] if other is None else [other]
-    area = opt.region_of(region, [*given, *(one.definition for one in others)])  # a region that all have
+    area = opt.region_of(region, [*given, *(one.definition for one in others)])  # one for all maps
     with refusing(), progress_bar("maps measured") as progress:
         found = answers.compare([*given, *others], area, sort="given", tolerance=_TOLERANCE, progress=progress)
     drawn = [one for one in found.results if one.projection is not other]
     if drawn and len(found.results) - len(drawn) == (other is not None):
         maps, figures = [one.projection for one in drawn], [one.airy_kavrayskiy for one in drawn]
-        options |= {"region": found.region, "step": picture.step, "airy_kavrayskiy": figures, "context": shown}
+        options |= {"region": found.region, "step": picture.step, "airy_kavrayskiy": figures}
         picture.save(figure, maps, **options)
         emit(notes_text(compare.least_distorting(found)) + wrote(picture.path), None)
     tell_problems([failure.error for failure in found.failures])
@@ -195,26 +192,19 @@ def morph_command(
     names = opt.measure_names(measure or ["fisher"])
     if len(names) > 1:
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. An animation shows one.")
-    count, length = opt.whole_number("frames", frames, 2, 500), opt.number("seconds", seconds, 0.1, 600)
-    dots = opt.number("dpi", dpi, 10, 1200)
-    room, area = opt.size_of(size, dots), opt.region_of(region, [first, second])
-    look = pictured.look()
+    options: dict[str, Any] = {
+        "measure": names[0],
+        "frames": opt.whole_number("frames", frames, 2, 500),
+        "seconds": opt.number("seconds", seconds, 0.1, 600),
+        "dpi": (dots := opt.number("dpi", dpi, 10, 1200)),
+        "size": opt.size_of(size, dots),
+        "region": opt.region_of(region, [first, second]),
+        "look": pictured.look(),
+    }
     with refusing():
         maps = projections.Projection.from_user_input(first), projections.Projection.from_user_input(second)
     with drawing(path), progress_bar("frames") as progress:
-        plots.morph(
-            *maps,
-            path,
-            measure=names[0],
-            region=area,
-            frames=count,
-            seconds=length,
-            size=room or (7.0, 4.6),
-            dpi=dots,
-            overwrite=pictured.overwrite,
-            progress=progress,
-            look=look,
-        )
+        plots.morph(*maps, path, **options, overwrite=pictured.overwrite, progress=progress)
     tell_written(path)
 
 
@@ -252,7 +242,7 @@ def explore_command(
     with contextlib.closing(web.LiveSite(start, web.InputPolicy(frozenset([*given, text])))) as site:
         address = site.url(listening.getsockname()[1])
         emit(f"{address}\n", None)
-        if not no_browser:  # one in the terminal does not return before it is closed
+        if not no_browser:  # a browser in the terminal returns only when it is closed
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
         web.serve(site, listening)
 
@@ -263,9 +253,9 @@ def explore_command(
 _WIDEST, _HIGHEST = 64, 18  # characters
 _NARROWEST = 16
 _TALL = 2.0  # a character's height over its width
-_TRIANGLES = 16_000  # of a map: some fifteen for each character
+_TRIANGLES = 16_000  # of a map, about fifteen per character
 _PPM_OF_A_PER_CENT = 1e4
-_LAND = 0.02  # of the characters, from which on land is told from sea
+_LAND = 0.02  # share of the characters from which on land and sea are distinguished
 
 
 def sketch_of(projection: projections.Projection, region: regions.Place, output: Path | None = None) -> list[str]:
@@ -277,12 +267,9 @@ def sketch_of(projection: projections.Projection, region: regions.Place, output:
     if not region.area_km2 or widest < _NARROWEST:
         return []
     place = surfaces.shown_part(region)
-    _, south, _, north = place.bounds
-    longest = np.cos(np.radians(max(south, -north, 0.0)))
-    step = np.sqrt(surfaces.longitude_width(place.bounds) * longest * (north - south) / (_TRIANGLES / 2))
     try:
-        surface = surfaces.surface_of(projection, place, float(step))
-    except ValueError:  # nothing of it is drawn, and the figures say so
+        surface = surfaces.surface_of(projection, place, web.cell_step(place.bounds, _TRIANGLES / 2))
+    except ValueError:  # no part of it is on the map
         return []
     return _drawn(*_in_characters(surface, place, widest), unicode=takes_blocks(output))
 
@@ -290,7 +277,7 @@ def sketch_of(projection: projections.Projection, region: regions.Place, output:
 def _in_characters(
     surface: surfaces.Surface, region: regions.Place, widest: int
 ) -> tuple[BoolArray, FloatArray, BoolArray]:
-    """Per character (rows, columns): on the map, mean scale error, mostly land."""
+    """For each character (rows, columns): whether it is on the map, its mean scale error, whether it is mostly land."""
     lon, lat = (values[surface.source] for values in surface.lonlat())
     measured = surfaces.field(surface, matrices.get_measure("scale_error_ppm"))
     triangles = surface.triangles[np.isfinite(measured[surface.triangles]).all(axis=1)]
@@ -311,7 +298,7 @@ def _in_characters(
         total = np.bincount(place, weights=values, minlength=count.size)
         return np.divide(total, count, out=np.full(count.size, np.nan), where=count > 0).reshape(rows, columns)
 
-    land = np.ones(len(triangles))  # as all is on other bodies
+    land = np.ones(len(triangles))  # other bodies have no sea
     if not surface.domain.projection.is_of_another_body:
         resolution = surfaces.coast_resolution(surface)
         outline = earth.polygons_within("land", surface.domain.region.bounds, resolution)
@@ -325,15 +312,13 @@ def _drawn(cells: BoolArray, values: FloatArray, land: BoolArray, *, unicode: bo
     shades, sea = ("░▒▓█", "·") if unicode else ("-+x#", ".")
     apart = land.sum() >= _LAND * cells.sum() and not (land | ~cells).all()
     shaded = land if apart else cells
-    known = values[shaded & np.isfinite(values)]
+    drawn = shaded & np.isfinite(values)
+    known = values[drawn]
     if not known.size:
         return []
     levels = np.quantile(known, [0.25, 0.5, 0.75])
-    picture = np.full(cells.shape, " ")
-    picture[cells] = sea if apart else " "
-    number = np.searchsorted(levels, values)
-    for k, shade in enumerate(shades):
-        picture[shaded & np.isfinite(values) & (number == k)] = shade
+    picture = np.where(cells & apart, sea, " ")
+    picture[drawn] = np.array([*shades])[np.searchsorted(levels, known)]
     ends = [*levels, float(known.max())]
     unit, name = (_PPM_OF_A_PER_CENT, "%") if ends[-1] >= _PPM_OF_A_PER_CENT else (1.0, "ppm")
     texts = [f"{shade} to {certain(float(f'{end / unit:.2g}'))}" for shade, end in zip(shades, ends, strict=True)]

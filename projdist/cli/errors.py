@@ -10,17 +10,15 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextvars import ContextVar
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
 import typer
 
-from projdist.projections import GridError, ProjectionError
-from projdist.support import Notice, end_if_told, one_line
+from projdist import projections, support
 
 USUAL = 80
-"""Columns of a terminal that does not tell."""
+"""Columns of a terminal that does not state its width."""
 
 
 def width_of(stream: TextIO) -> int | None:
@@ -40,7 +38,7 @@ def folded(text: str, width: int | None) -> str:
     """Text wrapped at blanks; words longer than a line, such as paths, stay whole so that they can be copied."""
     if width is None:
         return text
-    from rich.cells import cell_len  # only what goes to a terminal needs it
+    from rich.cells import cell_len  # needed in terminals only
 
     lines: list[str] = []
     for line in text.split("\n"):
@@ -59,14 +57,14 @@ def folded(text: str, width: int | None) -> str:
 # ---- progress ------------------------------------------------------------------------------------
 
 
-_MOMENT = 2.0  # seconds: what is done by then needs no bar
+_MOMENT = 2.0  # seconds; shorter work shows nothing
 _MOMENT_IN_A_PIPE, _LINES_APART = 2.0, 10.0
 _QUIET: ContextVar[bool] = ContextVar("quiet", default=False)
 
 
 @contextlib.contextmanager
 def without_progress(quiet: bool) -> Iterator[None]:
-    """A context that, if `quiet`, shows no progress."""
+    """Context without progress if `quiet`."""
     token = _QUIET.set(quiet)
     try:
         yield
@@ -86,7 +84,7 @@ def progress_bar(things: str, *, after: float = _MOMENT) -> Iterator[Callable[[i
     if not sys.stderr.isatty():
         yield _lines_of(things)
         return
-    # Imported here: in a pipe rich is loaded for tables only.
+    # In a pipe rich is loaded for tables only.
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
@@ -98,7 +96,7 @@ def progress_bar(things: str, *, after: float = _MOMENT) -> Iterator[Callable[[i
     def move(done: int, total: int) -> None:
         progress.update(task, completed=done, total=total)
         if time.monotonic() - start >= after:
-            progress.start()  # with the first news: wrong words are refused before
+            progress.start()  # not before the first update: invalid input is refused earlier
             progress.refresh()
 
     try:
@@ -109,7 +107,7 @@ def progress_bar(things: str, *, after: float = _MOMENT) -> Iterator[Callable[[i
 
 
 def _lines_of(things: str) -> Callable[[int, int], None]:
-    """Callback (done, total) that writes a line after a moment, and then one from time to time."""
+    """Callback (done, total) that writes one line after a moment, and further ones at intervals."""
     due = time.monotonic() + _MOMENT_IN_A_PIPE
 
     def move(done: int, total: int) -> None:
@@ -121,48 +119,34 @@ def _lines_of(things: str) -> Callable[[int, int], None]:
     return move
 
 
-@dataclass
-class _Line:
-    """What is being done, as one line in a pipe."""
-
-    words: str
-
-    def start(self) -> None:
-        sys.stderr.write(f"projdist: {self.words} ...\n")
-
-    def update(self, words: str) -> None:
-        self.words = words
-
-    def stop(self) -> None:
-        """Nothing is to be erased."""
-
-
 @contextlib.contextmanager
 def working(words: str) -> Iterator[Callable[[str], None]]:
-    """Show `words`, or those that the callback gets, of work that takes longer than a moment; in a pipe once."""
+    """Show `words`, or the latest given to the callback, while work takes longer than a moment; in a pipe one line."""
     if _QUIET.get():
         yield lambda _: None
         return
-    status: Any = _Line(words)
-    moment = _MOMENT_IN_A_PIPE
-    if sys.stderr.isatty():
-        from rich.console import Console
+    with contextlib.ExitStack() as stack:
+        update: Callable[[str], None]
+        if sys.stderr.isatty():
+            from rich.console import Console
 
-        status, moment = Console(stderr=True).status(words), _MOMENT
-    timer = threading.Timer(moment, status.start)
-    timer.start()
-    try:
-        yield status.update
-    finally:
-        timer.cancel()
-        timer.join()
-        status.stop()
+            status = Console(stderr=True).status(words)
+            stack.callback(status.stop)
+            timer, update = threading.Timer(_MOMENT, status.start), status.update
+        else:
+            latest = [words]
+            timer = threading.Timer(_MOMENT_IN_A_PIPE, lambda: sys.stderr.write(f"projdist: {latest[-1]} ...\n"))
+            update = latest.append
+        timer.start()
+        stack.callback(timer.join)
+        stack.callback(timer.cancel)
+        yield update
 
 
 # ---- errors --------------------------------------------------------------------------------------
 
 
-_SURROGATES = 0xDC00  # what Python has for bytes of names that are no text: PEP 383
+_SURROGATES = 0xDC00  # start of the surrogates that stand for undecodable bytes of file names (PEP 383)
 
 
 def fail(message: str) -> None:
@@ -170,10 +154,10 @@ def fail(message: str) -> None:
 
     After a signal to end nothing is printed: the error is then a consequence of the signal.
     """
-    end_if_told()
+    support.end_if_told()
     shown = ""
     for letter in " ".join(message.split()):
-        byte = ord(letter) - _SURROGATES  # of names of files that are no text
+        byte = ord(letter) - _SURROGATES
         escape = f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
         shown += letter if letter.isprintable() else escape
     sys.stderr.write(f"{folded(f'projdist: {shown}', width_of(sys.stderr))}\n")
@@ -186,9 +170,9 @@ def note(text: str) -> None:
 
 
 def refuse(message: str, error: Exception | None = None, *, code: int = 2) -> NoReturn:
-    """Report an error and exit, with 2 for invalid usage; with 1 for an unavailable grid."""
-    fail(f"Invalid file. {one_line(error)}." if isinstance(error, UnicodeEncodeError) else message)
-    raise typer.Exit(1 if isinstance(error, GridError) else code) from error
+    """Report an error, and exit with `code`, or with 1 for an unavailable grid."""
+    fail(f"Invalid file. {support.one_line(error)}." if isinstance(error, UnicodeEncodeError) else message)
+    raise typer.Exit(1 if isinstance(error, projections.GridError) else code) from error
 
 
 def cannot_write(output: Path | None, error: OSError) -> NoReturn:
@@ -205,25 +189,14 @@ def tell_problems(problems: list[str]) -> None:
 
 
 @contextlib.contextmanager
-def refusing() -> Iterator[None]:
-    """Turn exceptions into one-line errors: exit 1 for projections, 2 for other input, libraries and existing files."""
+def refusing(*, code: int = 2) -> Iterator[None]:
+    """Turn exceptions into one-line errors: exit 1 for projections, `code` for other input, else 2."""
     try:
         yield
-    except ProjectionError as error:
-        refuse(str(error), error, code=1)
-    except (ValueError, ImportError, FileExistsError) as error:
-        refuse(str(error), error)
-
-
-@contextlib.contextmanager
-def failing() -> Iterator[None]:
-    """Turn a ValueError, where the work itself fails, into a one-line error and exit 1; a missing library exits 2."""
-    try:
-        yield
-    except ImportError as error:
-        refuse(str(error), error)
     except ValueError as error:
-        refuse(str(error), error, code=1)
+        refuse(str(error), error, code=1 if isinstance(error, projections.ProjectionError) else code)
+    except (ImportError, FileExistsError) as error:
+        refuse(str(error), error)
 
 
 @contextlib.contextmanager
@@ -237,6 +210,6 @@ def notices_said() -> Iterator[None]:
             fail(str(message))
 
     with warnings.catch_warnings():
-        warnings.simplefilter("always", category=Notice)
+        warnings.simplefilter("always", category=support.Notice)
         warnings.showwarning = say
         yield

@@ -23,10 +23,11 @@ from projdist.cli.wording import distance_error, errors_text, fixed, label_of, p
 _DECIMALS = {"x": 3, "y": 3, "omega": 6, "theta": 6, "convergence": 6}
 _PROFILE_DECIMALS = _DECIMALS | {"azimuth": 4, "height": 3}
 _MOST_DECIMALS = 8
-_TRUE = 1e-9  # a scale error that is rounding
+_TRUE = 1e-9  # a scale error, or a convergence in degrees, that is only rounding
 _SCALES = ("a", "b", "s", "omega")
+_USUAL = ("x", "y", "h", "k", "convergence", "omega", "s", "a", "b", "theta", "fisher", "quality")  # after others
 _SHOWN = 10  # points
-_LONGEST = 80  # characters of what is quoted in a message
+_LONGEST = 80  # characters of a quotation in a message
 _TABLE_SUFFIXES = (".parquet", ".gpkg", ".geojson")  # of binary and GIS files, which cannot be printed
 _SUFFIXES = (".csv", *_TABLE_SUFFIXES)
 
@@ -87,7 +88,9 @@ def factors_command(
         if any(points.text):
             for row, text in zip(found["results"], points.text, strict=True):
                 row["text"] = text
-        frame = None if table is None else gis.frame_of(found["results"])
+        if table is not None:
+            frame = factors.to_frame()
+            frame = frame.assign(text=points.text) if any(points.text) else frame
     if table is None:
         present(factors_report(found, header), form, path, overwrite)
     else:
@@ -105,10 +108,11 @@ def factors_report(found: Mapping[str, Any], header: Sequence[str]) -> Report:
     names = [*rows[0]]
     label, meant = label_of(found["projection"], found["name"]), label_of(found["definition"], found["name"])
     columns: list[Column] = [Column(name, show=functools.partial(_cell, name)) for name in names]
+    wanted_first = sorted(columns, key=lambda one: _USUAL.index(one.key) if one.key in _USUAL else -1)
     keys = 2 if names[:2] == ["lon", "lat"] else 1
     return Report(
         answer=[*_factors_answer(rows, spoken(found["projection"], found["name"]))],
-        brief=[Table(rows, [*sorted(columns, key=lambda one: _wanted(one.key))], keys=keys, most=_SHOWN)],
+        brief=[Table(rows, wanted_first, keys=keys, most=_SHOWN)],
         title=label if label == meant else f"{label} ({meant})",  # the definition has the ellipsoid
         tables=[Table(rows, columns, keys=keys)],
         data=lambda: found,
@@ -116,14 +120,8 @@ def factors_report(found: Mapping[str, Any], header: Sequence[str]) -> Report:
     )
 
 
-def _wanted(key: str) -> int:
-    """The place of a column where there is no room for all: measures that were asked for come before the usual."""
-    usual = ("x", "y", "h", "k", "convergence", "omega", "s", "a", "b", "theta", "fisher", "quality")
-    return usual.index(key) + 1 if key in usual else 0
-
-
 def _factors_answer(rows: Sequence[Mapping[str, Any]], label: str) -> Iterator[str]:
-    """The largest errors at the points, or the ranges of measures that were asked for."""
+    """Sentences: the largest errors at the points, points without scales, and grid north at a single point."""
     given, rows = len(rows), [row for row in rows if all(isinstance(row.get(key), float) for key in _SCALES)]
 
     def largest(error: Callable[[Mapping[str, Any]], float]) -> float:
@@ -380,7 +378,7 @@ def profile_command(
 
 
 def _profile_answer(found: answers.Profile, label: str) -> Iterator[str]:
-    """How much too long or too short the line is on the map."""
+    """Sentences: how much too long or too short the line is on the map, and its length on the ground."""
     error = found.mean_scale - 1.0
     longer = f"{distance_error(abs(error))} too {'long' if error > 0.0 else 'short'} on average"
     if abs(error) <= _TRUE:

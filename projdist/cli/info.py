@@ -1,22 +1,21 @@
-"""The commands that tell what there is: `info` of a projection, `find`, `list` and `tables`."""
+"""The commands that look things up: `info` of a projection, `find`, `list` and `tables`."""
 
 from __future__ import annotations
 
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from projdist import answers, decisions, earth, field, matrices, numerics, plots, projections, regions, support
 from projdist.cli import options as opt, wording as say
 from projdist.cli.draw import sketch_of
 from projdist.cli.errors import refuse, refusing, working
-from projdist.cli.report import DETAILS, Column, Mapped, Report, Row, Table, listing, present
+from projdist.cli.report import DETAILS, Column, Mapped, Report, Row, Table, present
 
-_SAME = 5  # codes of CRSs of the same map: how many are named
+_SAME = 5  # codes of CRSs of the same map that are listed
 _LONGEST = 100  # characters of a text
-_BOUND = 1e7  # ppm, above which a largest scale error is near a place where it has no bound
+_BOUND = 1e7  # ppm; the map has no bound near where its largest scale error is above this
 _MEASURE = "scale_error_ppm"
 _TITLES = {
     _MEASURE: "scale error, ppm",
@@ -82,7 +81,7 @@ def info_command(
 
 
 def _region_report(text: str) -> Report:
-    """What a region is: its area, bounds and, of a continent or another area, its limits and definition."""
+    """Report of what a region is: its area, bounds, and the limits and definition of a named area."""
     region = opt.region_of(text)
     west, south, east, north = (round(bound, 1) for bound in region.bounds)
     words, stated = say.region_words(region), regions.definition(region.name)
@@ -109,7 +108,7 @@ def _region_report(text: str) -> Report:
 
 
 def _answer(found: decisions.MapInfo, name: str) -> Iterator[str]:
-    """What the map keeps, and its errors where it is for."""
+    """Sentences: what the map keeps, its errors over the region, and whether it is deprecated."""
     kept = [_KEEPS[one] for one in found.keeps]
     area = found.projection.area_of_use
     own = area is not None and found.region == regions.Box(*area)
@@ -199,7 +198,7 @@ def _place(row: Any) -> str:
     lon, lat, least, most = (row[key] for key in ("max_lon", "max_lat", "min", "max"))
     if None in (lon, lat, least, most) or _figure(most, row["max_error"]) == _figure(least, row["min_error"]):
         return "-"
-    return f"{earth.longitude_text(round(lon, 2))} {earth.latitude_text(round(lat, 2))}"
+    return say.place_text(lon, lat)
 
 
 def _notes(found: decisions.MapInfo) -> Iterator[str]:
@@ -269,18 +268,19 @@ def list_command(
 
 
 def _names_report(rows: Sequence[Row], what: str) -> Report:
-    """The names of rows, and the rows as their details."""
+    """Report of the names in rows; the rows are its details."""
     names = [row["name"] for row in rows if row.get("kind") not in _COUNTED.values()]
     others = f", and {len(rows) - len(names)} {_COUNTED[what]}s" if len(names) < len(rows) else ""
-    return replace(listing(rows), answer=[f"{len(names)} {what}: {', '.join(names)}{others}."], brief=[])
+    answer = [f"{len(names)} {what}: {', '.join(names)}{others}."]
+    return Report(answer=answer, brief=[], tables=[Table(rows, rows[0])], data=lambda: rows)
 
 
 _PROJ_ID, _PLACE = "PROJ id", "country or state"
-_COUNTED = {"projections": _PROJ_ID, "regions": _PLACE}  # kinds that are not told by name
+_COUNTED = {"projections": _PROJ_ID, "regions": _PLACE}  # kinds that are only counted
 
 
 def _rows(found: Iterable[Any], **columns: str) -> list[dict[str, str]]:
-    """Rows of things, whose columns are attributes of theirs."""
+    """Rows of objects; each column is an attribute of theirs."""
     return [{name: getattr(one, attribute) for name, attribute in columns.items()} for one in found]
 
 
@@ -298,15 +298,7 @@ def _index_rows() -> list[dict[str, str]]:
     return _rows(answers.INDICES.values(), **same, scale="scale_dependence", source="source")
 
 
-def _region_rows() -> list[dict[str, str]]:
-    rows = []
-    for name in regions.region_names():
-        place = name.startswith(("country:", "state:"))
-        rows.append({"name": name, "kind": _PLACE if place else "area"} | regions.definition(name))
-    return rows
-
-
-_LISTS = {
+_LISTS: dict[str, Callable[[], list[dict[str, Any]]]] = {
     "projections": lambda: [
         {
             "name": name,
@@ -326,7 +318,10 @@ _LISTS = {
     ),
     "criteria": _criterion_rows,
     "indices": _index_rows,
-    "regions": _region_rows,
+    "regions": lambda: [
+        {"name": name, "kind": _PLACE if name.startswith(("country:", "state:")) else "area"} | regions.definition(name)
+        for name in regions.region_names()
+    ],
 }
 
 
@@ -350,11 +345,7 @@ def tables_command(
     present(report, *target)
 
 
-_VERDICTS = {
-    "yes": "come out as printed",
-    "otherwise": "come out by another convention",
-    "no": "do not come out",
-}
+_VERDICTS = {"yes": "come out as printed", "otherwise": "come out by another convention", "no": "do not come out"}
 
 
 def _tables_report(found: dict[str, Any]) -> Report:

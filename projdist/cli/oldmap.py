@@ -20,9 +20,9 @@ from projdist.cli.wording import fixed, rms_text
 SHEETS, LAYERS = (".tif", ".tiff"), (".gpkg",)
 PANELS = ("tissot", "heatmap", "rotation", "scale", "grid")
 DRAWN_MEASURES = ("fisher", "areal_scale")
-_USUAL = 4  # panels, if none is named
+_USUAL = 4  # panels if none are named
 _SHOWN = 20  # names in a line
-_ROUNDING = 1e-12  # of a mean square
+_ROUNDING = 1e-12  # a mean square up to this is shown as 0
 _degrees = functools.partial(fixed, decimals=2)
 
 

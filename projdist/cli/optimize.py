@@ -21,9 +21,9 @@ _LDP_FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV, HTML)
 _CORRECTION_FORMS = (TABLE, JSON, HTML, "proj", "wkt")
 
 _RECOMMENDED = "recommend"
-_LAST = 0.1  # digit of values above 1
-_LIMIT_DIGIT = 1e-3  # of a limit, which is no more than a good prediction
-_DIGIT = 1e-5  # of a value: what figures of a table are shown to
+_LAST = 0.1  # last digit shown of values above 1
+_LIMIT_DIGIT = 1e-3  # last digit shown of a limit, relative to it: it is only a good prediction
+_DIGIT = 1e-5  # last digit shown of values below 1, relative to them
 _FAMILY = f"auto, {', '.join(decisions.FAMILIES)}, or a PROJ string with ranges, such as '+proj=lcc +lat_1={{20..60}}'."
 
 
@@ -98,7 +98,7 @@ def _best_existing(region: regions.Place, criterion: str) -> str:
 
 
 def _optimum_answer(found: decisions.Optimum) -> Iterator[str]:
-    """The best map, its error beside that of others, and its PROJ string."""
+    """Sentences: the best map, its error beside that of others, its PROJ string, and remarks."""
     if found.criterion == "airy_kavrayskiy" or found.note:
         error = f"scales are off by {say.rms_text(found.airy_kavrayskiy)} (RMS)"
     else:
@@ -221,8 +221,11 @@ def ldp_command(
         "against": against or [],
         "name": name,
         "units": opt.choice("units", units, projections.LINEAR_UNITS),
-        "geoid": _geoid(geoid, geoid_height),
     }
+    if geoid is not None and geoid_height is not None:
+        refuse("Invalid option '--geoid-height'. It cannot be used with --geoid.")
+    above = opt.number("height of the geoid", geoid_height, -120.0, 120.0, " of metres")
+    options["geoid"] = geoid if above is None else above
     unit = projections.LINEAR_UNITS[units]
     of_heights = projections.LINEAR_UNITS[opt.choice("units of heights", height_units, projections.LINEAR_UNITS)]
     for key, text in (("easting", false_easting), ("northing", false_northing)):
@@ -270,15 +273,8 @@ def ldp_command(
     present(report, *target)
 
 
-def _geoid(grid: str | None, height: str | None) -> str | float | None:
-    """A grid of geoid heights, or one geoid height in metres; None without any."""
-    if grid is not None and height is not None:
-        refuse("Invalid option '--geoid-height'. It cannot be used with --geoid.")
-    return grid if height is None else opt.number("height of the geoid", height, -120.0, 120.0, " of metres")
-
-
 def _ldp_answer(found: decisions.LDP) -> Iterator[str]:
-    """How near grid distances are to those on the ground, and the map."""
+    """Sentences: how near grid distances are to those on the ground, the PROJ string, and the false origin."""
     figures, target = found.statistics, found.target_ppm
     worst, share = max(abs(figures.min), abs(figures.max)), figures.within.get(target)
     ratio = "" if worst < 1.0 else f" ({say.distance_error(1e-6 * worst)})"
@@ -302,7 +298,7 @@ def _angle(text: str) -> float:
 
 
 def _degrees(value: float, decimals: int = 5, letters: str = "") -> str:
-    """Angle in degrees, minutes and seconds; with the letters of positive and negative ones, as EW, without a sign."""
+    """Angle in degrees, minutes and seconds, with a sign, or with one of two letters: EW or NS."""
     scale = 10**decimals
     minutes, seconds = divmod(round(abs(value) * 3600 * scale), 60 * scale)
     shown = projections.number_text(seconds / scale) if decimals > _SHORT else f"{seconds / scale:.{decimals}f}"
@@ -312,7 +308,7 @@ def _degrees(value: float, decimals: int = 5, letters: str = "") -> str:
     return f"{text} {letters[value < 0]}" if letters else text
 
 
-_SHORT = 2  # decimals of seconds that are always shown
+_SHORT = 2  # decimals of seconds up to which trailing zeros are shown
 _PARAMETERS = {
     **{"lon_0": "Central meridian", "lonc": "Longitude of the centre", "lat_1": "Standard parallel"},
     **{"lat_0": "Latitude of origin", "alpha": "Azimuth of the axis", "k_0": "Scale factor on the axis"},
@@ -322,7 +318,7 @@ _LETTERS = {"lon_0": "EW", "lonc": "EW", "lat_0": "NS", "lat_1": "NS"}
 
 
 def _ldp_parameters(found: decisions.LDP) -> Iterator[dict[str, str]]:
-    """All that defines the map, as surveyors write it, and as PROJ does."""
+    """Rows of all that defines the map, as surveyors and as PROJ write it."""
     words = {word.partition("=")[0]: word for word in found.proj.split()}
     crs, ellipsoid, unit = projections.crs_of(found.geodetic), found.projection.ellipsoid, found.unit
     datum, figure = (getattr(one, "name", "") for one in (crs.datum, crs.ellipsoid))
@@ -470,7 +466,7 @@ def correct_command(
 
 
 def _correction_answer(result: answers.Correction) -> Iterator[str]:
-    """The linear map, and the distortion before and after."""
+    """Sentences: the linear map, the distortion before and after, and the pipeline."""
     before, after = result.airy_kavrayskiy, result.airy_kavrayskiy_corrected
     ratio = before / after if after else 1.0
     less = say.less_text(ratio) if ratio > 1.0 else "no less"

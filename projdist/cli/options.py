@@ -1,4 +1,4 @@
-"""The options that commands share, alone and in groups, and their values; an invalid one ends the command with 2."""
+"""Options that commands share, alone and in groups, and their values; an invalid one ends the command with 2."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _FORMAT = ("--format", "-f")
 MEASURE, CRITERION = ("--measure", "-m"), ("--criterion", "-c")
 """The names of these options."""
 
-# A type has no default: `...` for it.
+# The defaults of these are in the signatures of commands; `...` stands for none.
 Projections = Annotated[
     list[str],
     argument(
@@ -119,7 +119,7 @@ Context = Annotated[str | None, option("none|coast|borders|full", _CONTEXT, ...)
 
 
 def choice(thing: str, text: str, allowed: Iterable[str]) -> str:
-    """The text, if it is allowed."""
+    """The text, if it is one of those allowed."""
     allowed = list(allowed)
     if text not in allowed:
         refuse(f"Invalid {thing} '{text}'. It must be {', '.join(allowed[:-1])} or {allowed[-1]}.")
@@ -141,7 +141,7 @@ def measure_names(given: list[str] | None) -> list[str]:
 
 
 def refuse_given(options: Mapping[str, object], reason: str, of: str = "") -> None:
-    """Refuse the first given option, for a reason; `of` follows its name in the message."""
+    """Refuse the first option that is not None, for a reason; `of` follows its name in the message."""
     for name, value in options.items():
         if value is not None:
             refuse(f"Invalid option '{name}'{of}. {reason}")
@@ -160,7 +160,7 @@ def number(name: str, text: str, low: float, high: float, unit: str = "") -> flo
 @overload
 def number(name: str, text: str | None, low: float, high: float, unit: str = "") -> float | None: ...
 def number(name: str, text: str | None, low: float, high: float, unit: str = "") -> float | None:
-    """A number within limits, or None of None."""
+    """A number within limits; None stays None."""
     if text is None:
         return None
     try:
@@ -173,7 +173,7 @@ def number(name: str, text: str | None, low: float, high: float, unit: str = "")
 
 
 def numbers(text: str) -> list[float]:
-    """The numbers of a text, which stand between commas; none if a word is no number."""
+    """The comma-separated numbers of a text; an empty list if a word is not a number."""
     try:
         return [float(word) for word in text.split(",")]
     except ValueError:
@@ -185,11 +185,11 @@ def region_of(text: str, maps: Iterable[str] = (), weight: str | None = None) ->
 @overload
 def region_of(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> regions.Place | None: ...
 def region_of(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> regions.Place | None:
-    """Region of a text, possibly weighted, which is by default the globe; prints notes on repairs. None of None."""
+    """Region of a text, with a weight by default the globe, else None; prints notes on repairs."""
     if text is None and weight is None:
         return None
     text, known = "globe" if text is None else text, []
-    with support.notices_kept():  # they are left to the measuring
+    with support.notices_kept():  # the measuring gives them
         for one in maps:
             with contextlib.suppress(projections.ProjectionError):
                 known.append(projections.Projection.from_user_input(one))
@@ -222,7 +222,7 @@ _OF_ANY = (".txt", ".log", "")
 
 
 class Target(NamedTuple):
-    """What an answer is written as, the path (None: it is printed), and if that may be replaced."""
+    """Format of an answer, path of its file (None: it is printed), and whether that may be replaced."""
 
     form: str
     path: Path | None
@@ -254,13 +254,9 @@ def target(
 
 
 def page_target(text: str | None, output: str | None, overwrite: bool, forms: Sequence[str] = FORMATS) -> Target:
-    """Output of a command that prints its answer, or writes it as a page; files of other suffixes are not of it."""
-    stated = None if text is None else format_of(text, forms)
-    if output is None or Path(output).suffix.lower() != PAGE_SUFFIX:
-        return Target(stated or TABLE, None, overwrite)
-    if stated not in (None, HTML, DETAILS):
-        refuse(f"Invalid format '{stated}' for '{output}'. Its suffix tells the format, {HTML}.")
-    return Target(HTML, output_file(output, overwrite), overwrite)
+    """Output of a command that prints its answer or writes it as a page; other suffixes are for pictures."""
+    is_page = output is not None and Path(output).suffix.lower() == PAGE_SUFFIX
+    return target(text, output if is_page else None, overwrite, forms)
 
 
 def output_file(text: str, overwrite: bool) -> Path:
@@ -304,7 +300,7 @@ _MOST_PIXELS = 4e8  # 1.6 GB of memory
 
 @dataclass(frozen=True, kw_only=True)
 class SizeOptions:
-    """The size and resolution of a picture, and whether it may replace a file."""
+    """Size and resolution of a picture, and whether it may replace a file."""
 
     size: str | None = option("WIDTH,HEIGHT", "Size of the picture in inches, such as 10,6.")
     dpi: str | None = option("NUMBER", "Dots per inch; 150 if not given.")
@@ -323,10 +319,10 @@ class StyleOptions:
     credits: str | None = option("TEXT", "A line at the foot, such as sources and the author.")
 
     def given(self, but: str = "") -> dict[str, Any]:
-        """Given options by name; without `--overwrite`, which is for other files, too."""
-        words = ((one.name, getattr(self, one.name)) for one in fields(self) if one.name != "overwrite")
-        options = {f"--{name.replace('_', '-')}": word for name, word in words}
-        return {name: word for name, word in options.items() if word not in (None, False) and name != but}
+        """Given options by name, except `but` and `--overwrite`, which is for other files, too."""
+        options = {f"--{name.replace('_', '-')}": word for name, word in vars(self).items()}
+        given = {name: word for name, word in options.items() if word not in (None, False)}
+        return {name: word for name, word in given.items() if name not in ("--overwrite", but)}
 
     def look(self) -> plots.Look:
         """Style of the options; invalid ones end the command with 2."""
@@ -364,7 +360,7 @@ class PictureOptions(AnimationOptions, GraphOptions):
 
 
 STYLE = {one.name for one in fields(PictureOptions)} - {"size", "overwrite"}
-"""The names of options that change how a picture looks."""
+"""Names of the options that change how a picture looks."""
 
 
 class OutputFile:
@@ -374,7 +370,7 @@ class OutputFile:
         self.path, self.overwrite = path, overwrite
 
     def __str__(self) -> str:
-        """The path, as reports name what was written."""
+        """The path, by which reports name the file."""
         return str(self.path)
 
 
@@ -415,13 +411,15 @@ def is_picture(output: str | None) -> bool:
     return output is not None and Path(output).suffix.lower() in plots.SUFFIXES
 
 
-def picture_apart(output: str | None, picture: str | None) -> tuple[str | None, str | None]:
-    """Output and `--picture` of a command that has both: a picture as output is that picture."""
-    if not is_picture(output):
-        return output, picture
-    if picture is not None:
-        refuse(f"Invalid output '{output}'. There can be only one picture, which is '{picture}'.")
-    return None, output
+def text_and_picture(
+    format: str | None, output: str | None, picture: str | None, drawn: PictureOptions, forms: Sequence[str]
+) -> tuple[Target, PictureFile | None]:
+    """Outputs of a command with `--picture`; `--output` may name the picture, too."""
+    if is_picture(output):
+        if picture is not None:
+            refuse(f"Invalid output '{output}'. There can be only one picture, which is '{picture}'.")
+        output, picture = None, output
+    return target(format, output, drawn.overwrite, forms, plots.SUFFIXES), picture_of(picture, drawn)
 
 
 def picture_of(
@@ -429,8 +427,8 @@ def picture_of(
 ) -> PictureFile | None:
     """Picture requested by `output`; without one, options of pictures are refused.
 
-    `others` are such options that the command has beside these, None where they are not given; `beside` are suffixes
-    of what else it writes, which is not asked for here.
+    `others` are further options of pictures that the command has, None where they are not given; `beside` are suffixes
+    of the other files that it writes.
     """
     page = PAGE_SUFFIX in beside and output is not None and Path(output).suffix.lower() == PAGE_SUFFIX
     if output is not None and not page:

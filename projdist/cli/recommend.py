@@ -1,4 +1,4 @@
-"""The commands `recommend` (the best CRSs for a region, or for each of many) and `atlas` (measured beforehand)."""
+"""The commands `recommend` (the best CRSs for a region, or for each of many) and `atlas` (measured in advance)."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from projdist.cli.report import TABLE, Column, Columns, Mapped, Report, Row, Tab
 from projdist.cli.wording import area_text, certain, change, per_cent, rounded, shortened, size_text
 
 _DRAWN = 4  # maps in the picture
-_KINDS = ("conformal", "equal-area")  # purposes that have a limit of their own
-_ROUNDING = 1e-6  # of an angle, degrees
+_KINDS = ("conformal", "equal-area")  # purposes with a limit of their own
+_ROUNDING = 1e-6  # degrees; smaller angles are shown as 0
 _REJECTED = {
     "Its area of use": "whose area of use holds too little of the region",
     "It can be projected": "that project too little of it",
@@ -25,11 +25,11 @@ _REJECTED = {
     projections.OF_A_SPHERE: "on a sphere",
 }
 _LONGEST = 40  # characters of the name of an area, up to its first full stop
-_HOLDS = 0.9  # of the region: areas of use that have less are told
+_HOLDS = 0.9  # share of the region; the answer says so if an area of use has less
 
 
 class _Use(NamedTuple):
-    """The options that a use stands for, and, where that asks for one CRS, its code and the reason."""
+    """The options that a use stands for; if only one CRS serves it, its code and the reason."""
 
     purpose: str = "any"
     criterion: str = "airy_kavrayskiy"
@@ -166,8 +166,8 @@ def _report(result: decisions.Recommendation, use: _Use, mapped: Mapped, picture
 
 
 _ROWS = 3
-_TOLD = 5  # zones by name
-_BETTER = 1.5  # times less: a map that is worth naming beside the official one
+_NAMED = 5  # zones that are all named
+_BETTER = 1.5  # ratio of distortions from which on a better map is mentioned
 _VIEW = "To see where it distorts"
 
 
@@ -180,7 +180,7 @@ def _best(result: decisions.Recommendation) -> list[decisions.Candidate]:
 
 
 def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
-    """What to use, its errors and the reason; the zones; and what else there is."""
+    """Sentences: which map to use, its errors and the reason; zones; and alternatives."""
     place, country, official = say.region_words(result.region), say.with_article(result.country), result.official
     first, *others = _best(result)
     zones = _own_zones(result)
@@ -206,7 +206,7 @@ def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
     if not first.national and (national := next((one for one in others if one.national), None)):
         name = say.named(national.code, national.name)
         yield f"The best made for {country} is {name}: {say.distortion_text(national.distortion)}."
-    # Other figures may be no more than rounding.
+    # Ratios of other figures may be ratios of rounding errors.
     known = official is not None and result.criterion == "airy_kavrayskiy"
     for better in [one for one in others if known and one.share >= _HOLDS and one.value * _BETTER < first.value][:1]:
         older = ", on an older datum" if better.since < first.since else ""
@@ -224,10 +224,10 @@ def _own_zones(result: decisions.Recommendation) -> decisions.ZoneSystem | None:
 
 
 def _zones_sentence(system: decisions.ZoneSystem, words: str) -> str:
-    """The zones with their parts of the region, or the first and the last of many."""
+    """Sentence on zones: each with its part of the region, or the first and the last of many."""
     zones, parts = system.zones, {one.part for one in system.zones}
     names = [say.named(one.code, one.name) for one in zones]
-    if len(zones) > _TOLD:
+    if len(zones) > _NAMED:
         those = f"{len(zones)} from {names[0]} to {names[-1]}"
     elif len(parts) < len(zones):
         those = support.listed(names, "and")
@@ -257,7 +257,7 @@ def _brief_table(result: decisions.Recommendation) -> Table:
 
 
 def _next(result: decisions.Recommendation, use: _Use) -> dict[str, str]:
-    """Where to look, and maps that are to be made, with what they would gain."""
+    """Commands to go on with: to see the map, and to make better ones."""
     region, best = shlex.quote(result.region.name), _best(result)[0]
     found = {f"projdist heatmap {best.code} -r {region}": _VIEW}
     if use.reason:
@@ -414,13 +414,13 @@ def _recommend_regions(
         rows=lambda: [row for group in rows for row in group],
         header=["region"],
     )
-    work.leave(report, found, best, areas, [f"{name}: No CRS serves it with these options." for name in unserved])
+    work.leave(report, found, best, [f"{name}: No CRS serves it with these options." for name in unserved])
 
 
 # ---- atlas ---------------------------------------------------------------------------------------
 
-_MADE = ("any", "made")  # the purpose and the kind of map of the first table
-_ON = "WGS 84"  # the datum of maps that have no code
+_MADE = ("any", "made")  # purpose and kind of the map made to measure that the answer shows
+_ON = "WGS 84"  # datum of maps without a code
 _LEGEND = (
     "The best existing map for each purpose, and the best of all made to measure. RMS: by how much scales are off, as "
     "the root of their mean square over the place; at most: where it is worst.",
@@ -521,7 +521,7 @@ def _place_report(entry: designs.AtlasEntry) -> Report:
 
 
 def _place_answer(entry: designs.AtlasEntry) -> Iterator[str]:
-    """The official map and the best existing one; without an official one, the best and the zones."""
+    """Sentences: the official map and the best existing one, and without an official one the zones."""
     place, official = say.with_article(entry.title), entry.official
     best = next((one.existing for one in entry.purposes.values() if one.existing is not None), None)
     if official is not None:

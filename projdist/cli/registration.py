@@ -14,7 +14,7 @@ from projdist import answers, decisions, gis, matrices, plots, projections, supp
 from projdist._typing import FloatArray
 from projdist.applications import mosaics, pointclouds
 from projdist.cli import options as opt
-from projdist.cli.errors import fail, failing, progress_bar, refuse, refusing, working
+from projdist.cli.errors import fail, progress_bar, refuse, refusing, working
 from projdist.cli.report import JSON, Column, Columns, Report, Table, drawing, emit, json_text, present
 from projdist.cli.wording import rms_text
 
@@ -38,7 +38,7 @@ _Shown = mosaics.Mosaic | mosaics.MappedPanorama
 
 @dataclass(frozen=True, kw_only=True)
 class DrawnMosaic:
-    """The options of how a mosaic is drawn."""
+    """Options for drawing a mosaic."""
 
     blend: str | None = opt.option(
         mosaics.BLENDS,
@@ -135,7 +135,7 @@ def mosaic_command(
         target = MosaicFile(output, pictures, drawn, overwrite=pictured.overwrite, sheets=not turning)
     figure = None if compare is None else opt.PictureFile(compare, pictured)
     if points is None:
-        with failing(), progress_bar("images and pairs matched") as progress:
+        with refusing(code=1), progress_bar("images and pairs matched") as progress:
             points = mosaics.match(pictures, progress=progress)
     length = opt.choice("focal", focal or mosaics.FOCALS[0], mosaics.FOCALS) if turning else None
     groups, shown, results = _adjusted(points, options, all_groups, length, projection)
@@ -178,16 +178,16 @@ def _given(
 def _adjusted(
     points: mosaics.Correspondences, options: dict[str, Any], every: bool, focal: str | None, projection: str | None
 ) -> tuple[Sequence[_Group], Sequence[_Shown], list[dict[str, Any]]]:
-    """Mosaics or, with a focal length, panoramas; what is drawn of them, and their JSON; failure ends the command."""
+    """Mosaics or, with a focal length, panoramas; what to draw of them; their JSON. Failure ends the command."""
     if focal is None:
-        with failing(), working("Adjusting"):
+        with refusing(code=1), working("Adjusting"):
             found = mosaics.mosaics_of_groups(points, **options) if every else [mosaics.mosaic(points, **options)]
         return found, found, [one.to_dict() for one in found]
     cameras: dict[str, Any] = {"focal": focal, "tolerance": options["tolerance"]}
-    with failing(), working("Adjusting"):
+    with refusing(code=1), working("Adjusting"):
         groups = mosaics.panoramas_of_groups(points, **cameras) if every else [mosaics.panorama(points, **cameras)]
     mapped = []
-    with failing(), working("Finding the projection"):
+    with refusing(code=1), working("Finding the projection"):
         for one in groups:
             target: projections.ProjectionLike | None = projection
             if target is None:  # the one that distorts the visible part of the sphere least
@@ -229,11 +229,8 @@ def _mosaic_answer(result: dict[str, Any]) -> str:
         for frame, words in (("mdt", "their mean frame (MDT)"), ("best", "the frame of the best one"))
         if (total := result["frames"].get(frame)) is not None
     ]
-    return (
-        f"{count} images are distorted {support.listed(told, 'and')} (RMS)."
-        if told
-        else f"{count} images have no frame."
-    )
+    fit = f"are distorted {support.listed(told, 'and')} (RMS)" if told else "have no frame"
+    return f"{count} images {fit}."
 
 
 def _mosaic_table(result: dict[str, Any], own_images: bool) -> Table:
@@ -301,7 +298,7 @@ def _panorama_answer(result: dict[str, Any]) -> str:
 
 
 def _panorama_tables(results: Sequence[dict[str, Any]]) -> list[Table]:
-    """Of each panorama where the camera of each image points, and the errors of projections over what is visible."""
+    """For each panorama, where the camera points in each image, and errors of projections over the visible part."""
     *angles, focal = keys = ("longitude", "latitude", "roll", "focal")
     shown = [Column(key, f"{key} (°)", "{:.2f}".format) for key in angles]
     cameras: Columns = ["image", *shown, Column(focal, f"{focal} (pixels)", "{:.1f}".format)]
@@ -334,7 +331,7 @@ class MosaicFile(opt.OutputFile):
     def __init__(
         self, output: str, pictures: Sequence[mosaics.Picture], drawn: DrawnMosaic, *, overwrite: bool, sheets: bool
     ) -> None:
-        """Check the options; `sheets` tells if images may be georeferenced."""
+        """Check the options; with `sheets`, images may be georeferenced."""
         if not pictures:
             refuse(f"Invalid output '{output}'. A mosaic is drawn from images, and there are none.")
         super().__init__(opt.file_of_kind(output, mosaics.PICTURE_SUFFIXES, overwrite, "picture file"), overwrite)
@@ -361,7 +358,7 @@ class MosaicFile(opt.OutputFile):
     def save(self, found: _Shown) -> dict[str, Any]:
         """Draw and write the mosaic, in its place on Earth if it has one; returns its entry in the report."""
         try:
-            with failing():
+            with refusing(code=1):
                 drawn = mosaics.render(found, self._pictures, **self._options)
         except MemoryError as error:
             refuse(f"Invalid picture '{self.path}'. It needs more memory than there is: take fewer --pixels.", error)
@@ -408,7 +405,7 @@ def _georeference(picture: mosaics.Picture) -> mosaics.Georeference | None:
 # ---- clouds -------------------------------------------------------------------------------------
 
 
-_FARTHEST = 3  # points that are named
+_FARTHEST = 3  # points named as the farthest off
 
 
 def clouds_command(

@@ -1,4 +1,4 @@
-"""Reports, which are the answers of commands, and their rendering: text for a terminal, JSON, CSV, Markdown, a page."""
+"""Reports, the answers of commands, rendered as text for a terminal, JSON, CSV, Markdown or a page."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ from projdist.cli.wording import certain, per_cent
 
 TABLE, JSON, CSV, MARKDOWN, HTML = FORMATS = ("table", "json", "csv", "markdown", "html")
 DETAILS = "details"
-"""The format of `--details`, which is not named beside the others."""
+"""The format that `--details` selects; `--format` does not list it."""
 
 Row = Any
 """A row of a table: a mapping, or an answer whose attributes are its values."""
 
 
 def value_of(row: Row, key: str) -> Any:
-    """The value of a row; None where it has none."""
+    """The value of a row at a key, None where it has none."""
     return row.get(key) if isinstance(row, Mapping) else getattr(row, key, None)
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: the key of its values in the rows, by which it may be sorted, and how they are shown.
+    """A column of a table: the key of its values in the rows, and how they are shown.
 
-    `show` makes the text of a value, or of a value and its error where `error` is the key of that; `of` makes it of the
-    whole row. The text stands left if `left`, or if None, where values are words. With `best` the least has a star.
-    The column is left out of a table in which `only` holds for none of its values.
+    `show` formats a value, or a value and its error if `error` is the key of the error; `of` formats the whole row
+    instead. Cells are left-aligned if `left`, or, if that is None, where values are words. `best` marks the smallest
+    value with a star. A column with `only` is left out of tables in which it holds for none of the values.
     """
 
     key: str
@@ -55,7 +55,7 @@ class Column:
     only: Callable[[Any], bool] | None = None
 
     def cells(self, rows: Sequence[Row]) -> tuple[list[str], bool]:
-        """The values as texts, a dash for an undefined one; and True if they stand left, and may be folded."""
+        """The values as texts, a dash for undefined ones, and True if they are left-aligned and may be folded."""
         values, cells = [value_of(row, self.key) for row in rows], []
         for row, value in zip(rows, values, strict=True):
             if self.of is not None:
@@ -90,15 +90,15 @@ SHARED = {
 
 
 Columns = list[Column | str]
-"""Columns of a table, some given as keys: those of `SHARED`, or else of values shown as they are."""
+"""Columns of a table; a key stands for the column of `SHARED`, or else for values shown as they are."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows and the columns that are shown of them; the first `keys` columns tell what a row is of.
+    """Rows and the columns shown of them, the first `keys` of which identify a row.
 
-    In a terminal with room for it, bars show the values of the key `bars`. Under an answer stand the first `most` rows,
-    all with None.
+    In a terminal with enough room, bars show the values of the key `bars`. Below an answer only the first `most` rows
+    are shown, or all if None.
     """
 
     rows: Sequence[Row]
@@ -143,16 +143,15 @@ class Mapped(NamedTuple):
 class Report:
     """The answer of a command, which is rendered in any format.
 
-    `answer` are sentences that a reader can act on, `brief` the tables below them, or else the first of `tables`,
-    `legend` what their words mean, and `next` commands to go on with, by which a line tells what they are for. Without
-    `--details` or a file these are all that is printed, if there is an answer.
+    A report with an `answer`, sentences that a reader can act on, is printed briefly, unless to a file or with
+    `--details`: the answer, the tables `brief` (by default the first of `tables`), a `legend` of their words, and the
+    commands to go on with, `next`, each with what it is for.
 
-    `heading` is the title of a page, if not the same; `lead` are lines between the title and the tables, `sketch`
-    those of an ASCII map below them, for plain text only.
-    `data` gives what JSON has, `rows` what CSV has, if not the rows of the first table; `header` names its columns
-    where there are none. `copies` are the forms of the answer that are formats of their own; `about` is what they are
-    of. `written` are the files that the command has left, by their paths. `maps` are what a page shows, `signed` what
-    is filled in on it by hand.
+    `heading` is the title of a page if it differs from `title`; `lead` are lines between the title and the tables,
+    `sketch` those of an ASCII map below them, in plain text only. `data` makes the content of JSON, `rows` that of CSV
+    (by default the rows of the first table); `header` names the columns of CSV without rows. `copies` are the formats
+    that only this answer has, and `about` names it in messages about them. `written` are paths of files already
+    written. A page shows `maps`, and has blanks `signed` to be filled in by hand.
     """
 
     answer: Sequence[str] = ()
@@ -175,16 +174,11 @@ class Report:
     signed: Sequence[str] = ()
 
 
-def listing(rows: Sequence[Row]) -> Report:
-    """Report that is one table of rows."""
-    return Report(tables=[Table(rows, rows[0])], data=lambda: rows)
-
-
 # ---- rendering -----------------------------------------------------------------------------------
 
 
 def render(report: Report, form: str, output: Path | None = None) -> str:
-    """Text of a report in a format; ends the command with 1 if the answer has no such form."""
+    """Text of a report in a format; exits with 1 if the answer has no such form."""
     if form in report.copies:
         copy = report.copies[form]
         if copy.text is None:
@@ -212,7 +206,7 @@ def render(report: Report, form: str, output: Path | None = None) -> str:
 
 
 def _brief_text(report: Report) -> str:
-    """The answer, the best rows with the columns that fit beside each other, and what to do next."""
+    """The answer, the first rows with as many columns as fit side by side, and what to do next."""
     tables = report.tables[:1] if report.brief is None else report.brief
     text = notes_text(report.answer) + "".join(table_text(table, brief=True) for table in tables if table.rows)
     text += notes_text([*report.legend, *(f"{words}: {command}" for command, words in report.next.items())])
@@ -226,14 +220,14 @@ def _brief_text(report: Report) -> str:
 
 
 def json_text(value: object) -> str:
-    """Indented JSON, in ASCII for whatever encoding the standard output has; undefined values must be None."""
+    """Indented JSON in ASCII, which any encoding of standard output has; undefined values must be None."""
     return json.dumps(value, indent=2, allow_nan=False) + "\n"
 
 
 def wrote(*paths: object) -> str:
     """Lines `Wrote: PATH` for files and folders.
 
-    They follow a table, or are the whole output; JSON, CSV, Markdown and pages have none.
+    They follow a table, or are all of the output; JSON, CSV, Markdown and pages have none.
     """
     return "".join(f"Wrote: {path}\n" for path in paths if path)
 
@@ -241,15 +235,15 @@ def wrote(*paths: object) -> str:
 # ---- tables and notes in a terminal --------------------------------------------------------------
 
 
-_BORDER = 3  # of a column, with its padding
-_READABLE = 200  # columns: a pipe has room enough, and yet keeps the descriptions of lists readable
-_NARROWEST = (24, 16, 8)  # characters; texts wider than that are folded where there is no room
+_BORDER = 3  # characters of a column's border and padding
+_READABLE = 200  # columns in a pipe; wider descriptions of lists would be hard to read
+_NARROWEST = (24, 16, 8)  # characters to which wider texts are folded, tried in turn until there is room
 _BAR = 12  # characters of the longest bar
-_LONGEST_FIGURE = 24  # as 0.99941 .. 1.00026
+_LONGEST_FIGURE = 24  # characters, enough for 0.99941 .. 1.00026
 
 
 class _Drawn(NamedTuple):
-    """A column as text, its alignment, if its best cell is bold, the width of its widest text, and if texts fold."""
+    """A column as text: alignment, whether its best cell is bold, width, and whether its cells may fold."""
 
     head: str
     cells: list[str]
@@ -259,15 +253,15 @@ class _Drawn(NamedTuple):
     folds: bool
 
     def least(self, narrowest: int) -> int:
-        """Characters needed, with border and padding."""
+        """Fewest characters, with border and padding."""
         return _BORDER + (min(self.width, narrowest) if self.folds else self.width)
 
 
 def table_text(table: Table, output: Path | None = None, *, brief: bool = False) -> str:
     """Text of a table; columns beyond the terminal's width go to further tables, which repeat the key columns.
 
-    Figures are never cut off. In a file or a pipe the width is not limited. If `brief` it has the first rows only, and
-    the columns that fit beside each other.
+    Figures are never cut off. In a file or a pipe the width is not limited. If `brief`, only the first rows and the
+    columns that fit side by side are shown.
     """
     from rich import box
     from rich.cells import cell_len
@@ -285,7 +279,7 @@ def table_text(table: Table, output: Path | None = None, *, brief: bool = False)
         widest = max(map(cell_len, texts), default=0)
         folds = left or widest > _LONGEST_FIGURE
         columns.append(_Drawn(head, texts, left, one.best, max(cell_len(head), widest), folds))
-    # Text columns are as wide as lets each fit beside the key columns.
+    # Text columns are narrowed until every column fits beside the key columns.
     for narrowest in _NARROWEST:
         least = [column.least(narrowest) for column in columns]
         if room is None or 1 + sum(least[:keys]) + max(least[keys:], default=0) <= room:
@@ -296,7 +290,7 @@ def table_text(table: Table, output: Path | None = None, *, brief: bool = False)
         if 1 + sum(least) + column.least(narrowest) <= room:
             columns.append(column)
     stream = io.StringIO()
-    # https://no-color.org; of a dumb terminal rich would not take the width.
+    # https://no-color.org; rich would ignore the width of a dumb terminal.
     plain = os.environ.get("NO_COLOR") or os.environ.get("TERM") in ("dumb", "unknown")
     styled = terminal is not None and not plain
     blocks = [columns] if room is None else [*_blocks(columns, keys, room, narrowest)]
@@ -357,7 +351,7 @@ def takes_blocks(output: Path | None) -> bool:
 
 
 def _as_markdown(report: Report) -> str:
-    """The tables, then title, lead and notes as a list."""
+    """The tables, then the answer, title, lead and notes as a list."""
     lines = [line for line in (*report.answer, report.title, *report.lead, *report.notes) if line]
     if not report.tables:
         return "".join(f"{line}\n" for line in lines)
@@ -391,34 +385,29 @@ _TITLES_OF_FORMS = {
 
 
 def _as_page(report: Report) -> str:
-    """HTML page, whose maps are drawn now."""
+    """HTML page; its maps are drawn here."""
     maps = None
     if report.maps:
         with working("Drawing"):
             options = report.maps._asdict()
             maps = web.draw_maps(options.pop("projections"), **options)
+    made = f"Computed by projdist {__version__} with {projections.proj_version()} on {datetime.date.today():%d %B %Y}"
     return web.page_html(
         web.Page(
             title=report.heading or report.title,
             lead=[*report.answer, *report.lead],
             tables=[_page_table(table) for table in report.tables],
-            notes=[*([report.title] if report.heading else []), *report.notes, *_method()],
+            notes=[
+                *([report.title] if report.heading else []),
+                *report.notes,
+                f"{made}, from the derivatives of the maps over the region, by true area.",
+                "The distortion at a place is sqrt(ln^2 a + ln^2 b), of the largest and the smallest scale there. "
+                'Reference: D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications".',
+            ],
             copies={name: text for name, text in _copies(report) if text},
             maps=maps,
             signed=report.signed,
         )
-    )
-
-
-def _method() -> Iterator[str]:
-    """How and when the figures of a page were computed."""
-    yield (
-        f"Computed by projdist {__version__} with {projections.proj_version()} on {datetime.date.today():%d %B %Y}, "
-        "from the derivatives of the maps over the region, by true area."
-    )
-    yield (
-        "The distortion at a place is sqrt(ln^2 a + ln^2 b), of the largest and the smallest scale there. Reference: "
-        'D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications".'
     )
 
 
@@ -441,7 +430,7 @@ def _page_table(table: Table) -> web.PageTable:
 
 
 def _copies(report: Report) -> Iterator[tuple[str, str | None]]:
-    """Texts to copy: the command, and the forms of the answer or else of its maps."""
+    """Texts to copy by title: the command, and the forms of the answer or else of its maps."""
     yield "Command", shlex.join(["projdist", *sys.argv[1:]])
     yield from ((_TITLES_OF_FORMS[form], copy.text) for form, copy in report.copies.items())
     if report.maps and not report.copies:
@@ -456,7 +445,7 @@ def _copies(report: Report) -> Iterator[tuple[str, str | None]]:
                 yield f"WKT2: {title}", projections.crs_wkt(projection, projection.name)[0]
 
 
-# ---- what a command leaves ------------------------------------------------------------------
+# ---- output --------------------------------------------------------------------------------------
 
 
 def present(report: Report, form: str, output: Path | None = None, overwrite: bool = False) -> None:
@@ -470,9 +459,9 @@ def emit(text: str, output: Path | None, overwrite: bool = False, *, told: bool 
         with refusing():
             if output is None:
                 sys.stdout.write(text)
-                sys.stdout.flush()  # so that what cannot be written is an error here, and not when the process ends
+                sys.stdout.flush()  # so that an error of writing is raised here, and not at exit
             else:
-                with support.replacing(output, overwrite=overwrite) as new:  # which is never left half-written
+                with support.replacing(output, overwrite=overwrite) as new:  # never left half-written
                     new.write_bytes(text.encode(errors="backslashreplace"))
     except OSError as error:
         if output is None and error.errno == errno.EPIPE:
@@ -489,7 +478,7 @@ def tell_written(*paths: object) -> None:
 
 @contextlib.contextmanager
 def drawing(output: Path) -> Iterator[None]:
-    """Report errors of drawing or writing a file, and end the command."""
+    """Report an error in drawing or writing a file, and end the command."""
     try:
         with refusing():
             yield

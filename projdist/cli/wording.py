@@ -1,4 +1,4 @@
-"""Answers in words: numbers with the digits that are certain, errors as people say them, regions and maps by name."""
+"""Answers in words: numbers with their certain digits, errors in everyday terms, regions and maps by name."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 
-from projdist import decisions, earth, regions
-from projdist.support import listed
+from projdist import decisions, earth, regions, support
 
 # ---- numbers -------------------------------------------------------------------------------------
 
@@ -15,10 +14,10 @@ from projdist.support import listed
 _DIGITS = 5
 _MOST_DECIMALS = 10  # a tenth of a millimetre in 1000 km
 _LONGEST_LABEL = 60
-_WORDS = re.compile(r"[\w-]+( [\w-]+)+")  # that a CRS was found by
-_PLAIN = re.compile(r"\+proj=\w+ \+R=\S+|[\w+=@,-]*[a-z][\w+=@,-]*")  # its name says all of it
-_LARGE = 1e6  # from where on a number has an exponent
-_ROUNDING = 1e-5  # an error up to which what is no more is nothing, in the unit of any figure
+_WORDS = re.compile(r"[\w-]+( [\w-]+)+")  # by which a CRS was found
+_PLAIN = re.compile(r"\+proj=\w+ \+R=\S+|[\w+=@,-]*[a-z][\w+=@,-]*")  # its name says it all
+_LARGE = 1e6  # from here on, numbers have an exponent
+_ROUNDING = 1e-5  # a figure within an error up to this, in its unit, is shown as zero
 WHOLE = 0.9999995
 """A share that is shown as 100 %."""
 
@@ -66,7 +65,7 @@ def with_error(value: float, error: float) -> str:
 
 
 def _plain(value: float, digits: int) -> str:
-    """A number with significant digits and thousands separators; an exponent from a million on."""
+    """A number with so many significant digits and thousands separators, from a million on with an exponent."""
     few = float(f"{value:.{digits}g}")
     return f"{few:,.0f}" if 10.0 ** (digits - 1) <= abs(few) < _LARGE else f"{few:.{digits}g}"
 
@@ -102,18 +101,18 @@ def covers(coverage: float) -> list[str]:
 
 
 def shortened(text: str, most: int) -> str:
-    """A text of at most so many characters."""
+    """A text cut to at most so many characters."""
     return text if len(text) <= most else f"{text[: most - 3].rstrip()}..."
 
 
 def label_of(given: str, name: str) -> str:
-    """The projection as given, or its name if that is long, as WKT, a number alone, or words."""
+    """The projection as given, or its name if that is unclear: long like WKT, a bare number, or words."""
     unclear = len(given) > _LONGEST_LABEL or "\n" in given or given.isdecimal() or _WORDS.fullmatch(given)
     return name if unclear else given
 
 
 def spoken(given: str, name: str) -> str:
-    """The projection in a sentence: Robinson for robin, else as its label."""
+    """The projection in a sentence: Robinson for robin, else its label."""
     return name if _PLAIN.fullmatch(given) else label_of(given, name)
 
 
@@ -126,38 +125,25 @@ def caption(code: str, name: str) -> str:
 # ---- errors, places and maps -----------------------------------------------------------------------
 
 
-_SMALL = 0.02  # a relative error below which it is told as 1 in so many
+_SMALL = 0.02  # relative error below which the text is 1 in so many
 _TRUE = 1e-7  # a relative error that is rounding: a centimetre in 100 km
 _TRUE_DEGREES = 1e-5  # an angle that is rounding: 0.04 seconds of arc
-_ROUND = 179.0  # degrees, near which an angle is off by any amount
-_WHOLE_PER_CENT = 0.1  # an error that is told in whole per cent
-_SAME = 1.0005  # a ratio that is none
-_TIMES = 2.0  # a ratio that is told in per cent below, in times above
+_ROUND = 179.0  # degrees; from here on, an angle is off by any amount
+_WHOLE_PER_CENT = 0.1  # error from which on the text is in whole per cent
+_SAME = 1.0005  # ratio below which two distortions are called equal
+_TIMES = 2.0  # ratio below which the text is in per cent, above in times
 TRUE, NO_BOUND = "true", "without bound"
 _CODE, _MAIN = re.compile(r" \([A-Z]{2}\)"), ", main part"  # of a region's title
 _SEAS = (" Atlantic", " Pacific", " Ocean", " Sea")
 _WITH_ARTICLE = {
     *("globe", "land", "ocean", "Bahamas", "British Virgin Is.", "Cayman Is.", "Central African Rep.", "Comoros"),
     *("Cook Is.", "Dem. Rep. Congo", "Dominican Rep.", "Faeroe Is.", "Falkland Is.", "Gambia", "Maldives"),
-    *(
-        "Andean Community",
-        "Arabian Peninsula",
-        "Baltic states",
-        "British Isles",
-        "Caribbean",
-        "Contiguous United States",
-    ),
-    *(
-        "East African Community",
-        "European Economic Area",
-        "European Union",
-        "Gulf Cooperation Council",
-        "Horn of Africa",
-    ),
-    *("Iberian Peninsula", "Korean Peninsula", "Lower Mainland", "Maghreb", "Middle East and North Africa"),
-    *("Nordic countries", "South Caucasus", "Visegrad Group", "Western Balkans"),
-    *("Marshall Is.", "N. Mariana Is.", "Netherlands", "Philippines", "Pitcairn Is.", "Solomon Is."),
-    *("Turks and Caicos Is.", "U.S. Virgin Is."),
+    *("Andean Community", "Arabian Peninsula", "Baltic states", "British Isles", "Caribbean"),
+    *("Contiguous United States", "East African Community", "European Economic Area", "European Union"),
+    *("Gulf Cooperation Council", "Horn of Africa", "Iberian Peninsula", "Korean Peninsula", "Lower Mainland"),
+    *("Maghreb", "Middle East and North Africa", "Nordic countries", "South Caucasus", "Visegrad Group"),
+    *("Western Balkans", "Marshall Is.", "N. Mariana Is.", "Netherlands", "Philippines", "Pitcairn Is."),
+    *("Solomon Is.", "Turks and Caicos Is.", "U.S. Virgin Is."),
 }
 
 
@@ -174,13 +160,7 @@ def up(value: float) -> str:
 
 def distance_error(error: float) -> str:
     """The largest relative error of distances: `1 in 2,500`, `12 %`, a factor; a bound that holds."""
-    if error < _TRUE:
-        return TRUE
-    if not math.isfinite(error):
-        return NO_BOUND
-    if error < _SMALL:
-        return f"1 in {_digits(1.0 / error, -1.0):,.0f}"
-    return area_error(error)
+    return f"1 in {_digits(1.0 / error, -1.0):,.0f}" if _TRUE <= error < _SMALL else area_error(error)
 
 
 def area_error(error: float) -> str:
@@ -205,26 +185,27 @@ def errors_text(distances: float, areas: float, degrees: float, *, mean: bool = 
     Those of distances and areas are relative. Infinite ones, and angles that turn right round, are without bound.
     """
     told = {"distances": distance_error(distances), "areas": area_error(areas), "angles": angle_error(degrees)}
-    return told_text(told, mean=mean)
+    return error_sentence(told, mean=mean)
 
 
-def told_text(told: Mapping[str, str], *, mean: bool = False) -> str:
-    """Errors in words, by what they are of, in a sentence."""
+def error_sentence(told: Mapping[str, str], *, mean: bool = False) -> str:
+    """A sentence of errors in words, given by the thing that is off."""
     off = [f"{what} by {text}" for what, text in told.items() if text not in (TRUE, NO_BOUND)]
-    parts = [listed(off, "and").replace(" by ", " are off by " if mean else " are off by at most ", 1)] if off else []
+    are = " are off by " if mean else " are off by at most "
+    parts = [support.listed(off, "and").replace(" by ", are, 1)] if off else []
     for text, words in ((NO_BOUND, "off without bound"), (TRUE, "true")):
         those = [what for what, error in told.items() if error == text]
-        parts += [f"{listed(those, 'and')} are {words}"] if those else []
+        parts += [f"{support.listed(those, 'and')} are {words}"] if those else []
     return f"{'on average ' * mean}{'; '.join(parts)}"
 
 
 def distortion_text(found: decisions.Distortion) -> str:
-    """What a map does over a region, at its worst place, or on average where that has no bound."""
-    if math.isfinite(found.max_scale_error_ppm):
-        worst = (found.max_scale_error_ppm, found.max_areal_error_ppm, found.max_omega)
-        return errors_text(1e-6 * worst[0], 1e-6 * worst[1], worst[2])
-    mean = (found.mean_scale_error_ppm, found.mean_areal_error_ppm, found.mean_omega)
-    return errors_text(1e-6 * mean[0], 1e-6 * mean[1], mean[2], mean=True)
+    """The errors of a map over a region, the largest, or the mean ones where those have no bound."""
+    of = "max" if math.isfinite(found.max_scale_error_ppm) else "mean"
+    scale, area, angle = (
+        getattr(found, f"{of}_{figure}") for figure in ("scale_error_ppm", "areal_error_ppm", "omega")
+    )
+    return errors_text(1e-6 * scale, 1e-6 * area, angle, mean=of == "mean")
 
 
 def rms_text(error: float) -> str:
@@ -243,7 +224,7 @@ def times_text(ratio: float) -> str:
 
 
 def less_text(ratio: float) -> str:
-    """A ratio above 1, from the other side: 36 % less."""
+    """How much less distortion, by the ratio of the larger to the smaller: 36 % less."""
     return f"{min(99.0, 100.0 * (1.0 - 1.0 / ratio)):.2g} % less"
 
 
@@ -264,11 +245,6 @@ def region_words(region: regions.Place) -> str:
 def with_article(name: str) -> str:
     """The name of a place in a sentence: the Philippines, the South Pacific."""
     return f"the {name}" if name.startswith("United ") or name.endswith(_SEAS) or name in _WITH_ARTICLE else name
-
-
-def of(name: str) -> str:
-    """The possessive of a name: Kenya's, the Netherlands'."""
-    return f"{name}'" if name.endswith("s") else f"{name}'s"
 
 
 def named(code: str, name: str) -> str:

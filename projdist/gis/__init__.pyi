@@ -24,7 +24,7 @@ from .rasters import (
     save_raster,
     save_sheet,
 )
-from .reading import TABLE_SUFFIXES, frame_of, plain_table, read_data, read_points, save_points
+from .reading import TABLE_SUFFIXES, plain_table, read_data, read_points, save_points
 from .weights import weighted
 
 __all__ = [
@@ -42,7 +42,6 @@ __all__ = [
     "convert",
     "convert_frame",
     "factor_arrays",
-    "frame_of",
     "frame_of_geojson",
     "frame_of_regions",
     "georeference_of",

@@ -1,4 +1,4 @@
-"""Data converted to another CRS, also to one that was designed: layers by PROJ, rasters by GDAL's warp."""
+"""Conversion of data to another CRS, even one made by `design`: of layers by PROJ, of rasters by GDAL's warp."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ import shapely
 from projdist import projections, regions, support
 from projdist._typing import AnyPath, FloatArray, IntArray
 from projdist.gis import layers
-from projdist.gis.layers import needed_for
 from projdist.gis.rasters import BESIDE, FLAVOURS, RASTER_SUFFIXES, flavour_of, geotiff_options
 from projdist.gis.reading import first_of, read_data
 from projdist.projections import CRS, Projection, crs_of
@@ -32,13 +31,13 @@ _CRS_SUFFIXES = (".wkt", ".prj", ".json")
 _METHOD = "PROJ-based operation method"  # in the WKT of CRSs that WKT 1 cannot express
 _DEGREE_KM = 111.0  # along a meridian; 110.6 at the equator, 111.7 at the poles
 _LOOKS = 21  # points along the side of a raster
-_MOST_PIXELS, _MANY = 1e9, 100  # at most, or times those of the source: GDAL's warp cannot be interrupted
-_MOST_PIECES = 1e7  # of edges: 1 GB, and eight seconds
+_MOST_PIXELS, _MANY = 1e9, 100  # pixels, or times those of the source, as GDAL's warp cannot be interrupted
+_MOST_PIECES = 1e7  # of edges; they take 1 GB and eight seconds
 
 
 @dataclass(frozen=True, kw_only=True)
 class Conversion:
-    """The files written, of the data and of their CRS in WKT (or None), and a note, or ""."""
+    """Paths of the converted data and of their CRS in WKT, if that was written, and a note, or ""."""
 
     path: Path
     wkt: Path | None
@@ -58,9 +57,9 @@ def convert(
 ) -> Conversion:
     """Convert a file of points, lines, polygons or pixels to another CRS.
 
-    All formats but GeoParquet store a CRS made by `design` in an older WKT that other programs misread; projdist still
-    reads it, except from GeoTIFFs. It is therefore also written beside the data, to a file `.wkt`, and for a GeoTIFF to
-    its `.aux.xml`. Data outside the area of use of the CRS are converted, with a notice.
+    All formats except GeoParquet store a CRS made by `design` in an older WKT that other programs misread; projdist
+    still reads it, except from GeoTIFFs. It is therefore also written to a `.wkt` file beside the data, and for a
+    GeoTIFF to its `.aux.xml`. Data outside the area of use of the CRS are converted, with a notice.
 
     Parameters
     ----------
@@ -131,7 +130,7 @@ def convert(
 
 
 def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | None = None) -> Any:
-    """A GeoDataFrame in another CRS, with the options of `convert`; what it cannot show loses its geometry."""
+    """A GeoDataFrame in another CRS, as by `convert`; features that it cannot show lose their geometry."""
     target, given = _crs(to), frame.crs if source is None else source
     if given is None:
         raise ValueError("Invalid data. They have no CRS; it must be given (--from, source=).")
@@ -171,7 +170,7 @@ def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | N
 
 
 def _tell_of_elsewhere(source: CRS, target: CRS, points: FloatArray, owner: IntArray, things: str) -> None:
-    """Warn of things with most of their points, (n, 2) in the CRS of the data, outside the target's area of use."""
+    """Warn of things with most of their points (n, 2), in the CRS of the data, outside the target's area of use."""
     is_for_place = target.area_of_use is not None and _is_map(target) and len(points) > 0
     area = Projection.from_user_input(target).area_of_use if is_for_place else None
     if area is None:
@@ -186,7 +185,7 @@ def _tell_of_elsewhere(source: CRS, target: CRS, points: FloatArray, owner: IntA
 
 
 def _is_map(crs: CRS) -> bool:
-    """True for a projected CRS, also one by a method of PROJ's own."""
+    """True for a projected CRS, also one with a method of PROJ's own."""
     return bool(crs.is_projected or _METHOD in crs.to_wkt())
 
 
@@ -205,7 +204,7 @@ def _crs(given: Any) -> CRS:
 
 
 def _beside(path: Path, target: CRS, overwrite: bool) -> Path | None:
-    """The .wkt file for a CRS that the data's format spoils, else None; FileExistsError for one with another CRS."""
+    """The .wkt file for a CRS that the data's format spoils, or None; FileExistsError if it has another CRS."""
     if _METHOD not in target.to_wkt() or path.suffix.lower() == ".parquet":
         return None
     beside = path.with_suffix(".wkt")
@@ -221,17 +220,12 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
     """Write a layer in another CRS; returns a note if the file has lost the CRS, else ""."""
     frame = convert_frame(read_data(data), target, source=source, densify=densify)
     suffix = path.suffix.lower()
-    if suffix == ".geojson":
-        layers.save_layer(frame, path, overwrite=new)
-    elif suffix == ".parquet":
-        with needed_for(f"output '{path}'"):
-            import pyarrow  # noqa: F401
-        with support.replacing(path, overwrite=new) as file:
-            frame.to_parquet(file)
+    if suffix in (".geojson", ".parquet"):
+        layers.check_libraries(path)
+    with support.replacing(path, overwrite=new, beside=_PARTS if suffix == ".shp" else ()) as file:
+        layers.write_layer(frame, file, suffix)
+    if suffix == ".parquet":
         return ""
-    else:
-        with support.replacing(path, overwrite=new, beside=_PARTS if suffix == ".shp" else ()) as file:
-            layers.write_layer(frame, file, suffix)
     import geopandas
 
     found = geopandas.read_file(path, rows=0).crs
@@ -248,9 +242,9 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
 def _warp(
     data: str, target: CRS, path: Path, source: CRS | None, resampling: str, resolution: float | None, overwrite: bool
 ) -> tuple[str, str]:
-    """Write a raster in another CRS; returns a note on where the CRS is, and one on pixels outside, or ""."""
+    """Write a raster in another CRS; returns notes on where the CRS is and on pixels outside, or ""."""
     support.check_choice("resampling", resampling, RESAMPLINGS)
-    with needed_for(f"output '{path}'"):
+    with layers.needed_for(f"output '{path}'"):
         import rasterio
         import rasterio.warp
         from rasterio._err import CPLE_BaseError

@@ -7,6 +7,7 @@ import csv
 import json
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 @contextlib.contextmanager
 def needed_for(thing: str) -> Iterator[None]:
-    """Context for imports of optional libraries: turns an ImportError into one line that says what to install."""
+    """Context for imports of optional libraries; an ImportError becomes one line that says what to install."""
     try:
         yield
     except ImportError as error:
@@ -37,18 +38,14 @@ def needed_for(thing: str) -> Iterator[None]:
 
 
 def check_libraries(path: Path) -> None:
-    """Check, before the work, that the libraries for a file of that suffix are there; raises ImportError."""
+    """Raise ImportError if a library that writes files of that suffix is missing."""
     suffix = path.suffix.lower()
+    names = ["rasterio"] if suffix in (".tif", ".tiff") else ["geopandas", "pyogrio"]
+    if suffix in (".parquet", *LAYER_SUFFIXES):  # in which some CRSs are written
+        names.append("pyarrow")
     with needed_for(f"output '{path}'"):
-        if suffix in (".tif", ".tiff"):
-            import rasterio  # noqa: F401 whether it is there
-
-            return
-        import geopandas  # noqa: F401
-        import pyogrio  # noqa: F401
-
-        if suffix in (".parquet", *LAYER_SUFFIXES):  # some CRSs are written with it
-            import pyarrow  # noqa: F401
+        for name in names:
+            import_module(name)
 
 
 def frame_of_geojson(content: bytes) -> geopandas.GeoDataFrame:
@@ -83,8 +80,8 @@ LAYER_SUFFIXES = (".gpkg", ".geojson")
 DRIVERS = {".gpkg": "GPKG", ".geojson": "GeoJSON", ".fgb": "FlatGeobuf", ".shp": "ESRI Shapefile"}
 """GDAL's drivers by suffix."""
 
-_NO_PLACE = 'LOCAL_CS["Plane of a map without a CRS",UNIT["metre",1],AXIS["x",EAST],AXIS["y",NORTH]]'
-_VERTICES = 72
+_LOCAL_CRS = 'LOCAL_CS["Plane of a map without a CRS",UNIT["metre",1],AXIS["x",EAST],AXIS["y",NORTH]]'
+_VERTICES = 72  # of an indicatrix
 _NAMES = ("a", "b", "h", "k", "s", "omega")
 
 
@@ -130,11 +127,6 @@ def save_layer(
     check_libraries(path)
     with support.replacing(path, overwrite=overwrite) as new:
         write_layer(frame, new, suffix, layer)
-        if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority(min_confidence=100) is None):
-            # As WKT, which GDAL reads; itself it writes only codes, and none means WGS 84.
-            crs = {"type": "name", "properties": {"name": _NO_PLACE if frame.crs is None else frame.crs.to_wkt()}}
-            collection = {"type": None, "crs": None} | json.loads(new.read_text(encoding="utf-8"))
-            new.write_text(json.dumps(collection | {"crs": crs}), encoding="utf-8")
     return path
 
 
@@ -152,6 +144,9 @@ def save_layers(frames: Mapping[str, geopandas.GeoDataFrame], path: AnyPath, *, 
 
 def write_layer(frame: geopandas.GeoDataFrame, path: Path, suffix: str, layer: str | None = None) -> None:
     """Write a GeoDataFrame in the format of a suffix, also in a CRS that WKT 1 cannot express; raises OSError."""
+    if suffix == ".parquet":
+        frame.to_parquet(path)
+        return
     import pyogrio
     import pyogrio.errors
 
@@ -170,16 +165,20 @@ def write_layer(frame: geopandas.GeoDataFrame, path: Path, suffix: str, layer: s
         try:
             if wkt1:
                 pyogrio.write_dataframe(frame, path, **options)
-                return
-            # write_dataframe insists on WKT 1, which cannot express Equal Earth.
-            import pyarrow as pa
+            else:  # write_dataframe insists on WKT 1, which cannot express Equal Earth
+                import pyarrow as pa
 
-            table = pa.table(frame.to_arrow(index=False, geometry_encoding="WKB"))
-            kinds, wkt = frame.geom_type.dropna().unique(), frame.crs.to_wkt()
-            kind = kinds[0] if len(kinds) == 1 else "Unknown"
-            pyogrio.write_arrow(table, path, geometry_name=frame.geometry.name, geometry_type=kind, crs=wkt, **options)
+                table = pa.table(frame.to_arrow(index=False, geometry_encoding="WKB"))
+                kinds, name = frame.geom_type.dropna().unique(), frame.geometry.name
+                options |= {"geometry_type": kinds[0] if len(kinds) == 1 else "Unknown"}
+                pyogrio.write_arrow(table, path, geometry_name=name, crs=frame.crs.to_wkt(), **options)
         except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
             raise OSError(support.one_line(error)) from error
+    if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority(min_confidence=100) is None):
+        # As WKT, which GDAL reads; it writes only codes itself, and GeoJSON without one is in WGS 84.
+        crs = {"type": "name", "properties": {"name": _LOCAL_CRS if frame.crs is None else frame.crs.to_wkt()}}
+        collection = {"type": None, "crs": None} | json.loads(path.read_text(encoding="utf-8"))
+        path.write_text(json.dumps(collection | {"crs": crs}), encoding="utf-8")
 
 
 # ---- old maps ------------------------------------------------------------------------------------
@@ -245,9 +244,8 @@ def old_map_layers(
             for pieces in levels.values()
         ]
         if levels:
-            layers[measure] = geopandas.GeoDataFrame({"level": list(levels)}, geometry=merged, crs=wkt).explode(
-                ignore_index=True
-            )
+            joined = geopandas.GeoDataFrame({"level": list(levels)}, geometry=merged, crs=wkt)
+            layers[measure] = joined.explode(ignore_index=True)
     return layers
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -10,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from projdist import answers, earth, projections, support, surfaces
+from projdist import answers, earth, field, projections, support, surfaces
 from projdist._typing import AnyArray, AnyPath, FloatArray
 from projdist.applications.mosaics import Georeference
 from projdist.applications.oldmaps import RectifiedScan
-from projdist.field import jacobian, measure_at
 from projdist.gis.layers import needed_for
 from projdist.matrices import Measure, get_measure
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     import xarray
 
 GRIDS = ("map", "lonlat")
-"""The map's own CRS, or longitude and latitude."""
+"""Names of the map's own CRS and of longitude and latitude as the CRS of a raster."""
 
 DEFAULT_SIZE = 1000  # pixels of the longer side
 
 _MOST_VALUES = 1e8  # of all bands; 800 MB
-_WHOLE = 1e-9  # of a pixel: an extent that ends this near to a pixel's edge ends there
+_WHOLE = 1e-9  # of a pixel: an extent that ends this near to a pixel's edge ends at it
 # A pixel's centre is on the map if its inverse comes back within a share of a pixel, limited to shares of the Earth's
 # radius: at least 6 mm, more than inverses lose, and at most 6 m, which limits pixels of several km.
 _BACK, _BACK_LEAST, _BACK_MOST = 1e-3, 1e-9, 1e-6
@@ -92,7 +92,7 @@ def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resol
 
 
 def _check_number(values: float, what: str) -> None:
-    """Raise ValueError for no or too many values."""
+    """Raise ValueError for too few or too many values."""
     if not 1 <= values <= _MOST_VALUES:
         raise ValueError(f"Invalid {what}. It makes {values:.3g} values; there must be 1 to {_MOST_VALUES:.0e}.")
 
@@ -153,15 +153,15 @@ def raster(
         x, y = np.linalg.solve(plane.to_metres, np.array([[x0, x0, x1, x1], [y0, y1, y0, y1]]))
         extent = float(x.min()), float(y.min()), float(x.max()), float(y.max())
         found, wkt = pixels(extent, len(chosen), size, resolution), plane.wkt
-        side, own = min(found.width, found.height), plane
-        values = _values(projection, chosen, area, lambda u, v: on_plane(projection, own, side, u, v), found)
+        places = functools.partial(on_plane, projection, plane, min(found.width, found.height))
+        values = _values(projection, chosen, area, places, found)
         if not np.isfinite(values).any():
             note = f"PROJ's inverse of {projection.name} leads to other points; {_INSTEAD}"
             plane, flavour = None, FLAVOURS[0]
     if plane is None:
         graticule = projections.graticule_of(projection)
 
-        def places(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        def on_earth(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
             """Degrees of coordinates; NaN beyond the poles, where outer pixels may lie."""
             lon, lat = graticule.angles.to_degrees(u, v)
             outside = np.abs(lat) > 90.0
@@ -171,7 +171,7 @@ def raster(
         (x0, x1), (y0, y1) = graticule.angles.from_degrees(np.array([west, east]), np.array([south, north]))
         extent = float(x0), float(y0), float(x1), float(y1)
         found, wkt = pixels(extent, len(chosen), size, resolution), graticule.wkt
-        values = _values(projection, chosen, area, places, found)
+        values = _values(projection, chosen, area, on_earth, found)
         if not np.isfinite(values).any():
             raise ValueError(
                 f"Invalid region '{area.name}'. No pixel's centre in it has a value; it needs smaller pixels."
@@ -201,18 +201,18 @@ def _values(
         inside = np.isfinite(lon)
         inside[inside] = region.contains(lon[inside], lat[inside])
         lon, lat = lon[inside], lat[inside]
-        J = jacobian(projection, lon, lat)
+        J = field.jacobian(projection, lon, lat)
         for band, measure in zip(values, measures, strict=True):
-            found = measure_at(projection, measure, lon, lat, J)
+            found = field.measure_at(projection, measure, lon, lat, J)
             band[first:last][inside] = np.where(np.isfinite(found), found, np.nan)
     return values
 
 
 # ---- GeoTIFF --------------------------------------------------------------------------------
 
-# Of GeoTIFF keys: the second holds more CRSs, as Equal Earth; fewer programs read it.
+# Of GeoTIFF keys; the second holds more CRSs, such as Equal Earth, but fewer programs read it.
 FLAVOURS = ("STANDARD", "ESRI_PE")
-BESIDE = ".aux.xml"  # suffix of the file in which GDAL puts what a GeoTIFF cannot hold
+BESIDE = ".aux.xml"  # suffix of the file where GDAL puts what a GeoTIFF cannot hold
 
 
 def geotiff_options(shape: tuple[int, int, int], dtype: str, crs: Any, transform: Any, flavour: str) -> dict[str, Any]:
@@ -224,7 +224,7 @@ def geotiff_options(shape: tuple[int, int, int], dtype: str, crs: Any, transform
 
 
 def _held_plane(projection: Projection) -> tuple[ProjectedCrs | None, str, str]:
-    """The plane of a map, the flavour of its GeoTIFF keys, and a note; no plane if it is not invertible or not held."""
+    """The plane of a map if it has an inverse and fits a GeoTIFF, the flavour of the keys, and a note."""
     plane = projected_crs_of(projection)
     if plane is None:
         return None, FLAVOURS[0], f"{projection.name} has no CRS; {_INSTEAD}"

@@ -7,7 +7,7 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +47,7 @@ def read_data(path: AnyPath) -> Any:
 
 
 def _read(text: str, thing: str) -> Any:
-    """The frame of a file; `thing`, points or data, names it in messages."""
+    """The frame of a file of points or data, which `thing` says."""
     invalid = f"Invalid {thing} file '{text}'."
     with needed_for(f"{thing} file '{text}'"):
         import geopandas  # noqa: F401
@@ -72,8 +72,8 @@ def _read(text: str, thing: str) -> Any:
             frame, lost = _read_layer(name, layer or layers[0])
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
         raise ValueError(f"{invalid} It cannot be read: {one_line(error)}.") from error
-    for text in list(dict.fromkeys(one_line(warning.message) for warning in caught))[:_NAMED]:
-        tell(f"GDAL says of '{name}': {text}.")
+    for said in list(dict.fromkeys(one_line(warning.message) for warning in caught))[:_NAMED]:
+        tell(f"GDAL says of '{name}': {said}.")
     if lost:
         numbers = first_of(lost)
         tell(f"{len(lost)} feature(s) of '{name}' have a geometry that cannot be read and is left out: {numbers}.")
@@ -95,7 +95,7 @@ def first_of(numbers: Sequence[int]) -> str:
 
 
 def _read_layer(name: str, layer: str) -> tuple[Any, list[int]]:
-    """A layer as GDAL reads it, and numbers from 1 of features that GEOS cannot make, as a line of one point."""
+    """A layer as GDAL reads it, and the numbers, from 1, of features that GEOS cannot make (a line of one point)."""
     import geopandas
     import pyogrio
 
@@ -124,7 +124,7 @@ def _stated_crs(name: str) -> Any:
         depth += {"{": 1, "[": 1, "}": -1, "]": -1}.get(token[0], 0)
         value = re.compile(r"\s*:\s*").match(text, token.end()) if depth == 1 and token[0] == '"crs"' else None
         if value is not None:
-            with contextlib.suppress(ValueError):  # a file that ends there, which GDAL refuses
+            with contextlib.suppress(ValueError):  # the file ends there; GDAL will refuse it
                 return json.JSONDecoder().raw_decode(text, value.end())[0]
     return None
 
@@ -151,7 +151,7 @@ def _read_table(name: str) -> Any:
     table = projections.read_point_table(Path(name), f"Invalid points file '{name}'.")
 
     def parsed(column: pd.Series) -> pd.Series:
-        """A column as numbers if all of it is numbers; one with leading zeros has codes and stays text."""
+        """A column as numbers if all are numbers; one with leading zeros has codes, and stays text."""
         if column.str.match(r"\s*[+-]?0\d").any() or not column.str.strip().any():
             return column
         try:
@@ -201,13 +201,6 @@ def save_points(projection: ProjectionLike, frame: Any, path: AnyPath, *, overwr
                 f"Invalid output '{path}'. GeoJSON is in WGS 84, to which PROJ has no way from {layer.crs.name}."
             ) from error
     return save_layer(layer, path, overwrite=overwrite)
-
-
-def frame_of(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """A frame of rows; None among numbers becomes NaN."""
-    import pandas as pd
-
-    return pd.DataFrame(list(rows))
 
 
 def plain_table(projection: ProjectionLike, frame: Any) -> pd.DataFrame:

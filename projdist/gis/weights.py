@@ -1,4 +1,4 @@
-"""Weights from rasters, as of population, for figures by people instead of by area."""
+"""Weights from rasters, such as population, for figures weighted by people instead of by area."""
 
 from __future__ import annotations
 
@@ -11,25 +11,24 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from projdist import projections, support
 from projdist._typing import AnyPath, BoolArray, FloatArray
 from projdist.gis.layers import needed_for
-from projdist.projections import ground_of, tell_of_degrees, unprojected
 from projdist.regions import PointSet, Region, RegionEdges, RegionLike, get_region
-from projdist.support import check_raster, one_line
 
 _MOST = 1_000_000  # cells that become points; more are added up in blocks
-_AT_ONCE = 4_000_000  # cells in memory: 32 MB, about seven times
+_AT_ONCE = 4_000_000  # cells read at a time: about seven arrays of 32 MB
 _LOOK = 16  # cells on a side of a square that is tested as a whole
-_BENT = 0.25  # of its size, by which such a square, however curved, may leave the box of its corners
+_BENT = 0.25  # of its size, by which such a square, if curved, may reach beyond the box of its corners
 
 
 def weighted(region: RegionLike, path: AnyPath, *, band: int = 1) -> PointSet:
     """The cells of a raster whose middles are in a region, as points weighted by the cells' values.
 
     The values are counts, as of people, with the band's scale and offset applied; a cell without data has weight 0.
-    With more than a million cells over the region, the cells in it are added up in square blocks, each a point at its
-    centre of gravity; `coarse` are the points of blocks twice as wide, from which `summarize` estimates the error of
-    that. Raises ValueError for an invalid file, band or value, and if no cell is left, ImportError without rasterio.
+    If there are more than a million cells over the region, those in it are added up in square blocks, each a point at
+    its centre of gravity; `coarse` has the points of blocks twice as wide, by which `summarize` estimates the error of
+    this. Raises ValueError for an invalid file, band or value, and if no cell is left, ImportError without rasterio.
     """
     place = get_region(region)
     text = f"Invalid weights '{path}'."
@@ -44,16 +43,16 @@ def weighted(region: RegionLike, path: AnyPath, *, band: int = 1) -> PointSet:
                 raise ValueError(f"{text} It has {image.count} band(s), and no band {band}.")
             if image.crs is None:
                 raise ValueError(f"{text} It states no CRS.")
-            check_raster(image, [band], text)
+            support.check_raster(image, [band], text)
             corners = image.transform @ (np.array([0, image.width] * 2), np.repeat([0, image.height], 2))
             bounds = [edge(side) for edge in (np.min, np.max) for side in corners]
-            tell_of_degrees(image.crs.to_wkt(), bounds, f"'{path}'", "raster")
-            ellipsoid = ground_of(image.crs.to_wkt())
+            projections.tell_of_degrees(image.crs.to_wkt(), bounds, f"'{path}'", "raster")
+            ellipsoid = projections.ground_of(image.crs.to_wkt())
             if ellipsoid is not None and ellipsoid.is_of_another_body:
                 place = cast(Region, get_region(region, ellipsoid))
             fine, coarse = _Raster(image, band, text, place).points()
     except RasterioError as error:
-        raise ValueError(f"{text} It cannot be read: {one_line(error)}.") from error
+        raise ValueError(f"{text} It cannot be read: {support.one_line(error)}.") from error
     name = f"{place.name} weighted by {Path(path).name}"
     on = getattr(place, "ellipsoid", None)
     sparser = None if coarse is None else PointSet(*coarse, name, ellipsoid=on)
@@ -119,10 +118,10 @@ class _Raster:
 
     def _lonlat(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitudes and latitudes of places given in columns and rows."""
-        return unprojected(self._crs, *(self._image.transform @ (u, v)))
+        return projections.unprojected(self._crs, *(self._image.transform @ (u, v)))
 
     def _sums(self, tile: _Window, side: int) -> tuple[FloatArray, FloatArray]:
-        """Sums (3, n) of values and of values times columns and rows, over blocks above 0, and over blocks of four."""
+        """Sums (3, n) of values, also times columns and times rows, over blocks with values, and over fours of them."""
         from rasterio.windows import Window
 
         window = Window(tile.left, tile.top, tile.right - tile.left, tile.bottom - tile.top)
@@ -151,7 +150,7 @@ class _Raster:
         return *self._lonlat(u, v), weight
 
     def _inside(self, tile: _Window, asked: BoolArray) -> BoolArray:
-        """A mask of the cells of a tile with their middles in the region, valid where `asked`."""
+        """A mask of the cells of a tile with their middles in the region, valid only where `asked`."""
         # Squares of cells off the region's border are tested as a whole.
         columns = np.append(np.arange(tile.left, tile.right, _LOOK, dtype=float), tile.right)
         rows = np.append(np.arange(tile.top, tile.bottom, _LOOK, dtype=float), tile.bottom)

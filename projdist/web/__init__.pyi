@@ -1,7 +1,7 @@
 from .live.dispatcher import InputPolicy
 from .live.notebook import Explorer
 from .live.server import LiveSite, Start, check_server, open_socket, serve
-from .page import MOST_MAPS, SHOWN_MEASURES, Cell, Maps, Page, PageTable, draw_maps, page_html
+from .page import MOST_MAPS, SHOWN_MEASURES, Cell, Maps, Page, PageTable, cell_step, draw_maps, page_html
 
 __all__ = [
     "MOST_MAPS",
@@ -14,6 +14,7 @@ __all__ = [
     "Page",
     "PageTable",
     "Start",
+    "cell_step",
     "check_server",
     "draw_maps",
     "open_socket",

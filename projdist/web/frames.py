@@ -17,11 +17,11 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.surfaces import Surface
 
 _STEPS = 65535
-_SEEN = 16.0  # steps: a quarter of a pixel of a picture of 1000
-_MARK_CELLS = 2000.0  # in the region's width: no mark is drawn finer
-_MARK_STEPS = 60.0  # of these at most between two points of a mark, as longer steps are taken for cuts
-_LINES, _POLYGON, _MULTI = (1, 2), 3, 4  # shapely's types; those of several parts follow
-_FARTHER = 2**32  # steps, than any place is away
+_SEEN = 16.0  # steps: a quarter of a pixel in a picture of 1000
+_MARK_CELLS = 2000.0  # across the region; details of marks that are finer than one are dropped
+_MARK_STEPS = 60.0  # most cells between two points of a mark: longer steps are taken for cuts
+_LINES, _POLYGON, _MULTI = (1, 2), 3, 4  # shapely's numbers of types, the last and higher ones of several parts
+_FARTHER = 2**32  # steps, more than any coordinate
 _SMALL = 300.0  # square steps, less than a pixel
 
 PackedLines = tuple[NDArray[np.uint16], NDArray[np.uint32]]
@@ -63,7 +63,7 @@ class Grid:
 
 @earth.GEOS_ARITHMETIC
 def mark_lines(surface: Surface, grid: Grid, marks: Mapping[str, Any]) -> tuple[PackedLines, list[list[Any]]]:
-    """Outlines of geometries in longitude and latitude, and their names with places in steps."""
+    """Outlines on the map of geometries in longitude and latitude, and their names with places in steps."""
     drawn, size, window = _drawn(surface, grid)
     spacing = max(surfaces.ground_size(drawn.domain.box.bounds)) / _MARK_CELLS
     names, lines = [], []
@@ -80,7 +80,7 @@ def mark_lines(surface: Surface, grid: Grid, marks: Mapping[str, Any]) -> tuple[
 
 
 def _drawn(surface: Surface, grid: Grid) -> tuple[Surface, float, shapely.Polygon]:
-    """What is drawn of the Earth, the larger side of the picture in metres, and the picture in steps."""
+    """The surface that is drawn, the larger side of the picture in metres, and the picture's box in steps."""
     west, east, south, north = surface.view
     window = shapely.box(*grid.exact(np.array([[west, south], [east, north]])).ravel())
     return surface.ground or surface, max(east - west, north - south), window
@@ -213,13 +213,13 @@ def _packed(lines: Iterator[FloatArray]) -> PackedLines:
 
 # ---- frames --------------------------------------------------------------------------------------
 
-_SAFETY = 2.0  # the error is that of three points in a cell
-_FLOOR = 2e-7  # of float32
-_TENTHS = 10.0  # errors are kept as tenths of their decimal exponent
-_NONE = 255
-_ROUNDING = 1 / 64  # of the error
-_LEAST = 1e-300  # of a scale
-_FLAT = 1e-3  # of 1 - |q / p|, below which a map has no figures
+_SAFETY = 2.0  # factor on errors, which are measured at three points of a cell
+_FLOOR = 2e-7  # rounding error of float32
+_TENTHS = 10.0  # errors are stored as tenths of their decimal exponent
+_NONE = 255  # in place of an error, where there is no cell
+_ROUNDING = 1 / 64  # share of the error to which fields are rounded
+_LEAST = 1e-300  # smallest scale
+_FLAT = 1e-3  # 1 - |q / p| below which a map has no figures
 
 Arrays = dict[str, NDArray[Any]]
 Frame = tuple[dict[str, Any], Arrays]  # header and arrays
@@ -328,7 +328,10 @@ def _fields(surface: Surface, J: FloatArray) -> tuple[FloatArray, bool]:
 
 
 def four_numbers(J: FloatArray, mirrored: bool) -> FloatArray:
-    """The four numbers of Jacobians."""
+    """The numbers (..., 4) of Jacobians that pages interpolate: ln |p|, arg p, and q / p as real and imaginary part.
+
+    p and q are the conformal and the anticonformal part of a Jacobian, as complex numbers.
+    """
     turn = -1.0 if mirrored else 1.0
     xx, xy, yx, yy = turn * J[..., 0, 0], turn * J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
     p, q = 0.5 * (xx + yy + 1j * (yx - xy)), 0.5 * (xx - yy + 1j * (yx + xy))
@@ -353,10 +356,10 @@ def _corners(values: Any) -> Any:
 
 # ---- errors of interpolation ----------------------------------------------------------------
 
-_STEP = 3e-5  # radians, of differences that tell errors
-_DOUBTFUL = 0.1  # of an error that they tell
-_TRIED = ((0.5, 0.5), (0.15, 0.8), (0.85, 0.2))  # of a cell
-_UNSEEN = 512.0  # square steps of twice a triangle: a sixteenth of a pixel of a picture of 1000
+_STEP = 3e-5  # radians, of the differences by which errors are found
+_DOUBTFUL = 0.1  # share of such an error that may be in doubt
+_TRIED = ((0.5, 0.5), (0.15, 0.8), (0.85, 0.2))  # places in a cell where errors are measured
+_UNSEEN = 512.0  # square steps, twice the area of a triangle: a sixteenth of a pixel in a picture of 1000
 _TRIED_BESIDE_CUTS = np.array([[1, 1, 1], [2.5, 0.25, 0.25], [0.25, 2.5, 0.25], [0.25, 0.25, 2.5]]) / 3.0
 
 
@@ -438,19 +441,13 @@ def _near_jacobians(
 ) -> tuple[FloatArray, FloatArray]:
     """Jacobians (n, 2, 2) by central differences, and their relative errors."""
     # If the second difference is k times the first, the third, which is the error, is about k^2 times it.
-    cos = np.cos(np.radians(lat))
-    north = np.degrees(_STEP)
-    zero = np.zeros(lat.shape)
+    cos, north, zero = np.cos(np.radians(lat)), np.degrees(_STEP), np.zeros(lat.shape)
     lons = earth.wrapped(lon + np.stack([zero, north / cos, -north / cos, zero, zero]))
-    x, y = projection(lons, lat + np.stack([zero, zero, zero, zero + north, zero - north]))
+    xy = np.stack(projection(lons, lat + np.stack([zero, zero, zero, zero + north, zero - north])))
+    ahead, behind = xy[:, 1::2] - xy[:, :1], xy[:, :1] - xy[:, 2::2]  # (2, 2, n), of x and y to the east and the north
     meridian, vertical = projection.ellipsoid.radii(lat)
-    J, bend, size = np.empty((lat.size, 2, 2)), zero.copy(), zero.copy()
-    for i, value in enumerate((x, y)):
-        for j, radius in enumerate((vertical, meridian)):
-            ahead, behind = value[2 * j + 1] - value[0], value[0] - value[2 * j + 2]
-            J[:, i, j] = (ahead + behind) / (2.0 * _STEP * radius)
-            bend += np.abs(ahead - behind)
-            size += np.abs(ahead + behind)
+    J = np.moveaxis((ahead + behind) / (2.0 * _STEP * np.stack([vertical, meridian])), 2, 0)
+    bend, size = (np.abs(change).sum(axis=(0, 1)) for change in (ahead - behind, ahead + behind))
     with np.errstate(invalid="ignore", divide="ignore"):  # a map may be constant, or not there
         return J, (2.0 * bend / size) ** 2
 
@@ -484,7 +481,7 @@ def _weights(nodes: FloatArray, place: FloatArray, cubic: BoolArray) -> FloatArr
     weights[:, 1], weights[:, 2] = 1.0 - share, share
     for k in range(4):
         others = [other for other in range(4) if other != k]
-        with np.errstate(divide="ignore", invalid="ignore"):  # at an edge the outer nodes are none
+        with np.errstate(divide="ignore", invalid="ignore"):  # beyond an edge there are no outer nodes
             factors = [(place - nodes[:, m]) / (nodes[:, k] - nodes[:, m]) for m in others]
         weights[:, k] = np.where(cubic, factors[0] * factors[1] * factors[2], weights[:, k])
     return weights

@@ -11,6 +11,7 @@ import zlib
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from string import Template
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,19 +29,17 @@ _EXPORT = re.compile(r"^export ((?:async )?function|class|const) (\w+)", re.MULT
 
 def bundled(files: Mapping[str, str], entry: str) -> str:
     """An ES module bundled with its imports from `files`, texts by name (`frames.js`), each in its own scope."""
-    # Imports must be of names in braces, with a semicolon, exports of functions, classes and constants where made.
-    order: list[str] = []
-    _visit(files, entry.removesuffix(".js"), order)
+    # Imports must have names in braces and a semicolon; exports must be functions, classes or constants where declared.
+    order = [*dict.fromkeys(_modules(files, entry.removesuffix(".js")))]
     scopes = [_scope(name, files[f"{name}.js"]) for name in order[:-1]]
     return "\n".join([*scopes, _without_imports(files[entry])])
 
 
-def _visit(files: Mapping[str, str], name: str, order: list[str]) -> None:
-    """Add a module after those that it imports."""
+def _modules(files: Mapping[str, str], name: str) -> Iterator[str]:
+    """Names of the modules that a module imports, each after its own imports, and of the module itself."""
     for _, other in _IMPORT.findall(files[f"{name}.js"]):
-        if other not in order:
-            _visit(files, other, order)
-    order.append(name)
+        yield from _modules(files, other)
+    yield name
 
 
 def _scope(name: str, text: str) -> str:
@@ -81,7 +80,7 @@ SHOWN_MEASURES = tuple(name for names in GROUPS.values() for name in names)
 MOST_MAPS = 6
 """Largest number of maps on a page."""
 
-_NODES = 10_000  # of a map: what is between them is interpolated
+_NODES = 10_000  # of a map, between which pages interpolate
 _COLOURS = 256
 
 
@@ -105,10 +104,11 @@ def draw_maps(
     height: float = 0.0,
     marks: Mapping[str, Any] | None = None,
 ) -> Maps:
-    """Maps of the first `MOST_MAPS` projections over a region, None for the area of use or the globe.
+    """Maps of the first `MOST_MAPS` projections over a region, by default the area of use or the globe.
 
-    `measure` is shown first, or fisher if the page does not have it. A projection that shows no part of the region is
-    noted. Scales are at an ellipsoidal height in metres; `marks` are geometries in longitude and latitude, by name.
+    `measure` is shown first, or fisher if the page does not have it. Projections that show no part of the region are
+    left out, with a note. Scales are at an ellipsoidal `height` in metres; `marks` are geometries in longitude and
+    latitude, by name.
     """
     name = matrices.get_measure(measure).name
     maps = [Projection.from_user_input(projection) for projection in projections[:MOST_MAPS]]
@@ -116,7 +116,7 @@ def draw_maps(
     step = cell_step(place.bounds)
     count = len(projections)
     notes = [f"These are the maps of the first {MOST_MAPS} of {count}."] if count > MOST_MAPS else []
-    drawn, values, weights = [], [], []
+    frames, shown, values, weights = [], [], [], []
     for projection, title in zip(maps, titles, strict=False):
         try:
             surface = surfaces.surface_of(projection, place, step)
@@ -124,24 +124,24 @@ def draw_maps(
             notes.append(str(error))
             continue
         header, arrays, J = frame_of(surface, title, height=height, marks=marks)
-        block = b64encode(zlib.compress(packed(header, arrays), 9)).decode("ascii")
-        drawn.append((title, block))
+        frames.append(b64encode(zlib.compress(packed(header, arrays), 9)).decode("ascii"))
+        shown.append(title)
         values.append(J)
         weights.append(surface.weights)
     return Maps(
-        titles=tuple(title for title, _ in drawn),
-        frames=tuple(frame for _, frame in drawn),
+        titles=tuple(shown),
+        frames=tuple(frames),
         scales=tuple(colour_scales(values, weights)),
         measure=name if name in SHOWN_MEASURES else SHOWN_MEASURES[0],
         notes=tuple(notes),
     )
 
 
-def cell_step(bounds: surfaces.Bounds) -> float:
-    """Cell size in degrees that gives a region about `_NODES` nodes."""
+def cell_step(bounds: surfaces.Bounds, nodes: float = _NODES) -> float:
+    """Cell size in degrees for about so many nodes within bounds."""
     _, south, _, north = bounds
     longest = np.cos(np.radians(max(south, -north, 0.0)))
-    return float(np.sqrt(surfaces.longitude_width(bounds) * longest * (north - south) / _NODES))
+    return float(np.sqrt(surfaces.longitude_width(bounds) * longest * (north - south) / nodes))
 
 
 def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]) -> Iterator[dict[str, Any]]:
@@ -151,14 +151,13 @@ def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]
     for group, name in ((group, name) for group, names in GROUPS.items() for name in names):
         measure = matrices.get_measure(name)
         scale = plots.ColourScale.of(measure, [measure(J) for J in jacobians], weights)
-        low, high = scale.limits
         colours = scale.colours(np.linspace(0.0, 1.0, _COLOURS), bytes=True)[:, :3]
         yield {
             "name": name,
             "group": group,
             "label": scale.label,
             "kind": measure.kind,
-            "limits": [low, high],
+            "limits": [*scale.limits],
             "levels": scale.levels.tolist(),
             "labels": scale.labels,
             "extend": scale.extend,
@@ -168,7 +167,7 @@ def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]
 
 # ---- page ----------------------------------------------------------------------------------------
 
-# In this order: modules use names of earlier ones only.
+# In the order of their dependence.
 _MAP_SCRIPTS = ("frames.js", "measures.js", "sheets.js", "drawing.js", "maps.js")
 _SCRIPTS = ("tables.js", "page.js")
 _FEW_LINES = 8
@@ -192,7 +191,7 @@ class PageTable:
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """Content of a page; `copies` are texts to copy, by title, `signed` what is filled in by hand."""
+    """Content of a page; `copies` are texts to copy, by title, `signed` labels of blanks to fill in by hand."""
 
     title: str
     lead: Sequence[str] = ()
@@ -213,26 +212,8 @@ def page_html(page: Page) -> str:
     )
     title = html.escape(page.title or "projdist")
     body = "\n".join(_body(page))
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="generator" content="projdist">
-<meta name="color-scheme" content="light dark">
-<title>{title}</title>
-<style>{style}</style>
-</head>
-<body>
-<main>
-<h1>{title}</h1>
-{body}
-</main>
-<script type="module">{script}</script>
-</body>
-</html>
-"""
+    parts = {"policy": policy, "title": title, "style": style, "body": body, "script": script}
+    return Template(_file("page.html")).substitute(parts)
 
 
 def _script(names: Sequence[str]) -> str:
@@ -249,7 +230,7 @@ def _hash(text: str) -> str:
 def _body(page: Page) -> Iterator[str]:
     yield from (f"<p>{html.escape(line)}</p>" for line in page.lead if line)
     if page.maps is not None and page.maps.frames:
-        yield from _maps(page.maps)
+        yield _maps(page.maps)
     yield from map(_table, page.tables)
     notes = [*page.notes, *(page.maps.notes if page.maps else ())]
     items = "\n".join(f"<li>{html.escape(line)}</li>" for line in notes if line)
@@ -261,35 +242,18 @@ def _body(page: Page) -> Iterator[str]:
     yield from (_copy(name, text) for name, text in page.copies.items())
 
 
-def _maps(maps: Maps) -> Iterator[str]:
+def _maps(maps: Maps) -> str:
     """Canvases of the maps, and their data as scripts that no browser runs."""
-    yield '<section class="maps" aria-label="Maps">'
-    yield (
-        '<div class="bar" hidden><label>Measure <select id="measure"></select></label>'
-        '<div class="scale"><canvas id="scale" role="img" aria-label="Colours of the measure"></canvas></div>'
-        '<label><input type="checkbox" id="ellipses"> Indicatrices</label></div>'
+    figures = "\n".join(
+        f'<figure><figcaption id="title-{k}">{html.escape(title)}</figcaption>'
+        f'<canvas class="map" id="map-{k}" tabindex="0" role="application" aria-labelledby="title-{k}" '
+        f'aria-describedby="help"></canvas>'
+        f'<p class="told" id="told-{k}" aria-live="polite"></p></figure>'
+        for k, title in enumerate(maps.titles)
     )
-    yield '<div class="grid">'
-    for k, title in enumerate(maps.titles):
-        name = html.escape(title)
-        yield (
-            f'<figure><figcaption id="title-{k}">{name}</figcaption>'
-            f'<canvas class="map" id="map-{k}" tabindex="0" role="application" aria-labelledby="title-{k}" '
-            f'aria-describedby="help"></canvas>'
-            f'<p class="told" id="told-{k}" aria-live="polite"></p></figure>'
-        )
-    yield "</div>"
-    yield (
-        '<p id="help" class="help" hidden>Point at a map, or move with the arrow keys (faster with shift), for the '
-        "distortion there; h and k are the scales along meridian and parallel, a and b the largest and the smallest. "
-        "Figures have the digits that are certain, a span or ? where none is; ~: beside a cut, an edge or a pole.</p>"
-    )
-    yield "<noscript><p>The maps need a script, but this browser runs none. Everything else is here.</p></noscript>"
-    yield "</section>"
-    scales = {"measure": maps.measure, "scales": maps.scales}
-    yield f'<script type="application/json" id="scales">{_json(scales)}</script>'
-    for k, frame in enumerate(maps.frames):
-        yield f'<script type="text/plain" id="frame-{k}">{frame}</script>'
+    data = (f'<script type="text/plain" id="frame-{k}">{frame}</script>' for k, frame in enumerate(maps.frames))
+    scales = _json({"measure": maps.measure, "scales": maps.scales})
+    return Template(_file("maps.html")).substitute(figures=figures, scales=scales, frames="\n".join(data)).rstrip()
 
 
 def _json(value: Any) -> str:

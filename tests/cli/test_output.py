@@ -15,7 +15,7 @@ from tables import each
 
 from projdist import CRITERIA, MEASURES, projection_names
 from projdist.answers.published_indices import INDICES
-from projdist.cli.report import Column, Copy, Report, Table, _bars, listing, render
+from projdist.cli.report import Column, Copy, Report, Table, _bars, render
 from projdist.cli.wording import certain, change, fixed, label_of, per_cent, rounded
 
 
@@ -277,7 +277,7 @@ def test_words_stand_to_the_left() -> None:
     left = {name: Column(name).cells(rows)[1] for name in rows[0]}
     assert left == {"id": False, "name": True, "figure": False, "none": False}
     assert Column("id", left=True).cells(rows)[1]
-    assert [column.title or column.key for column in listing(rows).tables[0].columns] == list(rows[0])
+    assert [column.title or column.key for column in Table(rows, rows[0]).columns] == list(rows[0])
     rows = [{"x": value} for value in (None, float("nan"), 2.0, 1.0)]
     assert Column("x", show=certain).cells(rows)[0] == ["-", "-", "2", "1"]
     assert Column("x", show=certain, best=True).cells([rows[0], *rows[2:]])[0] == ["- ", "2 ", "1*"]

@@ -18,13 +18,13 @@ from projdist.web.live.handlers import Pictures, Progress, outline
 from projdist.web.live.previews import Previewer
 
 LONGEST_MESSAGE = 64 * 1024
-"""Bytes of a message, without a file dropped on the page."""
+"""Largest number of bytes of a message, without the file dropped on a page."""
 
 LARGEST_FILE = 20 * 1024 * 1024
-"""Bytes of a file."""
+"""Largest number of bytes of such a file."""
 
 STOP = "stop"
-"""Kind of a message that cancels the work for a kind, its `options["what"]`."""
+"""Kind of a message that cancels the requests of another kind, named by its `options["what"]`."""
 
 WORKER_OF_KIND = {
     "preview": "preview",
@@ -39,7 +39,7 @@ WORKER_OF_KIND = {
     "check": "long",
     "export": "long",
 }
-"""Worker of each kind of request: pictures must not wait for work of seconds."""
+"""Worker of each kind of request, so that pictures do not wait for work of seconds."""
 
 _FIELDS = {"id", "kind", "slot", "projection", "values", "centre", "region", "beside", "options"}
 _MOST_VALUES, _MOST_BESIDE, _MOST_OPTIONS = 40, 12, 20
@@ -60,7 +60,7 @@ class Request:
     region: str = "globe"
     beside: tuple[str, ...] = ()  # keys of the other maps on the page
     options: Mapping[str, Any] = field(default_factory=dict)
-    file: bytes = b""  # its bytes
+    file: bytes = b""  # bytes of a dropped file
 
 
 class RequestError(ValueError):
@@ -140,7 +140,7 @@ _FILES = ("file", "geodesic", "points")  # kinds of regions
 
 @dataclass(frozen=True)
 class InputPolicy:
-    """Reads projections and regions of requests; files only of the user's own `opened` texts, or all if `is_open`."""
+    """Reads projections and regions of requests; only `opened` texts, or all if `is_open`, may name files."""
 
     opened: frozenset[str] = frozenset()
     is_open: bool = False
@@ -152,7 +152,7 @@ class InputPolicy:
         return _projection(text)
 
     def source(self, text: str) -> projections.ProjectionLike:
-        """Input that a text stands for."""
+        """The input that a text stands for."""
         return text
 
     def region(self, text: str, ellipsoid: earth.Ellipsoid | None = None) -> regions.Place:
@@ -166,7 +166,7 @@ class InputPolicy:
 
 
 def _check_projection(text: str) -> None:
-    """Allow names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError for what names a file."""
+    """Allow names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError for texts that name a file."""
     said = f"Invalid projection '{support.shown(text)}'."
     if len(text) > _LONGEST_TEXT:
         raise projections.ProjectionError(f"{said} It must have at most {_LONGEST_TEXT} characters.")
@@ -192,7 +192,7 @@ _projection = functools.lru_cache(maxsize=256)(projections.Projection.from_user_
 
 @functools.lru_cache(maxsize=64)
 def _region(text: str, ellipsoid: earth.Ellipsoid | None, may_read: bool) -> regions.Place:
-    """The region of a text, which may name files or not."""
+    """The region of a text, which may name files only if `may_read`."""
     if may_read:
         return regions.get_region(text, ellipsoid)
     return regions.region_of_text(text, _check_atom, ellipsoid)

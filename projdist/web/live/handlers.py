@@ -18,8 +18,8 @@ from projdist.field import sample
 from projdist.projections import Projection
 from projdist.web import frames, page
 
-_MOST = 4000  # points of a region
-_MOST_OF_FEATURE = 500
+_MOST = 4000  # points of an outline
+_MOST_OF_FEATURE = 500  # points of the outline of a feature
 
 
 def outline(region: regions.Place) -> frames.Frame:
@@ -42,12 +42,12 @@ def _packed_lines(lines: Sequence[FloatArray]) -> frames.Arrays:
     }
 
 
-_KEPT = 24  # maps whose values take part in the colours
+_KEPT = 24  # maps that may share a colour scale
 
 
 @dataclass
 class Pictures:
-    """Makes pictures, and keeps the last Jacobians so that all maps of a page share a scale."""
+    """Makes pictures, and keeps the latest Jacobians so that all maps of a page share a colour scale."""
 
     kept: OrderedDict[tuple[str, str], tuple[FloatArray, FloatArray]] = field(default_factory=OrderedDict)
 

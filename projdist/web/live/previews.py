@@ -16,11 +16,11 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.web import frames
 
 _COLUMNS, _ROWS = 145, 73
-_EDGE = 1e-5  # degrees, on which side of a cut or a pole its nodes are
-_WORLD, _SMALL = 100.0, 3.0  # degrees
-_SEEN = 1e-3  # of a region's size
-_ALONG = 60.0  # steps along it
-_BESIDE = 0.3
+_EDGE = 1e-5  # degrees between a cut or a pole and the nodes beside it
+_WORLD, _SMALL = 100.0, 3.0  # degrees, above and below which a region has coarse and fine lines
+_SEEN = 1e-3  # finest detail of lines, as a share of a region's size
+_ALONG = 60.0  # steps of lines along a region's size
+_BESIDE = 0.3  # margin around a region, as a share of its size
 
 
 @dataclass(frozen=True)
@@ -191,14 +191,14 @@ _ERROR = 15  # in tenths of a decimal exponent: three per cent
 _AREAS = frozenset({"region", "land"})
 _EARTHLY = frozenset({"coast", "borders", "land"})
 _JUMP, _PEAK = 6.0, 2.0  # times as long as a neighbour, or as both, an edge of a cell is torn
-_NEAR = 1e-2  # of that, the two sides of a cut are one line
 _LONGEST = 0.08  # of a map's size: longer steps of lines are torn
-_LARGE, _CORE, _FAR = 12.0, 0.9, 1.35  # as surfaces have it for maps that run off to infinity
+_NEAR = 1e-2  # of that: sides of a cut as near as this are one line
+_LARGE, _CORE, _FAR = 12.0, 0.9, 1.35  # the same as in surfaces, for maps that run off to infinity
 _DIRECTIONS = 72
 _HALVINGS = 6
-_LOWEST = -50.0  # of logarithms: that of 0 makes no edge
-_MOST_HIDDEN = 0.1  # of a region, beside which scales grow beyond any step: else there is no rough figure
-_KINDS = 500  # of maps, whose turns are kept
+_LOWEST = -50.0  # of a level, in place of the logarithm of 0
+_MOST_HIDDEN = 0.1  # share of a region off the map or near infinity, above which figures are left out
+_KINDS = 500  # kinds of maps whose rotations are kept
 
 
 @dataclass
@@ -261,7 +261,7 @@ class _Picture:
 
     @property
     def badness(self) -> float:
-        """Penalty of a rotation: distortion, falsified by seams through cells, and the share of torn cells."""
+        """Penalty of a rotation: the distortion, which seams through cells falsify, plus the share of torn cells."""
         return self._about()["airy_kavrayskiy"] + 1.0 - float(self.whole.mean())
 
     def _differ(self) -> None:
@@ -287,7 +287,7 @@ class _Picture:
         whole = np.zeros(self.shape, dtype=bool)
         whole[:-1, :-1] = self.whole & shown[:-1, :-1] & shown[1:, :-1] & shown[:-1, 1:] & shown[1:, 1:]
         weights = self.sketch.weights
-        hidden = 1.0 - weights[shown].sum() / weights.sum()  # off the map, or towards infinity
+        hidden = 1.0 - weights[shown].sum() / weights.sum()  # off the map, or near infinity
         header = {
             "title": self.projection.label,
             "shape": list(self.shape),
@@ -372,7 +372,7 @@ class _Picture:
         return four, mirrored, self._near(four, valid)
 
     def _near(self, four: FloatArray, valid: BoolArray) -> FloatArray:
-        """Level that is positive where the map runs off to infinity, NaN off the map."""
+        """A level, positive where the map runs off to infinity, NaN off the map."""
         p, ratio = np.exp(four[:, 0]), np.hypot(four[:, 2], four[:, 3])
         a = np.where(valid, (p * (1.0 + ratio)).reshape(self.shape), np.nan)
         b = (p * np.abs(1.0 - ratio)).reshape(self.shape)
@@ -403,7 +403,7 @@ class _Picture:
         return [west - margin, east + margin, south - margin, north + margin]
 
     def _shows_nothing(self) -> ValueError:
-        """Of a region that the map does not show."""
+        """Error for a region that the map does not show."""
         return ValueError(f"Invalid region for '{self.projection.name}'. No part of it can be projected.")
 
     def _lines(self, grid: frames.Grid, view: list[float], edge: _Edge) -> frames.Arrays:

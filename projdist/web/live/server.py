@@ -1,4 +1,4 @@
-"""Server of the live page, for browsers on this machine that have the token of its address."""
+"""Server of the live page, for browsers on this machine that know the token in its address."""
 
 from __future__ import annotations
 
@@ -14,21 +14,20 @@ from dataclasses import asdict, dataclass, field
 from types import FrameType
 from typing import Any
 
-from projdist import regions
-from projdist.projections import projection_names
+from projdist import projections, regions
 from projdist.web.live import dispatcher
-from projdist.web.live.worker import LIMITS, Worker
+from projdist.web.live.worker import LIMITS, OnReply, Worker
 from projdist.web.page import live_files
 
 HOST = "127.0.0.1"
 _NAMES = ("127.0.0.1", "localhost", "[::1]")
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 _PATIENCE = 10.0  # seconds for the first message
-_HTTP = 80  # the port that addresses leave out
-_GRACE = 1  # second for pages to hear that the server ends
-_NO_TOKEN, _TOO_MANY = 4401, 4429  # why a connection is closed
+_HTTP = 80  # port that addresses may leave out
+_GRACE = 1  # second for closing pages when the server ends
+_NO_TOKEN, _TOO_MANY = 4401, 4429  # codes for closing a connection
 _MOST_PAGES = 24
-_MOST_UNREAD = 256  # answers to a page that does not read them
+_MOST_UNREAD = 256  # answers that a page has not read
 _PAUSE = 0.02  # seconds
 
 Scope = dict[str, Any]
@@ -108,7 +107,7 @@ class LiveSite:
         finally:
             self.open_pages -= 1
             for worker in self.workers.values():
-                worker.leave(page)
+                worker.drop(page)
 
     async def _serve(self, page: int, socket: Any) -> None:
         """Answer a page until it is closed, or leaves too many answers unread."""
@@ -121,14 +120,14 @@ class LiveSite:
             except asyncio.QueueFull:
                 unread.set()
 
-        def told(block: bytes) -> None:
+        def on_reply(block: bytes) -> None:
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(put, block)
 
-        known = {"names": sorted(projection_names()), "countries": regions.region_names()}
+        known = {"names": sorted(projections.projection_names()), "countries": regions.region_names()}
         waiting.put_nowait(json.dumps(asdict(self.start) | known))
         tasks = [
-            asyncio.create_task(self._listen(page, socket, waiting, told)),
+            asyncio.create_task(self._listen(page, socket, waiting, on_reply)),
             asyncio.create_task(_send_all(socket, waiting)),
             asyncio.create_task(unread.wait()),
         ]
@@ -138,31 +137,29 @@ class LiveSite:
             for task in tasks:
                 task.cancel()
         for task in done:
-            task.result()  # which tells what has gone wrong
+            task.result()  # raises what has gone wrong
 
-    async def _listen(
-        self, page: int, socket: Any, waiting: asyncio.Queue[bytes | str], told: Callable[[bytes], None]
-    ) -> None:
+    async def _listen(self, page: int, socket: Any, waiting: asyncio.Queue[bytes | str], on_reply: OnReply) -> None:
         """Receive requests of a page until it is closed, pausing while many answers are unread."""
         while (message := await socket.receive())["type"] != "websocket.disconnect":
-            self._take(page, message, told)
-            await asyncio.sleep(0)  # for what was told to wait
+            self._take(page, message, on_reply)
+            await asyncio.sleep(0)  # so that answers are queued
             while waiting.qsize() > _MOST_UNREAD // 2:
                 await asyncio.sleep(_PAUSE)
 
-    def _take(self, page: int, message: Mapping[str, Any], told: Callable[[bytes], None]) -> None:
+    def _take(self, page: int, message: Mapping[str, Any], on_reply: OnReply) -> None:
         """Hand a request to its worker."""
         try:
             request = _request_of(message)
         except dispatcher.RequestError as error:
-            told(dispatcher.failed(dispatcher.Request(id=0, kind="error"), str(error)))
+            on_reply(dispatcher.failed(dispatcher.Request(id=0, kind="error"), str(error)))
             return
         if request.kind == dispatcher.STOP:
             what = str(request.options.get("what"))
             if what in dispatcher.WORKER_OF_KIND:
                 self.workers[dispatcher.WORKER_OF_KIND[what]].drop(page, (what, request.slot))
             return
-        self.workers[dispatcher.WORKER_OF_KIND[request.kind]].ask(page, (request.kind, request.slot), request, told)
+        self.workers[dispatcher.WORKER_OF_KIND[request.kind]].ask(page, (request.kind, request.slot), request, on_reply)
 
 
 def _request_of(message: Mapping[str, Any]) -> dispatcher.Request:
@@ -195,7 +192,7 @@ async def _send_all(socket: Any, waiting: asyncio.Queue[bytes | str]) -> None:
         while True:
             block = await waiting.get()
             await (socket.send_text(block) if isinstance(block, str) else socket.send_bytes(block))
-            await asyncio.sleep(0)  # for the loop to hear that the page has left, before asyncio says so
+            await asyncio.sleep(0)  # so that the loop notices that the page has left, before asyncio warns
 
 
 def _guarded(app: App, port: int) -> App:
@@ -286,14 +283,14 @@ def _hanging_up(server: Any) -> Iterator[None]:
     if number is None or not is_main or signal.getsignal(number) == signal.SIG_IGN:
         yield
         return
-    told: list[int] = []
+    received: list[int] = []
 
     def end(number: int, _: FrameType | None) -> None:
-        told.append(number)
+        received.append(number)
         server.should_exit = True
 
     kept = signal.signal(number, end)
     yield
     signal.signal(number, kept)
-    if told:
+    if received:
         signal.raise_signal(number)

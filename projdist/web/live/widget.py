@@ -30,9 +30,9 @@ _TRIED = np.array([-120.0, -30.0, 10.0, 40.0, 170.0]), np.array([-50.0, -5.0, 50
 class Explorer(anywidget.AnyWidget):
     """Interactive maps in a notebook: the live page of `projdist explore` as a widget.
 
-    Attributes follow what is dragged and chosen in the page, and the page follows them. Previews are computed in
-    the kernel, pictures and figures in processes that all widgets share, which end with `close()` of the last one, or
-    with the kernel; those of functions in a thread. Without JavaScript, as on GitHub, a picture is shown.
+    Attributes follow what is dragged and chosen in the page, and the page follows them. Previews are computed in the
+    kernel; pictures and figures in processes that all widgets share, which end when the last widget is closed, or with
+    the kernel; those of functions in a thread. Without JavaScript, as on GitHub, a picture is shown.
 
     Needs anywidget: `pip install 'projdist[explore]'`.
 
@@ -41,30 +41,30 @@ class Explorer(anywidget.AnyWidget):
     *projections : ProjectionLike
         One to six; the Winkel tripel if there is none.
     region : RegionLike, optional
-        The area of use of all projections, or else the globe, if not given.
+        By default the area of use of all projections, or else the globe.
     measure : str
         The measure whose colours are shown.
 
     Attributes
     ----------
     projections : tuple of str
-        The definitions of the maps, as `Projection.from_user_input` takes them; a function has its name here. It can
-        be set to whatever projections can be given as.
+        The definitions of the maps, as `Projection.from_user_input` takes them; a function has its name here. They can
+        be set to anything that can be given as projections.
     projection : str
-        That of the first map.
+        The definition of the first map.
     region : str
         The region as text; one without a text, such as a geometry, has a name of its own here.
     measure : str
         The name of the measure.
     maps : tuple of Projection
-        The projections themselves, which functions of projdist take where a map has no text, too.
+        The projections themselves, also those without a text, for functions of projdist.
     place : Region or PointSet
         The region itself.
 
     Raises
     ------
     ValueError, ProjectionError
-        For projections, regions and measures that are none, when they are given and when they are set.
+        For an invalid projection, region or measure, when it is given or set.
 
     Examples
     --------
@@ -107,12 +107,12 @@ class Explorer(anywidget.AnyWidget):
 
     @property
     def maps(self) -> tuple[Projection, ...]:
-        """The projections, also of functions."""
+        """The projections, also those without a text."""
         return tuple(map(self._given.projection, self.projections))
 
     @property
     def place(self) -> Place:
-        """The region, also of a geometry."""
+        """The region, also one without a text."""
         return self._given.region(self.region)
 
     def close(self) -> None:
@@ -303,7 +303,7 @@ def _measure_name(measure: Any) -> str:
 
 
 def _in_this_loop(tell: Any) -> Any:
-    """`tell` for use in other threads: it runs in the current event loop, as some notebooks require."""
+    """`tell` for other threads: it runs in the current event loop, as some notebooks require."""
     try:
         loop = asyncio.get_running_loop()
     except RuntimeError:

@@ -15,7 +15,6 @@ from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from types import TracebackType
 from typing import Any, Generic, TypeVar
 
 from projdist import support
@@ -23,10 +22,10 @@ from projdist.web.live.dispatcher import LARGEST_FILE, Dispatcher, InputPolicy, 
 from projdist.web.live.handlers import Progress
 
 MOST_OF_PAGE = 48
-"""Waiting tasks of a page; six maps need at most twenty-four of one worker."""
+"""Largest number of waiting tasks of a page; six maps need at most twenty-four of one worker."""
 
 MOST_OF_ALL = 480
-"""Tasks of all pages."""
+"""Largest number of waiting tasks of all pages."""
 
 _Waiting = TypeVar("_Waiting")
 
@@ -70,16 +69,12 @@ class RequestQueue(Generic[_Waiting]):
             self._lines[page] = line  # behind the others
         return task
 
-    def drop(self, page: Hashable, key: Hashable) -> None:
-        """Remove a task, if it is queued."""
+    def drop(self, page: Hashable, key: Hashable = None) -> None:
+        """Remove the task of a key, if it is queued, or without a key all tasks of a page."""
         line = self._lines.get(page, {})
         line.pop(key, None)
-        if not line:
+        if key is None or not line:
             self._lines.pop(page, None)
-
-    def leave(self, page: Hashable) -> None:
-        """Remove all tasks of a page."""
-        self._lines.pop(page, None)
 
 
 # ---- workers ---------------------------------------------------------------------------------------
@@ -89,12 +84,13 @@ LIMITS = {"preview": 5.0, "picture": 60.0, "figures": 120.0, "long": 600.0}
 
 _POLL, _WATCH = 0.2, 1.0  # seconds
 _STARTING = threading.Lock()
-_TRIES = 2  # a process may be killed from outside
-_PATIENCE = 30.0  # seconds for a process to start, which are not counted
+_TRIES = 2  # of a task whose process is killed from outside
+_PATIENCE = 30.0  # seconds for a process to start, in addition to the limit
 _FAILED = "This failed, and should not have: the terminal where the page was started says why."
-_READY, _REPLY, _PROGRESS, _CRASH = "ready", "reply", "progress", "crash"  # what comes from it
+_KILLED = "The process that works on this ended twice. Try another map."
+_READY, _REPLY, _PROGRESS, _CRASH = "ready", "reply", "progress", "crash"  # kinds of a process's messages
 
-Told = Callable[[bytes], None]
+OnReply = Callable[[bytes], None]
 
 
 @dataclass(eq=False)
@@ -104,12 +100,12 @@ class _Task:
     page: Hashable
     key: Hashable
     request: Request
-    told: Told
+    on_reply: OnReply
     dropped: threading.Event = field(default_factory=threading.Event)
 
 
 class Worker:
-    """A process that answers requests one by one, of each key only the newest."""
+    """A process that answers requests one by one; of waiting ones with the same key only the newest."""
 
     def __init__(self, name: str, policy: InputPolicy, limit: float | None = None) -> None:
         self._name, self._policy, self._variables = name, policy, policy.environment()
@@ -123,28 +119,21 @@ class Worker:
         self._thread = threading.Thread(target=self._run, name=f"projdist {name}", daemon=True)
         self._thread.start()
 
-    def ask(self, page: Hashable, key: Hashable, request: Request, told: Told) -> None:
+    def ask(self, page: Hashable, key: Hashable, request: Request, on_reply: OnReply) -> None:
         """Queue a request of a page; it replaces a waiting one of the same key."""
-        # `told` is called from another thread with progress and the reply, or at once if the queue is full.
+        # `on_reply` is called from another thread with progress and the reply, or at once if the queue is full.
         try:
             with self._changed:
-                self._waiting.put(page, key, _Task(page, key, request, told), len(request.file))
+                self._waiting.put(page, key, _Task(page, key, request, on_reply), len(request.file))
                 self._changed.notify_all()
         except TooManyRequests as error:
-            told(failed(request, str(error)))
+            on_reply(failed(request, str(error)))
 
-    def drop(self, page: Hashable, key: Hashable) -> None:
-        """Cancel the request of a key of a page."""
+    def drop(self, page: Hashable, key: Hashable = None) -> None:
+        """Cancel the request of a key of a page, or without a key all of its requests."""
         with self._changed:
             self._waiting.drop(page, key)
-            if self._running is not None and (self._running.page, self._running.key) == (page, key):
-                self._running.dropped.set()
-
-    def leave(self, page: Hashable) -> None:
-        """Cancel all requests of a page."""
-        with self._changed:
-            self._waiting.leave(page)
-            if self._running is not None and self._running.page == page:
+            if self._running is not None and self._running.page == page and key in (None, self._running.key):
                 self._running.dropped.set()
 
     def close(self) -> None:
@@ -182,7 +171,7 @@ class Worker:
         while answer is None and tries < _TRIES and not task.dropped.is_set():
             answer, tries = self._done(task), tries + 1
         if not task.dropped.is_set():
-            task.told(answer or failed(task.request, "The process that works on this ended twice. Try another map."))
+            task.on_reply(answer or failed(task.request, _KILLED))
 
     def _done(self, task: _Task) -> bytes | None:
         """Reply to a task, None if the process was killed or the task cancelled."""
@@ -197,13 +186,13 @@ class Worker:
                         return bytes(content[0])
                     if kind == _CRASH:  # an unexpected exception, whose traceback goes to the terminal
                         self._end()
-                        logging.getLogger(__name__).error(content[0])  # to standard error, if nobody says otherwise
+                        logging.getLogger(__name__).error(content[0])  # by default to standard error
                         return failed(task.request, _FAILED)
                     if kind == _READY:
                         self._ready, until = True, time.monotonic() + self._limit
                     elif not task.dropped.is_set():
-                        task.told(reply(task.request, {"progress": content}))
-                elif not process.is_alive():  # those it has started may hold its end of the connection
+                        task.on_reply(reply(task.request, {"progress": content}))
+                elif not process.is_alive():  # its children may hold the connection open
                     break
                 if task.dropped.is_set():
                     break
@@ -219,7 +208,7 @@ class Worker:
         """The process and its connection, started if needed."""
         if self._process is not None and self._process[0].is_alive():
             return self._process
-        if self._process is not None:  # it was killed while it had nothing to do
+        if self._process is not None:  # it was killed while idle
             self._process[1].close()
         context = multiprocessing.get_context("spawn")
         connection, other = context.Pipe()
@@ -240,7 +229,7 @@ class Worker:
         process, connection = self._process
         self._process = None
         if process.pid is not None and hasattr(os, "killpg"):
-            with contextlib.suppress(ProcessLookupError):  # it has no group of its own yet, or none any more
+            with contextlib.suppress(ProcessLookupError):  # it has no group of its own yet, or no longer
                 os.killpg(process.pid, signal.SIGKILL)
         process.kill()
         process.join(timeout=5.0)
@@ -265,35 +254,19 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
 
 
 def serve_requests(connection: Connection, policy: InputPolicy, parent: int) -> None:
-    """Answer requests until the connection is closed."""
+    """Answer requests until the connection is closed; an unexpected exception ends the process."""
     _leave_with(parent)
     dispatcher = Dispatcher(policy)
-
-    def crash(error: Exception) -> None:
-        connection.send((_CRASH, "".join(traceback.format_exception(error))))
-
-    with contextlib.suppress(EOFError, OSError):  # nobody asks, or listens, any more
+    with contextlib.suppress(EOFError, OSError):  # the other end is closed
         connection.send((_READY,))
         while True:
-            request, answer = connection.recv(), None
-            with _reporting(crash):  # what nobody foresaw ends the process
+            request = connection.recv()
+            try:
                 answer = dispatcher.answer(request, lambda done, of: connection.send((_PROGRESS, done, of)))
-            if answer is None:
+            except Exception as error:  # noqa: BLE001 whatever it is, the parent reports it
+                connection.send((_CRASH, "".join(traceback.format_exception(error))))
                 return
             connection.send((_REPLY, answer))
-
-
-def _reporting(report: Callable[[Exception], None]) -> contextlib.ExitStack:
-    """Context that ends at any exception, and reports it."""
-
-    def leave(_: type[BaseException] | None, error: BaseException | None, __: TracebackType | None) -> bool:
-        if isinstance(error, Exception):
-            report(error)
-        return isinstance(error, Exception)
-
-    stack = contextlib.ExitStack()
-    stack.push(leave)
-    return stack
 
 
 def _leave_with(parent: int) -> None:
@@ -318,15 +291,12 @@ _ANSWERING = threading.Lock()
 
 
 def answered(dispatcher: Dispatcher, request: Request, progress: Progress = lambda done, of: None) -> bytes:
-    """Reply of a dispatcher in the kernel, also to exceptions of the user's functions."""
-    replies: list[bytes] = []
-
-    def fail(error: Exception) -> None:
-        replies.append(failed(request, support.one_line(f"{type(error).__name__}: {error}")))
-
-    with _ANSWERING, _reporting(fail):
-        replies.append(dispatcher.answer(request, progress))
-    return replies[0]
+    """Reply of a dispatcher in the kernel; exceptions of the user's functions become failures."""
+    with _ANSWERING:
+        try:
+            return dispatcher.answer(request, progress)
+        except Exception as error:  # noqa: BLE001 a user's function may raise anything
+            return failed(request, support.one_line(f"{type(error).__name__}: {error}"))
 
 
 class Stopped(ValueError):
@@ -358,12 +328,12 @@ class Workers:
         self._workers: dict[str, Worker] = {}
         self._users: set[Hashable] = set()
 
-    def ask(self, user: Hashable, worker: str, key: Hashable, request: Request, told: Told) -> None:
+    def ask(self, user: Hashable, worker: str, key: Hashable, request: Request, on_reply: OnReply) -> None:
         """Queue a request of a widget."""
         self._users.add(user)
         if worker not in self._workers:
             self._workers[worker] = Worker(worker, InputPolicy(is_open=True))
-        self._workers[worker].ask(user, key, request, told)
+        self._workers[worker].ask(user, key, request, on_reply)
 
     def drop(self, user: Hashable, worker: str, key: Hashable) -> None:
         """Cancel a request of a widget."""
@@ -376,7 +346,7 @@ class Workers:
         if not self._users:
             self.close()
         for worker in self._workers.values():
-            worker.leave(user)
+            worker.drop(user)
 
     def close(self) -> None:
         """End all processes."""

@@ -36,11 +36,8 @@ class _Clerk:
     def ask(self, page: Hashable, key: Hashable, request: Request, told: Callable[[bytes], None]) -> None:
         told(self.dispatcher.answer(request))
 
-    def drop(self, page: Hashable, key: Hashable) -> None:
+    def drop(self, page: Hashable, key: Hashable = None) -> None:
         self.dropped.append((page, key))
-
-    def leave(self, page: Hashable) -> None:
-        self.dropped.append([page])
 
     def close(self) -> None:
         """There is no process."""
@@ -265,9 +262,9 @@ def test_what_is_stopped_and_closed_is_dropped(site: LiveSite, port: int) -> Non
         for what in ("recommend", "nothing", 3, None):
             socket.send(json.dumps({"id": 1, "kind": "stop", "slot": "b", "options": {"what": what}}))
         asked(socket, kind="texts")
-    until(lambda: [401] in site.workers["long"].dropped)
-    assert site.workers["long"].dropped[-2:] == [(401, ("recommend", "b")), [401]]
-    assert all(clerk.dropped[-1] == [401] for clerk in site.workers.values())
+    until(lambda: (401, None) in site.workers["long"].dropped)
+    assert site.workers["long"].dropped[-2:] == [(401, ("recommend", "b")), (401, None)]
+    assert all(clerk.dropped[-1] == (401, None) for clerk in site.workers.values())
 
 
 def test_there_are_so_many_pages(site: LiveSite, port: int, monkeypatch: pytest.MonkeyPatch) -> None:

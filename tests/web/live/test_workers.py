@@ -140,7 +140,7 @@ def test_closed_pages_drop_their_requests_only(shared: Worker) -> None:
     shared.ask(1, "a", wanted(1, "sleep:0.3"), told)
     shared.ask(2, "a", wanted(2), gone)
     shared.ask(1, "b", wanted(3), told)
-    shared.leave(2)
+    shared.drop(2)
     assert [told.next()["id"], told.next()["id"]] == [1, 3]
     assert gone.blocks.empty()
 
@@ -243,7 +243,7 @@ def test_what_is_dropped_waits_no_more() -> None:
     turns.drop("a", 0)
     for _ in range(2):
         turns.drop("c", 0)
-        turns.leave("b")
+        turns.drop("b")
     assert served(turns) == [("a", 1)]
     with pytest.raises(LookupError):
         turns.next()
