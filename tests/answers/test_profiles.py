@@ -146,25 +146,22 @@ DIAGONAL, NUMBERS = [(0, 0), (1, 1)], "Coordinates must be numbers"
 APART = shapely.MultiLineString([[(0, 0), (1, 1)], [(2, 2), (3, 3)]])
 
 
-@each(
-    "line, options, message",
-    [
-        *(
-            (line, {}, r"^Invalid line .* It must have two places or more\.$")
-            for line in ([], [(1, 2)], [(1, 2), (1, 2)])
-        ),
-        ([(1, 2), (361, 2)], {}, r"^Invalid line .* Its longitudes must lie within -360 and 360"),
-        (shapely.Point(1, 2), {}, r"^Invalid line\. It must hold lines only; it holds a Point\.$"),
-        (APART, {}, r"^Invalid line\. It must hold one line, or lines that join end to end; it holds 2\.$"),
-        ("9,50,x,51", {}, rf"^Invalid line '9,50,x,51'\. {NUMBERS} LON,LAT,LON,LAT,.*; 'x' is none\.$"),
-        ("9,50,,51", {}, rf"^Invalid line '9,50,,51'\. {NUMBERS} .*; '' is none\.$"),
-        ("9,roads", {}, r"^Invalid line file '9,roads'\. (It cannot be read|Without pyogrio)"),
-        (5, {}, r"^Invalid line '5'\. It must be LON,LAT,LON,LAT,\.\.\., positions"),
-        *((DIAGONAL, {"spacing_km": km}, rf"^Invalid spacing '{km}'\.") for km in (0, 1e-9, math.nan)),
-        (DIAGONAL, {"height": 1e5}, r"^Invalid height '100000'\. It must lie within -12000 and 9000 m\.$"),
-        (DIAGONAL, {"measures": "foo"}, r"^Invalid measure 'foo'"),
-    ],
-)
+@each("line, options, message", [
+    *(
+        (line, {}, r"^Invalid line .* It must have two places or more\.$")
+        for line in ([], [(1, 2)], [(1, 2), (1, 2)])
+    ),
+    ([(1, 2), (361, 2)], {}, r"^Invalid line .* Its longitudes must lie within -360 and 360"),
+    (shapely.Point(1, 2), {}, r"^Invalid line\. It must hold lines only; it holds a Point\.$"),
+    (APART, {}, r"^Invalid line\. It must hold one line, or lines that join end to end; it holds 2\.$"),
+    ("9,50,x,51", {}, rf"^Invalid line '9,50,x,51'\. {NUMBERS} LON,LAT,LON,LAT,.*; 'x' is none\.$"),
+    ("9,50,,51", {}, rf"^Invalid line '9,50,,51'\. {NUMBERS} .*; '' is none\.$"),
+    ("9,roads", {}, r"^Invalid line file '9,roads'\. (It cannot be read|Without pyogrio)"),
+    (5, {}, r"^Invalid line '5'\. It must be LON,LAT,LON,LAT,\.\.\., positions"),
+    *((DIAGONAL, {"spacing_km": km}, rf"^Invalid spacing '{km}'\.") for km in (0, 1e-9, math.nan)),
+    (DIAGONAL, {"height": 1e5}, r"^Invalid height '100000'\. It must lie within -12000 and 9000 m\.$"),
+    (DIAGONAL, {"measures": "foo"}, r"^Invalid measure 'foo'"),
+])  # fmt: skip
 def test_what_is_refused(line: object, options: dict[str, object], message: str) -> None:
     refuses(message, profile, "robin", line, **options)
 

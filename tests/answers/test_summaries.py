@@ -281,16 +281,13 @@ SWISS = r"^EPSG:2056 is for box:5\.9\d,45\.8\d,10\.\d+,47\.81: "  # to which PRO
 SWAPPED = r" With longitude and latitude swapped {} inside: longitudes come first\."
 
 
-@each(
-    ("lon", "lat", "text"),
-    [
-        (47, 8, "the point lies outside its area of use." + SWAPPED.format("it lies")),
-        (2, 48, r"the point lies outside its area of use\."),
-        ([8, 47, 2, np.nan], [47, 8, 48, 0], "2 of 3 points lie outside its area of use." + SWAPPED.format("1 of .*")),
-        ([[47], [46]], [7, 8], "4 of 4 points lie outside its area of use." + SWAPPED.format("4 of them lie")),
-        ([8, 5.9], [47, 47], r"1 of 2 points lie outside its area of use\."),
-    ],
-)
+@each(("lon", "lat", "text"), [
+    (47, 8, "the point lies outside its area of use." + SWAPPED.format("it lies")),
+    (2, 48, r"the point lies outside its area of use\."),
+    ([8, 47, 2, np.nan], [47, 8, 48, 0], "2 of 3 points lie outside its area of use." + SWAPPED.format("1 of .*")),
+    ([[47], [46]], [7, 8], "4 of 4 points lie outside its area of use." + SWAPPED.format("4 of them lie")),
+    ([8, 5.9], [47, 47], r"1 of 2 points lie outside its area of use\."),
+])  # fmt: skip
 def test_points_elsewhere_are_told(lon, lat, text):
     """How many of those that are there, and how many of these lie inside as latitudes and longitudes."""
     with pytest.warns(Notice, match=f"{SWISS}{text}$") as notices:

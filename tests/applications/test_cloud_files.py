@@ -93,21 +93,18 @@ def file(tmp_path):
     return read
 
 
-@each(
-    ("text", "points", "ids"),
-    [
-        ("0.1,-2,3e5\n4,5.5,6\n7.25,8,9\n", POINTS, None),
-        ("\ufeffx;y;z\r\n0.1;-2;3e5\r\n4;5.5;6\r\n7.25;8;9\r\n", POINTS, None),
-        ("# a comment\nname\tx\ty\na\t0.1\t-2\nb\t4\t5.5\nc\t7.25\t8\n", POINTS[:, :2], ("a", "b", "c")),
-        ("p,0.1,-2,3e5\nq,4,5.5,6\nr,7.25,8,9\n", POINTS, ("p", "q", "r")),
-        ("colour,Z,Y,X,ID\nred,3e5,-2,0.1,1\nred,6,5.5,4,2\nred,9,8,7.25,3\n", POINTS, ("1", "2", "3")),
-        ("first,second,third\n0.1,-2,3e5\n4,5.5,6\n7.25,8,9\n", POINTS, None),
-        ("1,5;2,25\n-3;4,0\n", [[1.5, 2.25], [-3, 4]], None),
-        # A row of empty cells is a missing point, one may end before its id.
-        ("1,2,3,4,5\n,,,,\n", [[1, 2, 3, 4, 5], [np.nan] * 5], None),
-        ("x,y,id\n1,2,a\n3,4\n", [[1, 2], [3, 4]], ("a", "")),
-    ],
-)
+@each(("text", "points", "ids"), [
+    ("0.1,-2,3e5\n4,5.5,6\n7.25,8,9\n", POINTS, None),
+    ("\ufeffx;y;z\r\n0.1;-2;3e5\r\n4;5.5;6\r\n7.25;8;9\r\n", POINTS, None),
+    ("# a comment\nname\tx\ty\na\t0.1\t-2\nb\t4\t5.5\nc\t7.25\t8\n", POINTS[:, :2], ("a", "b", "c")),
+    ("p,0.1,-2,3e5\nq,4,5.5,6\nr,7.25,8,9\n", POINTS, ("p", "q", "r")),
+    ("colour,Z,Y,X,ID\nred,3e5,-2,0.1,1\nred,6,5.5,4,2\nred,9,8,7.25,3\n", POINTS, ("1", "2", "3")),
+    ("first,second,third\n0.1,-2,3e5\n4,5.5,6\n7.25,8,9\n", POINTS, None),
+    ("1,5;2,25\n-3;4,0\n", [[1.5, 2.25], [-3, 4]], None),
+    # A row of empty cells is a missing point, one may end before its id.
+    ("1,2,3,4,5\n,,,,\n", [[1, 2, 3, 4, 5], [np.nan] * 5], None),
+    ("x,y,id\n1,2,a\n3,4\n", [[1, 2], [3, 4]], ("a", "")),
+])  # fmt: skip
 def test_csv(file, text, points, ids):
     """CSV with and without a header, with any separator and decimal commas, with ids and other columns."""
     cloud = file("a.csv", text)
@@ -147,19 +144,16 @@ ROWS = "0.1 -2  3e5 255\n\n4 5.5 6 0\n7.25\t8 9 1\n", "5.0 2.1 150003.0 255\n-10
 TABLE = "id,x,text,y,z\n1,0.1,b,-2,3e5\n2,,c,,\n3,7.25,d,8,9\n"
 
 
-@each(
-    ("name", "text", "written"),
-    [
-        ("a.csv", TABLE, "id,x,text,y,z\n1,5.0,b,2.1,150003.0\n2,,c,,\n3,-15.0,d,9.25,7.5\n"),
-        # Without anything the cells behind missing ones would take their place, or the row be a header.
-        ("a.csv", ",\n4,5\n7,8\n", "nan,nan\n-9.0,6.0\n-15.0,9.0\n"),
-        ("a.xyz", "nan nan nan 1\n4 5 6 2\n", "nan nan nan 1\n-9.0 6.0 6.0 2\n"),
-        # Decimal commas are written as they were.
-        ("a.csv", "x;name;y\n1,5;a,b;2,25\n-3;c;4,0\n", "x;name;y\n-3,5;a,b;3,5\n-7,0;c;-1,0\n"),
-        # The names of columns, and the number of points, stand before them as in CloudCompare's files.
-        *((name, head + ROWS[0], head + ROWS[1]) for name, head in HEADS),
-    ],
-)
+@each(("name", "text", "written"), [
+    ("a.csv", TABLE, "id,x,text,y,z\n1,5.0,b,2.1,150003.0\n2,,c,,\n3,-15.0,d,9.25,7.5\n"),
+    # Without anything the cells behind missing ones would take their place, or the row be a header.
+    ("a.csv", ",\n4,5\n7,8\n", "nan,nan\n-9.0,6.0\n-15.0,9.0\n"),
+    ("a.xyz", "nan nan nan 1\n4 5 6 2\n", "nan nan nan 1\n-9.0 6.0 6.0 2\n"),
+    # Decimal commas are written as they were.
+    ("a.csv", "x;name;y\n1,5;a,b;2,25\n-3;c;4,0\n", "x;name;y\n-3,5;a,b;3,5\n-7,0;c;-1,0\n"),
+    # The names of columns, and the number of points, stand before them as in CloudCompare's files.
+    *((name, head + ROWS[0], head + ROWS[1]) for name, head in HEADS),
+])  # fmt: skip
 def test_files_are_written(file, tmp_path, name, text, written):
     """Moved points stand in the place of the old ones, in full precision; missing ones and other columns stay."""
     cloud = file(name, text)
@@ -246,54 +240,51 @@ ENDS_EARLY = "It ends before its vertices, among those of its element"
 TEXT, SINGLE, HALF = ply("ascii"), ply("ascii", "float"), triangle("ascii", "half")
 
 
-@each(
-    ("name", "data", "said"),
-    [
-        ("a.obj", "v 1 2 3", r"Its suffix must be \.csv, \.xyz, \.asc, \.ply or \.pcd"),
-        ("a.csv", "", "There are no points in it"),
-        ("a.csv", "x,y\n", "There are no points in it"),
-        ("a.csv", "1 2\n3 4\n", "Its cells must be separated by commas, semicolons or tabs"),
-        ("a.csv", "x,y\n1,2\n3,b\n", "Row 2 must have 2 numbers for its point"),
-        ("a.csv", "1,2\n3\n4,5\n", "Row 2 must have 2 numbers for its point"),
-        ("a.csv", "1,2\n3,4,5\n6,7,8\n", "Its row 2 has 3 cells, the first one 2"),
-        ("a.csv", "x,y,name\n1,2,a\n3,4,b,5\n", "Its row 3 has 4 cells, the first one 3"),
-        ("a.csv", 'x,y,name\n1,2,a\n3,4,"b\n5,6,c\n', "Its row 3 has a quotation mark that does not end its cell"),
-        ("a.csv", "1,2,\n3,4,\n", "No point in it has all of its coordinates"),
-        ("a.csv", "1,2\n3,1_0\n", "Row 2 must have 2 numbers for its point"),
-        ("a.csv", "1,2\n3,inf\n", "Point 2 is infinitely far away"),
-        ("a.csv", "# one\n# two\n", "There are no points in it"),
-        ("a.xyz", "1 2\n3 4 5\n", "Row 1 has 2 numbers, row 2 more"),
-        ("a.csv", b"\xff\xfe1,2", "It must be text in UTF-8"),
-        ("a.xyz", "1 2 3\n4 5\n", "Row 2 must have 3 numbers for its point"),
-        ("a.csv", "x;y\n1.5;2\n3,5;4\n", "Row 2 must have 2 numbers for its point. Decimal commas are read where all"),
-        ("a.asc", "ncols 2\nnrows 1\n1 2\n", "It is an Esri grid, not a cloud"),
-        ("a.asc", "//X Y Z\n", "There are no points in it"),
-        ("a.pcd", "solid\n", "It is not a PCD file: 'solid' does not belong in such a header"),
-        ("a.pcd", PCD.format(form="binary_compressed"), "Its data are binary_compressed; they must be ascii or binary"),
-        ("a.pcd", PCD.format(form="zip"), "It is not a PCD file: its header must end with DATA"),
-        ("a.pcd", ASCII_PCD.replace("SIZE 4", "SIZE 3"), "Its header must have FIELDS, SIZE, TYPE and"),
-        ("a.pcd", ASCII_PCD.replace("SIZE 4 ", "SIZE "), "Its header must have FIELDS, SIZE, TYPE and"),
-        ("a.pcd", ASCII_PCD.replace("FIELDS x", "FIELDS u"), "Its FIELDS must have x, y and perhaps z"),
-        ("a.pcd", ASCII_PCD + "1 2 3 4 5\n", "Point 1 must have 6 numbers"),
-        ("a.pcd", ASCII_PCD + "1,5 2 3 4 5 6\n", "Point 1 must have 6 numbers, with decimal points, not"),
-        ("a.pcd", PCD.format(form="binary") + "12345678", "It ends before its 3 points do"),
-        ("a.ply", faces_first("ascii").partition(b"5.5")[0], "Vertex 2 must have 3 numbers"),
-        ("a.ply", faces_first("ascii").partition(b"3 0 1")[0], ENDS_EARLY),
-        ("a.ply", faces_first("binary_big_endian")[:-106], ENDS_EARLY),
-        ("a.ply", "solid", "It is not a PLY file: its header must begin with ply"),
-        ("a.ply", ply("binary_little_endian")[:-50], "It ends before its 3 vertices do"),
-        ("a.ply", ply("ascii")[:-50], "Vertex 2 must have 7 numbers"),
-        ("a.ply", ply("ascii").replace(b"vertex 3", b"vertex 1000000000000000000"), "Vertex 4 must have 7 numbers"),
-        ("a.ply", ply("binary_big_endian").replace(b"vertex 3", b"vertex 1" + 18 * b"0"), "It ends before its 10"),
-        ("a.ply", TEXT.replace(b" 1 5.5", b" 256 5.5"), "Vertex 2 has 256 for red, which its type uint8 cannot"),
-        ("a.ply", TEXT.replace(b" 1 5.5", b" 1.5 5.5"), "Vertex 2 has 1.5 for red, which its type uint8 can"),
-        ("a.ply", SINGLE.replace(b"4.0 1", b"1e39 1"), "Vertex 2 has 1e.39 for x, which its type float32"),
-        ("a.ply", TEXT.replace(b"float ny", b"float nx"), "Its vertices have two properties of one name"),
-        ("a.ply", ply("ascii", "int"), "Its vertices must have x, y and perhaps z of type float or double"),
-        ("a.ply", triangle("zip"), "Its header must name a format and an element vertex"),
-        ("a.ply", HALF, "The line 'property half x' of its header is not understood"),
-    ],
-)
+@each(("name", "data", "said"), [
+    ("a.obj", "v 1 2 3", r"Its suffix must be \.csv, \.xyz, \.asc, \.ply or \.pcd"),
+    ("a.csv", "", "There are no points in it"),
+    ("a.csv", "x,y\n", "There are no points in it"),
+    ("a.csv", "1 2\n3 4\n", "Its cells must be separated by commas, semicolons or tabs"),
+    ("a.csv", "x,y\n1,2\n3,b\n", "Row 2 must have 2 numbers for its point"),
+    ("a.csv", "1,2\n3\n4,5\n", "Row 2 must have 2 numbers for its point"),
+    ("a.csv", "1,2\n3,4,5\n6,7,8\n", "Its row 2 has 3 cells, the first one 2"),
+    ("a.csv", "x,y,name\n1,2,a\n3,4,b,5\n", "Its row 3 has 4 cells, the first one 3"),
+    ("a.csv", 'x,y,name\n1,2,a\n3,4,"b\n5,6,c\n', "Its row 3 has a quotation mark that does not end its cell"),
+    ("a.csv", "1,2,\n3,4,\n", "No point in it has all of its coordinates"),
+    ("a.csv", "1,2\n3,1_0\n", "Row 2 must have 2 numbers for its point"),
+    ("a.csv", "1,2\n3,inf\n", "Point 2 is infinitely far away"),
+    ("a.csv", "# one\n# two\n", "There are no points in it"),
+    ("a.xyz", "1 2\n3 4 5\n", "Row 1 has 2 numbers, row 2 more"),
+    ("a.csv", b"\xff\xfe1,2", "It must be text in UTF-8"),
+    ("a.xyz", "1 2 3\n4 5\n", "Row 2 must have 3 numbers for its point"),
+    ("a.csv", "x;y\n1.5;2\n3,5;4\n", "Row 2 must have 2 numbers for its point. Decimal commas are read where all"),
+    ("a.asc", "ncols 2\nnrows 1\n1 2\n", "It is an Esri grid, not a cloud"),
+    ("a.asc", "//X Y Z\n", "There are no points in it"),
+    ("a.pcd", "solid\n", "It is not a PCD file: 'solid' does not belong in such a header"),
+    ("a.pcd", PCD.format(form="binary_compressed"), "Its data are binary_compressed; they must be ascii or binary"),
+    ("a.pcd", PCD.format(form="zip"), "It is not a PCD file: its header must end with DATA"),
+    ("a.pcd", ASCII_PCD.replace("SIZE 4", "SIZE 3"), "Its header must have FIELDS, SIZE, TYPE and"),
+    ("a.pcd", ASCII_PCD.replace("SIZE 4 ", "SIZE "), "Its header must have FIELDS, SIZE, TYPE and"),
+    ("a.pcd", ASCII_PCD.replace("FIELDS x", "FIELDS u"), "Its FIELDS must have x, y and perhaps z"),
+    ("a.pcd", ASCII_PCD + "1 2 3 4 5\n", "Point 1 must have 6 numbers"),
+    ("a.pcd", ASCII_PCD + "1,5 2 3 4 5 6\n", "Point 1 must have 6 numbers, with decimal points, not"),
+    ("a.pcd", PCD.format(form="binary") + "12345678", "It ends before its 3 points do"),
+    ("a.ply", faces_first("ascii").partition(b"5.5")[0], "Vertex 2 must have 3 numbers"),
+    ("a.ply", faces_first("ascii").partition(b"3 0 1")[0], ENDS_EARLY),
+    ("a.ply", faces_first("binary_big_endian")[:-106], ENDS_EARLY),
+    ("a.ply", "solid", "It is not a PLY file: its header must begin with ply"),
+    ("a.ply", ply("binary_little_endian")[:-50], "It ends before its 3 vertices do"),
+    ("a.ply", ply("ascii")[:-50], "Vertex 2 must have 7 numbers"),
+    ("a.ply", ply("ascii").replace(b"vertex 3", b"vertex 1000000000000000000"), "Vertex 4 must have 7 numbers"),
+    ("a.ply", ply("binary_big_endian").replace(b"vertex 3", b"vertex 1" + 18 * b"0"), "It ends before its 10"),
+    ("a.ply", TEXT.replace(b" 1 5.5", b" 256 5.5"), "Vertex 2 has 256 for red, which its type uint8 cannot"),
+    ("a.ply", TEXT.replace(b" 1 5.5", b" 1.5 5.5"), "Vertex 2 has 1.5 for red, which its type uint8 can"),
+    ("a.ply", SINGLE.replace(b"4.0 1", b"1e39 1"), "Vertex 2 has 1e.39 for x, which its type float32"),
+    ("a.ply", TEXT.replace(b"float ny", b"float nx"), "Its vertices have two properties of one name"),
+    ("a.ply", ply("ascii", "int"), "Its vertices must have x, y and perhaps z of type float or double"),
+    ("a.ply", triangle("zip"), "Its header must name a format and an element vertex"),
+    ("a.ply", HALF, "The line 'property half x' of its header is not understood"),
+])  # fmt: skip
 def test_refused(file, name, data, said):
     """What cannot be read is one line with the file's name."""
     refuses(rf"^Invalid cloud '.*{name}'\. {said}", file, name, data)

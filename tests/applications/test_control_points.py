@@ -88,32 +88,29 @@ COLUMNS += "residuals last; it has 3"
 NO_LINKS = "1,5,2,5,600,5,200,5\n5,5,2,5,604,5,200,5\n2,5,9,5,601,5,207,5\n"
 
 
-@each(
-    ("text", "message"),
-    [
-        (None, "It cannot be read as text: No such file"),
-        (b"\xff\xfe\x00", "It cannot be read as text"),
-        ("", "It is empty"),
-        ("1,2,3\n", COLUMNS),
-        ("a,b,c,d\n1,2,3,4\n", "Its header must name x_old, y_old, x_new and y_new; it has no x_old"),
-        ("1,2,3,4\n1,2,x,4\n", "Line 2 must have numbers for x_old, y_old, x_new, y_new"),
-        ("1,2,3,4\n1,2\n", "Line 2 must have numbers"),
-        ("1,2,3,4\n1,2,3,4,5\n", "Line 2 has 5 cells; it must have 4"),
-        ("1,2,3,4\n2,3,4,5\n", "It has 2 control points; there must be at least 3"),
-        ("0,0,3,4\n1,1,4,9\n2,2,9,5\n", "must not lie on one line, as they do on the old map"),
-        ("0,0,0,0\n1,2,1,0\n2,2,3,0\n", "must not lie on one line, as they do in truth"),
-        ("a,0,0,0,0\nb,1,2,1,0\na,2,2,3,9\n", "There are two 'a'"),
-        ("0,0,0,0\n1,1e303,1,0\n2,2,3,0\n", "Invalid control point '2'. It must lie within 1e.15 on the old map"),
-        ("0,0,0,0\n1,3,1,0\n2,2,3,-1e16\n", "Invalid control point '3'. It must lie within 1e.15 in truth"),
-        ("1,1,0,0\n1,1,1,0\n1,1,3,9\n", "Invalid control points. They must not be in one place, as they are on the"),
-        ("0,0,0,0\n1,nan,1,0\n2,2,3,0\n", "Invalid control point '2'. Its places must be finite"),
-        (NO_LINKS, "It has 8 columns of whole numbers. With decimal commas, semicolons must separate"),
-        ("-gcp 1 2 3\n", r"Line 1 must have -gcp pixel line easting northing \[elevation\]\.$"),
-        ("-gcp 1 2 3 4\n-gcp 1,5 2,5 3,5 4,5\n", r"Line 2 must have -gcp pixel line"),
-        ('-gcp 1 2 3 4 "in.tif\n', r"Line 1 has a quotation mark that does not end on the line\.$"),
-        ("-gcp 1 2 3 4\n", r"It has 1 control points; there must be at least 3\.$"),
-    ],
-)
+@each(("text", "message"), [
+    (None, "It cannot be read as text: No such file"),
+    (b"\xff\xfe\x00", "It cannot be read as text"),
+    ("", "It is empty"),
+    ("1,2,3\n", COLUMNS),
+    ("a,b,c,d\n1,2,3,4\n", "Its header must name x_old, y_old, x_new and y_new; it has no x_old"),
+    ("1,2,3,4\n1,2,x,4\n", "Line 2 must have numbers for x_old, y_old, x_new, y_new"),
+    ("1,2,3,4\n1,2\n", "Line 2 must have numbers"),
+    ("1,2,3,4\n1,2,3,4,5\n", "Line 2 has 5 cells; it must have 4"),
+    ("1,2,3,4\n2,3,4,5\n", "It has 2 control points; there must be at least 3"),
+    ("0,0,3,4\n1,1,4,9\n2,2,9,5\n", "must not lie on one line, as they do on the old map"),
+    ("0,0,0,0\n1,2,1,0\n2,2,3,0\n", "must not lie on one line, as they do in truth"),
+    ("a,0,0,0,0\nb,1,2,1,0\na,2,2,3,9\n", "There are two 'a'"),
+    ("0,0,0,0\n1,1e303,1,0\n2,2,3,0\n", "Invalid control point '2'. It must lie within 1e.15 on the old map"),
+    ("0,0,0,0\n1,3,1,0\n2,2,3,-1e16\n", "Invalid control point '3'. It must lie within 1e.15 in truth"),
+    ("1,1,0,0\n1,1,1,0\n1,1,3,9\n", "Invalid control points. They must not be in one place, as they are on the"),
+    ("0,0,0,0\n1,nan,1,0\n2,2,3,0\n", "Invalid control point '2'. Its places must be finite"),
+    (NO_LINKS, "It has 8 columns of whole numbers. With decimal commas, semicolons must separate"),
+    ("-gcp 1 2 3\n", r"Line 1 must have -gcp pixel line easting northing \[elevation\]\.$"),
+    ("-gcp 1 2 3 4\n-gcp 1,5 2,5 3,5 4,5\n", r"Line 2 must have -gcp pixel line"),
+    ('-gcp 1 2 3 4 "in.tif\n', r"Line 1 has a quotation mark that does not end on the line\.$"),
+    ("-gcp 1 2 3 4\n", r"It has 1 control points; there must be at least 3\.$"),
+])  # fmt: skip
 def test_wrong_files(text, message, tmp_path):
     """One line says what is wrong, and where."""
     path = tmp_path / "points.csv"

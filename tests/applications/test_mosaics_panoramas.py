@@ -162,15 +162,12 @@ def angles(name, canvas):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "projection", "blend", "size"),
-    [
-        ("150 degrees", "stereographic", "feather", 0.5),
-        ("150 degrees", "mercator", "multiband", 1.0),
-        ("a full turn", "plate-carree", "multiband", 1.0),
-        ("all round", "plate-carree", "none", 1.0),
-    ],
-)
+@pytest.mark.parametrize(("name", "projection", "blend", "size"), [
+    ("150 degrees", "stereographic", "feather", 0.5),
+    ("150 degrees", "mercator", "multiband", 1.0),
+    ("a full turn", "plate-carree", "multiband", 1.0),
+    ("all round", "plate-carree", "none", 1.0),
+])  # fmt: skip
 def test_the_panorama_is_the_sphere(name, projection, blend, size):
     """What is drawn on a map is what the sphere has there, over the whole turn, across its cut and about poles."""
     pytest.importorskip("cv2")

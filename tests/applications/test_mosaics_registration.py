@@ -218,27 +218,24 @@ def test_the_table(tmp_path):
 TWO, ONES = "# sizes h x w: (9, 9), (9, 9)\n", "0,0,1,1,1,1,1\n"
 
 
-@each(
-    ("text", "message"),
-    [
-        ("", r"It is empty\.$"),
-        ("model,i,j,xi,yi,xj,yj\n", r"It has no rows; it must have some of the model affine\.$"),
-        ("0,0,1,1,5,2,3,4,5\n", r"Line 1 must be model,i,j,xi,yi,xj,yj"),
-        ("model,i,j,xi,yi,xj,yj\n0,0,1,1,5,2,3,4,5\n", r"Line 2 has 9 cells; it must have 7\. Decimal commas are read"),
-        ("1,0,1,1,1,1,1\n", r"It has rows of the model homography; it must have some of the model affine\.$"),
-        ("0,0,1,1,1,1\n", r"Line 1 must be model,i,j,xi,yi,xj,yj"),
-        (TWO + "0,0,one,1,1,1,1\n", r"Line 2 must be model"),
-        ("0,0,1.5,1,1,1,1\n", r"Line 1 must be model"),
-        ("0,0,nan,1,1,1,1\n", r"Line 1 must be model"),
-        ("2,0,1,1,1,1,1\n", r"Line 1 must be model"),
-        (ONES, r"The sizes of the images must be given, or stand in a comment line"),
-        (TWO + ONES + "0,0,2,1,1,1,1\n", r"correspondence 2\. Its images must be numbers"),
-        (TWO + "0,0,-1,1,1,1,1\n", r"correspondence 1\. Its images must be numbers from 0 to 1"),
-        (TWO + "0,1,1,1,1,1,1\n", r"correspondence 1\. It pairs an image with itself\.$"),
-        (TWO + "0,0,1,1,nan,1,1\n", r"correspondence 1\. Its coordinates must be finite\.$"),
-        (TWO.replace("(9", "(0", 1) + ONES, r"^Invalid sizes of images\. They must be given, in pixels"),
-    ],
-)
+@each(("text", "message"), [
+    ("", r"It is empty\.$"),
+    ("model,i,j,xi,yi,xj,yj\n", r"It has no rows; it must have some of the model affine\.$"),
+    ("0,0,1,1,5,2,3,4,5\n", r"Line 1 must be model,i,j,xi,yi,xj,yj"),
+    ("model,i,j,xi,yi,xj,yj\n0,0,1,1,5,2,3,4,5\n", r"Line 2 has 9 cells; it must have 7\. Decimal commas are read"),
+    ("1,0,1,1,1,1,1\n", r"It has rows of the model homography; it must have some of the model affine\.$"),
+    ("0,0,1,1,1,1\n", r"Line 1 must be model,i,j,xi,yi,xj,yj"),
+    (TWO + "0,0,one,1,1,1,1\n", r"Line 2 must be model"),
+    ("0,0,1.5,1,1,1,1\n", r"Line 1 must be model"),
+    ("0,0,nan,1,1,1,1\n", r"Line 1 must be model"),
+    ("2,0,1,1,1,1,1\n", r"Line 1 must be model"),
+    (ONES, r"The sizes of the images must be given, or stand in a comment line"),
+    (TWO + ONES + "0,0,2,1,1,1,1\n", r"correspondence 2\. Its images must be numbers"),
+    (TWO + "0,0,-1,1,1,1,1\n", r"correspondence 1\. Its images must be numbers from 0 to 1"),
+    (TWO + "0,1,1,1,1,1,1\n", r"correspondence 1\. It pairs an image with itself\.$"),
+    (TWO + "0,0,1,1,nan,1,1\n", r"correspondence 1\. Its coordinates must be finite\.$"),
+    (TWO.replace("(9", "(0", 1) + ONES, r"^Invalid sizes of images\. They must be given, in pixels"),
+])  # fmt: skip
 def test_the_table_is_checked(tmp_path, text, message):
     """What is wrong with a table is told in one line, with its place."""
     path = tmp_path / "points.csv"

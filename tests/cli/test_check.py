@@ -155,14 +155,11 @@ UNREAD = "1 feature(s) of 'x.geojson' have a geometry that cannot be read and is
 NO_OBJECT = "The member crs of 'x.geojson' is not an object, as GeoJSON needs: the data are"
 
 
-@each(
-    ("other", "said"),
-    [
-        *((feature("LineString", "[[1,2]]"), UNREAD), (feature("Polygon", "[[[1,2]]]"), UNREAD)),
-        *((feature("LineString", "[]"), ""), (feature("Polygon", "null"), ""), (feature("Circle", "[1,2]"), CIRCLE)),
-        *((feature("LineString", "[[1,2],[3,4]]", "[1,2]"), ""), (PARCEL, NO_OBJECT)),
-    ],
-)
+@each(("other", "said"), [
+    *((feature("LineString", "[[1,2]]"), UNREAD), (feature("Polygon", "[[[1,2]]]"), UNREAD)),
+    *((feature("LineString", "[]"), ""), (feature("Polygon", "null"), ""), (feature("Circle", "[1,2]"), CIRCLE)),
+    *((feature("LineString", "[[1,2],[3,4]]", "[1,2]"), ""), (PARCEL, NO_OBJECT)),
+])  # fmt: skip
 def test_features_that_are_broken(other, said, tmp_path, monkeypatch):
     """They have no figures, which is said in one line at most; the others have theirs."""
     monkeypatch.chdir(tmp_path)
@@ -196,14 +193,11 @@ def test_recommended(data):
 
 
 @pytest.mark.slow
-@each(
-    ("crs", "said"),
-    [
-        ("{}", "its crs must have properties with the name of a CRS, a text."),
-        ('{"type":"link","properties":{"href":"x"}}', "its crs must have properties with the name of a CRS, a text."),
-        ('{"type":"name","properties":{"name":"nonsense"}}', "Invalid CRS 'nonsense'. It must be a CRS that PROJ"),
-    ],
-)
+@each(("crs", "said"), [
+    ("{}", "its crs must have properties with the name of a CRS, a text."),
+    ('{"type":"link","properties":{"href":"x"}}', "its crs must have properties with the name of a CRS, a text."),
+    ('{"type":"name","properties":{"name":"nonsense"}}', "Invalid CRS 'nonsense'. It must be a CRS that PROJ"),
+])  # fmt: skip
 def test_a_crs_that_is_none(crs, said, tmp_path):
     """GeoJSON that states nonsense is refused (GDAL takes it for WGS 84); a feature may have a property crs."""
     text = '{{"type":"FeatureCollection",{}"features":[{}]}}'

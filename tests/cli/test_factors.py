@@ -160,15 +160,12 @@ def test_factors_stdin_of_no_points() -> None:
 # ---- points as people write them -----------------------------------------------------------------
 
 
-@each(
-    ("words", "points"),
-    [
-        *(("10 50", [(10, 50)]), ("10,50 -20.5,-30", [(10, 50), (-20.5, -30)]), ("10, 50", [(10, 50)])),
-        *(("50N 10E", [(10, 50)]), ("10W 50s", [(-10, -50)]), ("50N,10W", [(-10, 50)])),
-        *(("10d30' 50°30'", [(10.5, 50.5)]), ("50°30'36\"N 10°15'W", [(-10.25, 50.51)])),
-        *(("-10d30 0", [(-10.5, 0)]), ("1e1 5e1", [(10, 50)])),
-    ],
-)
+@each(("words", "points"), [
+    *(("10 50", [(10, 50)]), ("10,50 -20.5,-30", [(10, 50), (-20.5, -30)]), ("10, 50", [(10, 50)])),
+    *(("50N 10E", [(10, 50)]), ("10W 50s", [(-10, -50)]), ("50N,10W", [(-10, 50)])),
+    *(("10d30' 50°30'", [(10.5, 50.5)]), ("50°30'36\"N 10°15'W", [(-10.25, 50.51)])),
+    *(("-10d30 0", [(-10.5, 0)]), ("1e1 5e1", [(10, 50)])),
+])  # fmt: skip
 def test_points_in_words(words: str, points: list[tuple[float, float]]) -> None:
     """Longitude first, but where letters say otherwise; minutes are sixtieths."""
     found = read_points(words.split(), [])
@@ -182,35 +179,29 @@ def test_a_pair_may_be_one_word(word: str) -> None:
     assert (found.lon, found.lat) == ([10], [50])
 
 
-@each(
-    ("words", "message"),
-    [
-        ("10N 50N", r"^Invalid point '10N 50N'\. One must be a longitude and one a latitude\.$"),
-        ("10 50 20", r"^Invalid coordinates '10 50 20'\. They must be pairs"),
-        ("10d60' 50", r"^Invalid point '10d60' 50'\. Longitude and latitude must be numbers"),
-        ("10 90.5N", r"^Invalid latitude '90\.5N'\. It must lie within -90 and 90"),
-        ("1,2,3 4", r"^Invalid point '1,2,3 4'\."),
-        ("inf 5", r"^Invalid longitude 'inf'\."),
-    ],
-)
+@each(("words", "message"), [
+    ("10N 50N", r"^Invalid point '10N 50N'\. One must be a longitude and one a latitude\.$"),
+    ("10 50 20", r"^Invalid coordinates '10 50 20'\. They must be pairs"),
+    ("10d60' 50", r"^Invalid point '10d60' 50'\. Longitude and latitude must be numbers"),
+    ("10 90.5N", r"^Invalid latitude '90\.5N'\. It must lie within -90 and 90"),
+    ("1,2,3 4", r"^Invalid point '1,2,3 4'\."),
+    ("inf 5", r"^Invalid longitude 'inf'\."),
+])  # fmt: skip
 def test_words_that_are_no_points(words: str, message: str) -> None:
     refuses(message, read_points, words.split(), [])
 
 
-@each(
-    ("lines", "texts"),
-    [
-        (["lon lat name", "10 50 A", "20 60 B"], ["A", "B"]),
-        (["# sites", "Name;Latitude;Longitude", "A;50;10", "B;60;20"], ["A", "B"]),
-        (["name,lon,lat,town", "A,10,50,Ulm", "B,20,60,Bern"], ["A Ulm", "B Bern"]),
-        (["A 10 50", "B, 20, 60"], ["A", "B"]),
-        (["10 50 at the gate", "20E 60N"], ["at the gate", ""]),
-        (["10,0;50,0;A", "20;60,0;B"], ["A", "B"]),
-        (["Latitude;Longitude;Name", "50,0;10,0;A", "60,0;20;B"], ["A", "B"]),
-        (["lat lng name", "50,0 1,0e1 A", "60,0 20 B"], ["A", "B"]),
-        (["10,50 A", "20,60\tB"], ["A", "B"]),
-    ],
-)
+@each(("lines", "texts"), [
+    (["lon lat name", "10 50 A", "20 60 B"], ["A", "B"]),
+    (["# sites", "Name;Latitude;Longitude", "A;50;10", "B;60;20"], ["A", "B"]),
+    (["name,lon,lat,town", "A,10,50,Ulm", "B,20,60,Bern"], ["A Ulm", "B Bern"]),
+    (["A 10 50", "B, 20, 60"], ["A", "B"]),
+    (["10 50 at the gate", "20E 60N"], ["at the gate", ""]),
+    (["10,0;50,0;A", "20;60,0;B"], ["A", "B"]),
+    (["Latitude;Longitude;Name", "50,0;10,0;A", "60,0;20;B"], ["A", "B"]),
+    (["lat lng name", "50,0 1,0e1 A", "60,0 20 B"], ["A", "B"]),
+    (["10,50 A", "20,60\tB"], ["A", "B"]),
+])  # fmt: skip
 def test_lines_may_have_a_header_and_names(lines: list[str], texts: list[str]) -> None:
     """In whatever order the header has them; without one a name may stand before or behind."""
     found = read_points(["-"], lines)

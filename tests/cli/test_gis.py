@@ -125,18 +125,15 @@ def test_wrong_words(words: str, message: str, points: Path) -> None:
     assert {path.name for path in points.iterdir()} == {"p.csv", *files}
 
 
-@pytest.mark.parametrize(
-    ("words", "library", "thing"),
-    [
-        ("heatmap moll -o x.tif", "rasterio", "output 'x.tif'"),
-        ("tissot moll -o x.gpkg", "geopandas", "output 'x.gpkg'"),
-        ("factors moll --at p.csv -o x.parquet", "pyarrow", "output 'x.parquet'"),
-        ("factors moll --at p.gpkg", "geopandas", "points file 'p.gpkg'"),
-        ("factors moll 1 2 -o x.gpkg", "pyogrio", "output 'x.gpkg'"),
-        *(("atlas Malta --export a.gpkg", library, "output 'a.gpkg'") for library in ("geopandas", "pyogrio")),
-        ("atlas Malta --export a.parquet", "pyarrow", "output 'a.parquet'"),
-    ],
-)
+@pytest.mark.parametrize(("words", "library", "thing"), [
+    ("heatmap moll -o x.tif", "rasterio", "output 'x.tif'"),
+    ("tissot moll -o x.gpkg", "geopandas", "output 'x.gpkg'"),
+    ("factors moll --at p.csv -o x.parquet", "pyarrow", "output 'x.parquet'"),
+    ("factors moll --at p.gpkg", "geopandas", "points file 'p.gpkg'"),
+    ("factors moll 1 2 -o x.gpkg", "pyogrio", "output 'x.gpkg'"),
+    *(("atlas Malta --export a.gpkg", library, "output 'a.gpkg'") for library in ("geopandas", "pyogrio")),
+    ("atlas Malta --export a.parquet", "pyarrow", "output 'a.parquet'"),
+])  # fmt: skip
 def test_a_missing_library(words: str, library: str, thing: str, points: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, library, None)
     assert refused(*words.split()) == f"Invalid {thing}. It needs {library}: pip install 'projdist[gis]'."
@@ -220,16 +217,13 @@ def test_devices_are_written_to(words: str, points: Path) -> None:
     assert Path("/dev/null").is_char_device()
 
 
-@each(
-    ("name", "text"),
-    [
-        ("a.csv", "longitude,latitude\n11.5,48.25\n"),
-        ("b.csv", "lon;lat\n11.5;48.25\n"),
-        ("c.csv", "Latitude;Longitude\n48,25;11,5\n"),
-        ("a.tsv", "name\tLAT\tlng\nx\t48.25\t11.5\n"),
-        ("a.txt", "long lat\n11,5 48,25\n"),
-    ],
-)
+@each(("name", "text"), [
+    ("a.csv", "longitude,latitude\n11.5,48.25\n"),
+    ("b.csv", "lon;lat\n11.5;48.25\n"),
+    ("c.csv", "Latitude;Longitude\n48,25;11,5\n"),
+    ("a.tsv", "name\tLAT\tlng\nx\t48.25\t11.5\n"),
+    ("a.txt", "long lat\n11,5 48,25\n"),
+])  # fmt: skip
 def test_tables_of_points(name: str, text: str, points: Path) -> None:
     """Names and delimiters are those of `points:`; h is UTM's on its ellipsoid, by PROJ."""
     Path(name).write_text(text)

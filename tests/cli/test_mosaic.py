@@ -315,18 +315,15 @@ def test_images_refused(tmp_path, points):
         assert message in refusal(*words, code=code)
 
 
-@each(
-    ("where", "error", "code", "message"),
-    [
-        ("render", ImportError("It needs OpenCV."), 2, "It needs OpenCV."),
-        ("render", ValueError("Invalid crop."), 1, "Invalid crop."),
-        ("render", MemoryError(), 2, "It needs more memory than there is: take fewer --pixels."),
-        ("save_mosaic", FileExistsError("Invalid output 'm.png'. It exists."), 2, "Invalid output 'm.png'. It exists."),
-        ("save_mosaic", OSError(28, "No space left on device"), 2, "It cannot be written: No space left on device."),
-        ("read_world_file", ValueError("Invalid world file 'a.pgw'."), 2, "Invalid world file 'a.pgw'."),
-        ("mosaic_figure", ImportError("It needs OpenCV."), 2, "It needs OpenCV."),
-    ],
-)
+@each(("where", "error", "code", "message"), [
+    ("render", ImportError("It needs OpenCV."), 2, "It needs OpenCV."),
+    ("render", ValueError("Invalid crop."), 1, "Invalid crop."),
+    ("render", MemoryError(), 2, "It needs more memory than there is: take fewer --pixels."),
+    ("save_mosaic", FileExistsError("Invalid output 'm.png'. It exists."), 2, "Invalid output 'm.png'. It exists."),
+    ("save_mosaic", OSError(28, "No space left on device"), 2, "It cannot be written: No space left on device."),
+    ("read_world_file", ValueError("Invalid world file 'a.pgw'."), 2, "Invalid world file 'a.pgw'."),
+    ("mosaic_figure", ImportError("It needs OpenCV."), 2, "It needs OpenCV."),
+])  # fmt: skip
 def test_pictures_that_cannot_be(where, error, code, message, tmp_path):
     pytest.importorskip("cv2")
     sheets = save(tmp_path, np.random.default_rng(1).integers(0, 255, (2, 60, 80, 3), np.uint8))

@@ -71,15 +71,12 @@ def test_output_to_a_directory_without_permission(name: str, tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-@each(
-    ("what", "names"),
-    [
-        ("projections", [*projection_names()]),
-        ("measures", [*MEASURES, "scale@AZIMUTH"]),
-        ("criteria", [*CRITERIA, "pNN", *INDICES]),
-        ("indices", [*INDICES]),
-    ],
-)
+@each(("what", "names"), [
+    ("projections", [*projection_names()]),
+    ("measures", [*MEASURES, "scale@AZIMUTH"]),
+    ("criteria", [*CRITERIA, "pNN", *INDICES]),
+    ("indices", [*INDICES]),
+])  # fmt: skip
 @each("form", FORMATS)
 def test_list(what: str, names: list[str], form: str) -> None:
     """All that there is, in every format, each with something said of it."""
@@ -198,15 +195,12 @@ def test_other_suffixes_are_refused(words: str, form: list[str], name: str) -> N
         assert refusal(*words.split(), given, *form) == expected
 
 
-@each(
-    ("value", "error", "text"),
-    [
-        *((None, None, "-"), (1155.31234, None, "1155.3"), (1155.31234, 0.2, "1155"), (3e-9, 1e-8, "0")),
-        *((0.9997881485, 3e-10, "0.99979"), (179.955, 0.045, "180"), (0.012345, 2e-4, "0.012")),
-        *((327.175, 27011.4, "327 +- 27,000"), (-0.0123, 0.0456, "-0.0123 +- 0.046"), (0.0, 0.5, "0 +- 0.5")),
-        *((3.2e6, 8.7e6, "3.2e+06 +- 8.7e+06"), (327.175, np.inf, "327 +- inf"), (-0.53333333, 1e-3, "-0.533")),
-    ],
-)
+@each(("value", "error", "text"), [
+    *((None, None, "-"), (1155.31234, None, "1155.3"), (1155.31234, 0.2, "1155"), (3e-9, 1e-8, "0")),
+    *((0.9997881485, 3e-10, "0.99979"), (179.955, 0.045, "180"), (0.012345, 2e-4, "0.012")),
+    *((327.175, 27011.4, "327 +- 27,000"), (-0.0123, 0.0456, "-0.0123 +- 0.046"), (0.0, 0.5, "0 +- 0.5")),
+    *((3.2e6, 8.7e6, "3.2e+06 +- 8.7e+06"), (327.175, np.inf, "327 +- inf"), (-0.53333333, 1e-3, "-0.533")),
+])  # fmt: skip
 def test_only_certain_digits(value: float | None, error: float | None, text: str) -> None:
     """A figure is printed with five digits, or as many as its error leaves certain; with the error if that has none."""
     assert certain(value, error) == text

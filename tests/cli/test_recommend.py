@@ -45,15 +45,12 @@ USUAL = {
 
 
 @pytest.mark.slow
-@each(
-    ("words", "given"),
-    [
-        ("--datum FD54 --deprecated", {"datum": "FD54", "deprecated": True}),
-        ("--purpose conformal --intersects", {"purpose": "conformal", "area": "intersects"}),
-        ("--criterion max_omega --contains", {"criterion": "max_omega", "area": "contains"}),
-        ("--custom --uninterrupted", {"custom": True, "uninterrupted": True}),
-    ],
-)
+@each(("words", "given"), [
+    ("--datum FD54 --deprecated", {"datum": "FD54", "deprecated": True}),
+    ("--purpose conformal --intersects", {"purpose": "conformal", "area": "intersects"}),
+    ("--criterion max_omega --contains", {"criterion": "max_omega", "area": "contains"}),
+    ("--custom --uninterrupted", {"custom": True, "uninterrupted": True}),
+])  # fmt: skip
 def test_json(words, given, found):
     """The dictionary of the Python function, which has the options; `--quiet` wants no progress."""
     with mock.patch("projdist.decisions.recommend", return_value=found) as asked:
@@ -178,13 +175,10 @@ def test_what_a_picture_shows(rich, tmp_path, monkeypatch):
     assert _drawable(replace(torn, region=GLOBE)) == torn.results
 
 
-@each(
-    ("error", "code", "message"),
-    [
-        (OSError("Timed out."), 1, "Invalid executor 'dask://localhost:1'. Nothing answers there."),
-        (ImportError("It needs Dask."), 2, "It needs Dask."),
-    ],
-)
+@each(("error", "code", "message"), [
+    (OSError("Timed out."), 1, "Invalid executor 'dask://localhost:1'. Nothing answers there."),
+    (ImportError("It needs Dask."), 2, "It needs Dask."),
+])  # fmt: skip
 def test_nobody_answers(error, code, message):
     """A scheduler that is not there, or a library, is told in a line; a missing library ends with 2, as any other."""
     with mock.patch("projdist.support.open_executor") as missing:

@@ -98,15 +98,12 @@ def test_pyproj_alone_runs_them(region: str, lon: float, lat: float, most: float
     np.testing.assert_allclose(back, (lon, lat), rtol=0.0, atol=DEGREES)
 
 
-@each(
-    ("options", "message"),
-    [
-        ({"poles": 97}, "Invalid poles '97'. It must be auto, or a whole number from 0 to 96."),
-        ({"poles": "many"}, "Invalid poles 'many'. It must be auto, or a whole number"),
-        ({"criterion": "airy_kavrayskiy"}, "They are for conformal maps by max_scale_error_ppm"),
-        ({"symmetric": "meridian"}, "They are for regions with an area, and not for symmetric maps."),
-    ],
-)
+@each(("options", "message"), [
+    ({"poles": 97}, "Invalid poles '97'. It must be auto, or a whole number from 0 to 96."),
+    ({"poles": "many"}, "Invalid poles 'many'. It must be auto, or a whole number"),
+    ({"criterion": "airy_kavrayskiy"}, "They are for conformal maps by max_scale_error_ppm"),
+    ({"symmetric": "meridian"}, "They are for regions with an area, and not for symmetric maps."),
+])  # fmt: skip
 def test_refusals(options: dict[str, object], message: str) -> None:
     wanted = {"kind": "conformal", "criterion": "max_log_scale", "poles": 8, **options}
     refuses(message, design, "box:5,45,10,50", **wanted)

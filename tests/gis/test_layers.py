@@ -118,14 +118,11 @@ def test_layers_of_points(tmp_path: Path) -> None:
         refuses(r"Invalid points file '.*'. It must name a layer, .* it has one, two.", gis.read_points, wrong)
 
 
-@each(
-    ("name", "text", "message"),
-    [
-        *((f"x.{one}", b"\xff\xfe\0nothing" * 10, "It cannot be read") for one in ("gpkg", "parquet", "csv", "txt")),
-        ("x.csv", b"lon,lat,lon\n1,2,3\n", "It has two columns 'lon'"),
-        ("x.csv", b"lon,lat,name\n1,2,x\n3,4\n", "Line 3 has 2 cells; it must have 3"),
-    ],
-)
+@each(("name", "text", "message"), [
+    *((f"x.{one}", b"\xff\xfe\0nothing" * 10, "It cannot be read") for one in ("gpkg", "parquet", "csv", "txt")),
+    ("x.csv", b"lon,lat,lon\n1,2,3\n", "It has two columns 'lon'"),
+    ("x.csv", b"lon,lat,name\n1,2,x\n3,4\n", "Line 3 has 2 cells; it must have 3"),
+])  # fmt: skip
 def test_points_that_cannot_be_read(name: str, text: bytes, message: str, tmp_path: Path) -> None:
     """No file, a file of something else, two columns of one name, a line that is too short; as data, no geometries."""
     path = tmp_path / name
@@ -318,15 +315,12 @@ def test_factors_of_points() -> None:
 HAS = "import pandas; print(hasattr(pandas.DataFrame, 'projdist'))"
 
 
-@pytest.mark.parametrize(
-    ("imports", "question", "answer"),
-    [
-        ("projdist.gis", "print('pandas' in sys.modules)", "False"),
-        pytest.param("geopandas, projdist.gis", HAS, "True", marks=pytest.mark.slow),
-        pytest.param("projdist.gis, pandas", HAS, "False", marks=pytest.mark.slow),
-        pytest.param("projdist.gis.accessors, geopandas", HAS, "True", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("imports", "question", "answer"), [
+    ("projdist.gis", "print('pandas' in sys.modules)", "False"),
+    pytest.param("geopandas, projdist.gis", HAS, "True", marks=pytest.mark.slow),
+    pytest.param("projdist.gis, pandas", HAS, "False", marks=pytest.mark.slow),
+    pytest.param("projdist.gis.accessors, geopandas", HAS, "True", marks=pytest.mark.slow),
+])  # fmt: skip
 def test_it_is_registered_with_pandas(imports: str, question: str, answer: str) -> None:
     """Importing projdist.gis alone loads no pandas, and registers nothing."""
     code = f"import sys, {imports}; {question}"

@@ -109,15 +109,12 @@ def test_rasters_on_longitude_and_latitude(projection: str, tmp_path: Path) -> N
     np.testing.assert_allclose(values[:, inside], [truth.k[inside], truth.h[inside]], rtol=SAME)
 
 
-@pytest.mark.parametrize(
-    ("projection", "reason"),
-    [
-        ("+proj=pipeline +step +proj=moll", "Mollweide has no CRS"),
-        (lambda lon, lat: (1e5 * lon, 1e5 * lat), "<lambda> has no CRS"),
-        ("airy", "Airy has no inverse in PROJ"),
-        pytest.param("rouss", "PROJ's inverse of Roussilhe Stereographic leads to other points", marks=SLOW),
-    ],
-)
+@pytest.mark.parametrize(("projection", "reason"), [
+    ("+proj=pipeline +step +proj=moll", "Mollweide has no CRS"),
+    (lambda lon, lat: (1e5 * lon, 1e5 * lat), "<lambda> has no CRS"),
+    ("airy", "Airy has no inverse in PROJ"),
+    pytest.param("rouss", "PROJ's inverse of Roussilhe Stereographic leads to other points", marks=SLOW),
+])  # fmt: skip
 def test_maps_that_fall_back(projection: object, reason: str) -> None:
     """A map without a CRS or an inverse is laid on longitude and latitude, and the note says why."""
     found = gis.raster(projection, size=8)
@@ -152,29 +149,23 @@ def test_pixels() -> None:
     assert (pixels((-180.0, -90.0, 180.0, 90.0), 1, None, 0.1).columns) == 3600
 
 
-@each(
-    ("size", "resolution", "message"),
-    [
-        (0, None, "Invalid size '0'. It must be a positive number of pixels."),
-        ((100_000, 100_000), None, "Invalid size '100000,100000'. It makes 1e+10 values; there must be 1 to 1e+08"),
-        (None, -1.0, "Invalid resolution '-1.0'. It must be a positive number"),
-        (3, 1.0, "Invalid size '3' with resolution '1'. It must be one of the two."),
-        (None, 1e-3, "Invalid resolution '0.001'. It makes"),
-    ],
-)
+@each(("size", "resolution", "message"), [
+    (0, None, "Invalid size '0'. It must be a positive number of pixels."),
+    ((100_000, 100_000), None, "Invalid size '100000,100000'. It makes 1e+10 values; there must be 1 to 1e+08"),
+    (None, -1.0, "Invalid resolution '-1.0'. It must be a positive number"),
+    (3, 1.0, "Invalid size '3' with resolution '1'. It must be one of the two."),
+    (None, 1e-3, "Invalid resolution '0.001'. It makes"),
+])  # fmt: skip
 def test_pixels_that_are_refused(size: int | tuple[int, int] | None, resolution: float | None, message: str) -> None:
     refuses(re.escape(message), pixels, (0.0, 0.0, 40.0, 40.0), 1, size, resolution)
 
 
-@each(
-    ("projection", "options", "message"),
-    [
-        ("eqc", {"grid": "plane"}, "Invalid grid 'plane'. It must be map or lonlat."),
-        ("eqc", {"measures": ["foo"]}, "Invalid measure 'foo'."),
-        ("eqc", {"region": "box:1"}, "Invalid region 'box:1'."),
-        (HIDDEN[0], {"region": HIDDEN[-1]}, "Invalid region for 'Orthographic'. No part of it can be projected."),
-    ],
-)
+@each(("projection", "options", "message"), [
+    ("eqc", {"grid": "plane"}, "Invalid grid 'plane'. It must be map or lonlat."),
+    ("eqc", {"measures": ["foo"]}, "Invalid measure 'foo'."),
+    ("eqc", {"region": "box:1"}, "Invalid region 'box:1'."),
+    (HIDDEN[0], {"region": HIDDEN[-1]}, "Invalid region for 'Orthographic'. No part of it can be projected."),
+])  # fmt: skip
 def test_rasters_that_are_refused(projection: str, options: dict, message: str) -> None:
     refuses(re.escape(message), gis.raster, projection, **{"region": "box:0,0,40,40"} | options)
 

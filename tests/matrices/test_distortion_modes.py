@@ -74,23 +74,20 @@ def test_seen_from_elsewhere():
     assert (modes(A, T=T).rms ** 2).sum() == pytest.approx(cost(T, A), rel=1e-12)
 
 
-@each(
-    ("E", "words"),
-    [
-        (np.eye(2), "size"),
-        (np.diag([1.0, 0.0]), "horizontal"),
-        (np.diag([0.0, 1.0]), "vertical"),
-        (np.diag([1.0, -1.0]), "shape"),
-        (np.array([[0.0, 1.0], [1.0, 0.0]]), "shear"),
-        (np.array([[np.cos(0.7), np.sin(0.7)], [np.sin(0.7), -np.cos(0.7)]]), "shape at 20°"),
-        (np.outer(*2 * [[np.cos(0.5), np.sin(0.5)]]), "along 29°"),
-        (np.diag([1.0, 0.5]), "horizontal 1, vertical 0.50"),
-        (np.diag([0.3, -1.0]), "vertical 1, horizontal \N{MINUS SIGN}0.30"),
-        (np.eye(3), "size"),
-        (np.diag([1.0, 0.0, -1.0]), "x +0.7, z \N{MINUS SIGN}0.7"),
-        (np.diag([1.0, 0, 0, 0]), "1 +1.0"),
-    ],
-)
+@each(("E", "words"), [
+    (np.eye(2), "size"),
+    (np.diag([1.0, 0.0]), "horizontal"),
+    (np.diag([0.0, 1.0]), "vertical"),
+    (np.diag([1.0, -1.0]), "shape"),
+    (np.array([[0.0, 1.0], [1.0, 0.0]]), "shear"),
+    (np.array([[np.cos(0.7), np.sin(0.7)], [np.sin(0.7), -np.cos(0.7)]]), "shape at 20°"),
+    (np.outer(*2 * [[np.cos(0.5), np.sin(0.5)]]), "along 29°"),
+    (np.diag([1.0, 0.5]), "horizontal 1, vertical 0.50"),
+    (np.diag([0.3, -1.0]), "vertical 1, horizontal \N{MINUS SIGN}0.30"),
+    (np.eye(3), "size"),
+    (np.diag([1.0, 0.0, -1.0]), "x +0.7, z \N{MINUS SIGN}0.7"),
+    (np.diag([1.0, 0, 0, 0]), "1 +1.0"),
+])  # fmt: skip
 def test_words(E, words):
     """What a mode is called, whatever its sign."""
     steps = np.array([-0.2, -0.1, 0.0, 0.1, 0.2])[:, None, None]

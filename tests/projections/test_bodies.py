@@ -60,14 +60,11 @@ def polar_scale(lat):
     return 2.0 * t_of(phi) / (math.sqrt((1 + E) ** (1 + E) * (1 - E) ** (1 - E)) * m_of(phi))
 
 
-@each(
-    ("name", "lon", "lat"),
-    [
-        ("lcc", [30.0, -75.0, 0.0, 120.0], [10.0, 10.0, 40.0, -20.0]),
-        ("north", [10.0, -130.0] * 2, [70.0, 70.0, 33.0, 33.0]),
-        ("south", [10.0, -130.0] * 2, [-70.0, -70.0, -88.0, -88.0]),
-    ],
-)
+@each(("name", "lon", "lat"), [
+    ("lcc", [30.0, -75.0, 0.0, 120.0], [10.0, 10.0, 40.0, -20.0]),
+    ("north", [10.0, -130.0] * 2, [70.0, 70.0, 33.0, 33.0]),
+    ("south", [10.0, -130.0] * 2, [-70.0, -70.0, -88.0, -88.0]),
+])  # fmt: skip
 def test_the_conformal_maps_of_mars(name, lon, lat):
     """Both have the closed form's k at geodetic latitudes, no angular deformation, and east to the right."""
     scale = [(conic_scale if name == "lcc" else polar_scale)(one) for one in lat]
@@ -251,13 +248,10 @@ def test_names_of_bodies(code, name) -> None:
     assert body_in(CRS.from_authority("IAU_2015", code).to_wkt()) == name
 
 
-@each(
-    ("one", "other", "same"),
-    [
-        *((60268.0, 58232.0, True), (6378.137, 6371.0, True)),  # equator and mean radius of Saturn and the Earth
-        *((1737.4, 1829.4, False), (1737.4, 1821.49, False), (6378.137, 6051.8, False)),  # Moon and Io; Earth and Venus
-    ],
-)
+@each(("one", "other", "same"), [
+    *((60268.0, 58232.0, True), (6378.137, 6371.0, True)),  # equator and mean radius of Saturn and the Earth
+    *((1737.4, 1829.4, False), (1737.4, 1821.49, False), (6378.137, 6051.8, False)),  # Moon and Io; Earth and Venus
+])  # fmt: skip
 def test_bodies_without_names_are_told_apart_by_size(one, other, same) -> None:
     """Whichever comes first; names, where both are known, say more."""
     first, second = (Ellipsoid(1000.0 * radius, 0.0) for radius in (one, other))

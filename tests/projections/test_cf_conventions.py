@@ -104,16 +104,13 @@ def test_a_cone_without_a_latitude_has_lost_its_scale():
     np.testing.assert_allclose([(x - east) * k, (y - north) * k], [u - east, v - north], rtol=0, atol=SAME)
 
 
-@each(
-    ("given", "words"),
-    [
-        (CONE, "longitude_of_central_meridian: .* needs the Longitude of false origin .central_meridian.*$"),
-        (CONE, "standard_parallel: .* needs the Latitude of 1st standard parallel .standard_parallel_1. and the"),
-        (CYLINDER, "longitude_of_projection_origin: .* needs the Longitude of natural origin"),
-        (SATELLITE, "perspective_point_height: .* needs the Satellite Height"),
-        (OBLIQUE, "azimuth_of_central_line: .* needs the Azimuth"),
-    ],
-)
+@each(("given", "words"), [
+    (CONE, "longitude_of_central_meridian: .* needs the Longitude of false origin .central_meridian.*$"),
+    (CONE, "standard_parallel: .* needs the Latitude of 1st standard parallel .standard_parallel_1. and the"),
+    (CYLINDER, "longitude_of_projection_origin: .* needs the Longitude of natural origin"),
+    (SATELLITE, "perspective_point_height: .* needs the Satellite Height"),
+    (OBLIQUE, "azimuth_of_central_line: .* needs the Azimuth"),
+])  # fmt: skip
 def test_missing_and_misspelt_attributes_are_named(given, words):
     """Without one the map is refused, and a letter too many is told with what was meant."""
     key, said = words.split(": ")
@@ -131,32 +128,26 @@ def test_attributes_that_are_no_numbers_are_named(key, value):
 
 
 @pytest.mark.slow
-@each(
-    ("sizes", "key"),
-    [
-        *(({key: value}, key) for key, value in MARS.items()),
-        (SIZES | {"semi_minor_axis": 6356256.9}, "inverse_flattening"),
-        ({"earth_radius": 6371229.0, "horizontal_datum_name": "WGS 84"}, "earth_radius"),
-    ],
-)
+@each(("sizes", "key"), [
+    *(({key: value}, key) for key, value in MARS.items()),
+    (SIZES | {"semi_minor_axis": 6356256.9}, "inverse_flattening"),
+    ({"earth_radius": 6371229.0, "horizontal_datum_name": "WGS 84"}, "earth_radius"),
+])  # fmt: skip
 def test_sizes_that_make_no_figure_are_refused(sizes, key):
     """PROJ would take WGS 84 in silence, or one of two that contradict each other."""
     assert f"Invalid grid mapping 'mercator'. Its {key} is " in message(CYLINDER | sizes)
 
 
 @pytest.mark.slow
-@each(
-    ("sizes", "a", "b"),
-    [
-        ({"earth_radius": np.array([3396190.0])}, 3396190.0, 3396190.0),
-        ({"earth_radius": np.float32(6371229.0)}, 6371229.0, 6371229.0),
-        ({"semi_major_axis": [6377397.155], "semi_minor_axis": np.float32(6356078.963)}, 6377397.155, 6356079.0),
-        ({"semi_major_axis": 6400000, "inverse_flattening": 0}, 6.4e6, 6.4e6),
-        ({"reference_ellipsoid_name": "Bessel 1841"}, 6377397.155, 6377397.155 * (1 - 1 / 299.1528128)),
-        ({"horizontal_datum_name": "North American Datum 1927"}, 6378206.4, 6356583.8),
-        ({"geographic_crs_name": "WGS 84"}, 6378137.0, 6378137.0 * (1 - 1 / 298.257223563)),
-    ],
-)
+@each(("sizes", "a", "b"), [
+    ({"earth_radius": np.array([3396190.0])}, 3396190.0, 3396190.0),
+    ({"earth_radius": np.float32(6371229.0)}, 6371229.0, 6371229.0),
+    ({"semi_major_axis": [6377397.155], "semi_minor_axis": np.float32(6356078.963)}, 6377397.155, 6356079.0),
+    ({"semi_major_axis": 6400000, "inverse_flattening": 0}, 6.4e6, 6.4e6),
+    ({"reference_ellipsoid_name": "Bessel 1841"}, 6377397.155, 6377397.155 * (1 - 1 / 299.1528128)),
+    ({"horizontal_datum_name": "North American Datum 1927"}, 6378206.4, 6356583.8),
+    ({"geographic_crs_name": "WGS 84"}, 6378137.0, 6378137.0 * (1 - 1 / 298.257223563)),
+])  # fmt: skip
 def test_figures(sizes, a, b):
     """Sizes as numbers or, as files have them, lists of one; and names, without a word."""
     figure = crs_of_grid_mapping(CYLINDER | sizes).ellipsoid
@@ -167,13 +158,10 @@ NOTHING = {}, {"prime_meridian_name": "Paris"}, {"horizontal_datum_name": "nonse
 UNSTATED = r"^The grid mapping 'mercator' states no figure of the Earth: that of WGS 84 is"
 
 
-@each(
-    ("given", "said"),
-    [
-        *((CYLINDER | more, UNSTATED) for more in NOTHING),
-        (CONE | {"standard_parallel": [35.0, 50.0, 60.0]}, r"states 'standard_parallel_3' \(60\), of which"),
-    ],
-)
+@each(("given", "said"), [
+    *((CYLINDER | more, UNSTATED) for more in NOTHING),
+    (CONE | {"standard_parallel": [35.0, 50.0, 60.0]}, r"states 'standard_parallel_3' \(60\), of which"),
+])  # fmt: skip
 def test_what_is_not_stated_or_of_no_use_is_told(given, said):
     with pytest.warns(Notice, match=said):
         assert crs_of_grid_mapping(given).ellipsoid.semi_major_metre == 6378137.0

@@ -54,18 +54,15 @@ def test_no_wkt(base):
     assert (wkt, bool(reason)) == (None, True)
 
 
-@each(
-    ("base", "stretch", "changed"),
-    [
-        *(("plate-carree", (0.8, 1.0), "+lat_ts=36.869897"), ("hammer", (0.8, 1.25), "+M=0.8")),
-        *(("+proj=merc +R=1000", (0.9, 0.9), "+k_0=0.9"), ("EPSG:3413", (0.99, 0.99), "+proj=stere")),
-        *((code, (0.999, 0.999), "+k_0=0.999") for code in ("EPSG:2056", "EPSG:2264")),
-        *(("EPSG:26591", (0.999, 0.999), "+pm=rome"), ("EPSG:32733", (1.001, 1.001), "+proj=tmerc +lon_0=15")),
-        ("+proj=utm +zone=33 +south +units=us-ft", (1.001, 1.001), "+proj=tmerc +lon_0=15"),
-        *((f"+proj={name} +R=6371000 +lat_ts=30d", (0.8, 1.0), None) for name in ("eqc", "cea")),
-        *(("moll", (0.9, 0.9), None), ("plate-carree", (0.8, 0.9), None)),
-    ],
-)
+@each(("base", "stretch", "changed"), [
+    *(("plate-carree", (0.8, 1.0), "+lat_ts=36.869897"), ("hammer", (0.8, 1.25), "+M=0.8")),
+    *(("+proj=merc +R=1000", (0.9, 0.9), "+k_0=0.9"), ("EPSG:3413", (0.99, 0.99), "+proj=stere")),
+    *((code, (0.999, 0.999), "+k_0=0.999") for code in ("EPSG:2056", "EPSG:2264")),
+    *(("EPSG:26591", (0.999, 0.999), "+pm=rome"), ("EPSG:32733", (1.001, 1.001), "+proj=tmerc +lon_0=15")),
+    ("+proj=utm +zone=33 +south +units=us-ft", (1.001, 1.001), "+proj=tmerc +lon_0=15"),
+    *((f"+proj={name} +R=6371000 +lat_ts=30d", (0.8, 1.0), None) for name in ("eqc", "cea")),
+    *(("moll", (0.9, 0.9), None), ("plate-carree", (0.8, 0.9), None)),
+])  # fmt: skip
 def test_parameters(base, stretch, changed):
     """A scale is k_0, a stretch of an equidistant cylindrical map lat_ts, where the projection has them."""
     projection = make(base)

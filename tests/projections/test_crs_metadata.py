@@ -153,14 +153,11 @@ def test_oblique_maps(base):
     np.testing.assert_allclose((x, y), make(f"+proj={base} +R={R}")(u, v), atol=1e-5)
 
 
-@each(
-    "text",
-    [
-        *("moll", "EPSG:3035", "+proj=laea +lat_0=90", "+proj=laea +R=1 +pm=paris"),
-        "+proj=stere +lat_0=30 +ellps=WGS84",
-        "+proj=ob_tran +o_proj=moll +o_alpha=30 +o_lon_c=5 +o_lat_c=3 +R=1",
-    ],
-)
+@each("text", [
+    *("moll", "EPSG:3035", "+proj=laea +lat_0=90", "+proj=laea +R=1 +pm=paris"),
+    "+proj=stere +lat_0=30 +ellps=WGS84",
+    "+proj=ob_tran +o_proj=moll +o_alpha=30 +o_lon_c=5 +o_lat_c=3 +R=1",
+])  # fmt: skip
 def test_maps_without_a_pole_of_their_own(text):
     """The Earth's pole serves normal and polar maps; most ellipsoids, CRSs and other words are left alone."""
     assert native_pole_of(make(text)) is None

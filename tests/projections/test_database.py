@@ -111,17 +111,14 @@ def test_nothing_is_found(text: str, advice: str) -> None:
     assert (found.total, found.results, found.advice) == (0, (), advice)
 
 
-@each(
-    ("code", "since", "special"),
-    [
-        ("EPSG:7855", {2017}, False),  # GDA2020
-        ("EPSG:2056", {1995}, False),  # CH1903+
-        ("EPSG:25832", {1989, 1990}, False),  # ETRS89, an ensemble: ETRF89, of 1990 in EPSG v11.022, of 1989 in v12.029
-        ("EPSG:32632", {1984}, True),  # WGS 84, an ensemble: Transit; for navigation
-        ("EPSG:28992", {0}, False),  # Amersfoort: EPSG tells no date
-        *(("ESRI:102173", None, True), ("EPSG:5682", None, True)),  # of no stated scope, for railways
-    ],
-)
+@each(("code", "since", "special"), [
+    ("EPSG:7855", {2017}, False),  # GDA2020
+    ("EPSG:2056", {1995}, False),  # CH1903+
+    ("EPSG:25832", {1989, 1990}, False),  # ETRS89, an ensemble: ETRF89, of 1990 in EPSG v11.022, of 1989 in v12.029
+    ("EPSG:32632", {1984}, True),  # WGS 84, an ensemble: Transit; for navigation
+    ("EPSG:28992", {0}, False),  # Amersfoort: EPSG tells no date
+    *(("ESRI:102173", None, True), ("EPSG:5682", None, True)),  # of no stated scope, for railways
+])  # fmt: skip
 def test_years_of_datums_and_scopes(code, since, special):
     """The year of publication, of an ensemble that of its first member; surveys and maps are for all."""
     facts = facts_of([code])[code]
@@ -166,16 +163,13 @@ def coordinates(code: str, lon, lat):
 
 
 @pytest.mark.slow
-@each(
-    ("code", "place", "some"),
-    [
-        ("EPSG:2154", (3, 46), {"EPSG:9793", "EPSG:9794"}),
-        ("EPSG:3035", (10, 52), {"EPSG:5636", "IGNF:ETRS89LAEA"}),
-        ("EPSG:32633", (15, 50), {"EPSG:32733", "EPSG:25833", "EPSG:3006", "EPSG:3045"}),
-        ("EPSG:27572", (2, 46), {"EPSG:27562"}),
-        ("EPSG:2056", (8, 47), {"EPSG:21781"}),
-    ],
-)
+@each(("code", "place", "some"), [
+    ("EPSG:2154", (3, 46), {"EPSG:9793", "EPSG:9794"}),
+    ("EPSG:3035", (10, 52), {"EPSG:5636", "IGNF:ETRS89LAEA"}),
+    ("EPSG:32633", (15, 50), {"EPSG:32733", "EPSG:25833", "EPSG:3006", "EPSG:3045"}),
+    ("EPSG:27572", (2, 46), {"EPSG:27562"}),
+    ("EPSG:2056", (8, 47), {"EPSG:21781"}),
+])  # fmt: skip
 def test_they_differ_by_a_shift(code: str, place: tuple[float, float], some: set[str]) -> None:
     """Those known to be the same are among them; none is deprecated, of another ellipsoid or of another meridian."""
     found = codes_of_same_map(code)

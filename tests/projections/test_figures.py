@@ -98,17 +98,14 @@ def test_names_are_on_their_own_figure():
     np.testing.assert_allclose(one.jacobian, other.jacobian, atol=1e-10)
 
 
-@each(
-    ("given", "definition", "notice"),
-    [
-        ("+proj=krovak +ellps=GRS80", "+proj=krovak +ellps=bessel", "PROJ draws krovak on a figure of its own"),
-        ("+proj=nzmg +R=6371000", "+proj=nzmg +ellps=intl", r"of its own, \+ellps=intl; it is measured on that"),
-        ("+proj=alsk +datum=WGS84", "+proj=alsk +ellps=clrk66", r"of its own, \+ellps=clrk66"),
-        ("+proj=gs50 +R=6.4e6", "+proj=gs50 +R=6370997", r"of its own, \+R=6370997"),
-        ("+proj=lee_os", "+proj=lee_os", "lee_os is a map of the sphere; what it draws on an ellipsoid is another map"),
-        ("+proj=gs48", "+proj=gs48 +a=6370997 +rf=298.257222101", "gs48 is a map of the sphere"),
-    ],
-)
+@each(("given", "definition", "notice"), [
+    ("+proj=krovak +ellps=GRS80", "+proj=krovak +ellps=bessel", "PROJ draws krovak on a figure of its own"),
+    ("+proj=nzmg +R=6371000", "+proj=nzmg +ellps=intl", r"of its own, \+ellps=intl; it is measured on that"),
+    ("+proj=alsk +datum=WGS84", "+proj=alsk +ellps=clrk66", r"of its own, \+ellps=clrk66"),
+    ("+proj=gs50 +R=6.4e6", "+proj=gs50 +R=6370997", r"of its own, \+R=6370997"),
+    ("+proj=lee_os", "+proj=lee_os", "lee_os is a map of the sphere; what it draws on an ellipsoid is another map"),
+    ("+proj=gs48", "+proj=gs48 +a=6370997 +rf=298.257222101", "gs48 is a map of the sphere"),
+])  # fmt: skip
 def test_a_figure_that_is_passed_over_is_told(given, definition, notice):
     """Who states another figure is told of PROJ's own, which the definition has; the coordinates are the same."""
     with pytest.warns(Notice, match=notice):
@@ -119,14 +116,11 @@ def test_a_figure_that_is_passed_over_is_told(given, definition, notice):
     np.testing.assert_allclose(projection(*place), truth, rtol=1e-13)
 
 
-@each(
-    "given",
-    [
-        *("+proj=krovak", "+proj=krovak +ellps=bessel", "+proj=alsk", "+proj=alsk +ellps=clrk66", "+proj=nzmg"),
-        *("+proj=gs50 +R=6371000", "+proj=lee_os +R=6371000", "krovak", "nzmg", "gs48", "EPSG:5514", "EPSG:27200"),
-        "+proj=pipeline +step +proj=krovak",
-    ],
-)
+@each("given", [
+    *("+proj=krovak", "+proj=krovak +ellps=bessel", "+proj=alsk", "+proj=alsk +ellps=clrk66", "+proj=nzmg"),
+    *("+proj=gs50 +R=6371000", "+proj=lee_os +R=6371000", "krovak", "nzmg", "gs48", "EPSG:5514", "EPSG:27200"),
+    "+proj=pipeline +step +proj=krovak",
+])  # fmt: skip
 def test_who_states_no_other_figure_is_told_nothing(given):
     """No notice where the figure is PROJ's default, the own one, or a sphere of nearly that size."""
     with warnings.catch_warnings(action="error"):

@@ -147,17 +147,14 @@ def test_every_name_is_a_map(name, definition):
     assert needed_parameters(name) or make(name).definition == definition
 
 
-@each(
-    ("one", "other"),
-    [
-        *(("Winkel Tripel", "wintri"), ("winkel_tripel", "winkel-tripel"), ("MERCATOR", "merc")),
-        *(("Natural Earth 2", "natearth2"), ("wink1", "winkel-1"), ("wink2", "winkel-2")),
-        ("polar-stereographic", f"+proj=stere +lat_0=90 +R={R}"),
-        ("werner", f"+proj=bonne +lat_1=90 +R={R}"),
-        ("winkel-2", f"+proj=wink2 +lat_1={math.degrees(math.acos(2 / math.pi))} +R={R}"),
-        *(({"proj": "wintri", "R": R}, "wintri"), (f'{{"proj": "wintri", "R": {R}}}', "wintri")),
-    ],
-)
+@each(("one", "other"), [
+    *(("Winkel Tripel", "wintri"), ("winkel_tripel", "winkel-tripel"), ("MERCATOR", "merc")),
+    *(("Natural Earth 2", "natearth2"), ("wink1", "winkel-1"), ("wink2", "winkel-2")),
+    ("polar-stereographic", f"+proj=stere +lat_0=90 +R={R}"),
+    ("werner", f"+proj=bonne +lat_1=90 +R={R}"),
+    ("winkel-2", f"+proj=wink2 +lat_1={math.degrees(math.acos(2 / math.pi))} +R={R}"),
+    *(({"proj": "wintri", "R": R}, "wintri"), (f'{{"proj": "wintri", "R": {R}}}', "wintri")),
+])  # fmt: skip
 def test_names_in_any_spelling(one, other):
     """Capitals, spaces and underscores do not matter; PROJ's ids are names of the same maps, as are its parameters."""
     assert_same(make(one), make(other))

@@ -77,13 +77,10 @@ def test_points_on_the_edge_of_their_map(unit: str, metres: float, beyond: float
 SQUARE = Polygon([(0, 0), (1, 0), (1, 1)])
 
 
-@each(
-    "frame",
-    [
-        *(geo("EPSG:3857", Point(8e5, 6e6), one) for one in (None, Point(), Point(np.nan, 1.0))),
-        *(SWISS.assign(lon=["7.5", " "]), SWISS.assign(lat=[46.9, np.nan])),
-    ],
-)
+@each("frame", [
+    *(geo("EPSG:3857", Point(8e5, 6e6), one) for one in (None, Point(), Point(np.nan, 1.0))),
+    *(SWISS.assign(lon=["7.5", " "]), SWISS.assign(lat=[46.9, np.nan])),
+])  # fmt: skip
 def test_missing_points_have_no_figures(frame):
     """Empty geometries, missing coordinates: they are told, and the other points have what they have alone."""
     with pytest.warns(Notice, match=r"^1 of 2 points have no longitude or no latitude; they have no figures\.$"):
@@ -96,21 +93,18 @@ def test_missing_points_have_no_figures(frame):
 NO_POINTS = r"Invalid points\. They must be longitudes and"
 
 
-@each(
-    "case",
-    [
-        (geo("EPSG:4326", MultiPoint([(1, 2)])), "Invalid point in row 1. The geometry is a MultiPoint; it must"),
-        (geo("EPSG:4326", Point(1, 2), SQUARE), "in row 2. The geometry is a Polygon; it must be a point. 'check' "),
-        (geo(None, Point(1, 2)), "Invalid points. They have no CRS; they must state the one that they are in."),
-        (geo("EPSG:3857", Point(1e6, 2e6), Point(np.inf, 0)), "Invalid point in row 2."),
-        (SWISS.rename(columns={"lon": "length"}), "Invalid columns 'name, length, lat' of points. One must be"),
-        (SWISS.assign(lon=["1", "x"]), "Invalid point in row 2. Its lon is 'x'; it must be a number of degrees."),
-        (SWISS.assign(lat=[95, 1]), "Invalid point in row 1. Its lat is '95'; it must lie within -90 and 90 degrees."),
-        (SWISS.assign(K=1), "Invalid points. They have a column 'k' already; rename it, or give the new ones a prefix"),
-        # A frame is alone: latitudes beside it, longitudes without latitudes, and a prefix without it are no points.
-        *((SWISS, "Invalid latitudes beside a frame", [1, 2]), (1.0, NO_POINTS), (1.0, NO_POINTS, 2.0, "x")),
-    ],
-)
+@each("case", [
+    (geo("EPSG:4326", MultiPoint([(1, 2)])), "Invalid point in row 1. The geometry is a MultiPoint; it must"),
+    (geo("EPSG:4326", Point(1, 2), SQUARE), "in row 2. The geometry is a Polygon; it must be a point. 'check' "),
+    (geo(None, Point(1, 2)), "Invalid points. They have no CRS; they must state the one that they are in."),
+    (geo("EPSG:3857", Point(1e6, 2e6), Point(np.inf, 0)), "Invalid point in row 2."),
+    (SWISS.rename(columns={"lon": "length"}), "Invalid columns 'name, length, lat' of points. One must be"),
+    (SWISS.assign(lon=["1", "x"]), "Invalid point in row 2. Its lon is 'x'; it must be a number of degrees."),
+    (SWISS.assign(lat=[95, 1]), "Invalid point in row 1. Its lat is '95'; it must lie within -90 and 90 degrees."),
+    (SWISS.assign(K=1), "Invalid points. They have a column 'k' already; rename it, or give the new ones a prefix"),
+    # A frame is alone: latitudes beside it, longitudes without latitudes, and a prefix without it are no points.
+    *((SWISS, "Invalid latitudes beside a frame", [1, 2]), (1.0, NO_POINTS), (1.0, NO_POINTS, 2.0, "x")),
+])  # fmt: skip
 def test_what_is_refused(case: tuple) -> None:
     """One line that names the row, counted from 1, or the column."""
     points, message, *rest = case
@@ -135,30 +129,24 @@ def test_graticules(projection: str, code: int) -> None:
 TOLD = r"^{} of {} feature\(s\) of the points look like degrees, as that at {}, but .* is in units of {}: is that"
 
 
-@each(
-    ("crs", "points", "told"),
-    [
-        ("EPSG:3857", [(11, 48)], (1, 1, "11, 48", "metre")),
-        ("EPSG:25832", [(5e5, 5e6), (48, 150)], (1, 2, "48, 150", "metre")),
-        ("EPSG:2227", [(-120.5, 37)], (1, 1, "-120\\.5, 37", "US survey foot")),
-        ("EPSG:25832+7837", [(11, 48)], (1, 1, "11, 48", "metre")),
-    ],
-)
+@each(("crs", "points", "told"), [
+    ("EPSG:3857", [(11, 48)], (1, 1, "11, 48", "metre")),
+    ("EPSG:25832", [(5e5, 5e6), (48, 150)], (1, 2, "48, 150", "metre")),
+    ("EPSG:2227", [(-120.5, 37)], (1, 1, "-120\\.5, 37", "US survey foot")),
+    ("EPSG:25832+7837", [(11, 48)], (1, 1, "11, 48", "metre")),
+])  # fmt: skip
 def test_degrees_that_are_stated_to_be_metres(crs, points, told) -> None:
     """They are told of, and measured as what is stated."""
     with pytest.warns(Notice, match=TOLD.format(*told)):
         factors("EPSG:3857", geo(crs, *map(Point, points)))
 
 
-@each(
-    ("crs", "x", "y"),
-    [
-        *(("EPSG:4326", 11, 48), ("EPSG:25832", 5e5, 5e6), ("EPSG:3857", 180, 180)),
-        ("EPSG:3857", 0, 0),  # a null point, wherever it was
-        ("+proj=laea +lat_0=50 +lon_0=10 +units=km +type=crs", 60, 80),
-        ("+proj=moll +R=1 +type=crs", 0.5, 0.5),
-    ],
-)
+@each(("crs", "x", "y"), [
+    *(("EPSG:4326", 11, 48), ("EPSG:25832", 5e5, 5e6), ("EPSG:3857", 180, 180)),
+    ("EPSG:3857", 0, 0),  # a null point, wherever it was
+    ("+proj=laea +lat_0=50 +lon_0=10 +units=km +type=crs", 60, 80),
+    ("+proj=moll +R=1 +type=crs", 0.5, 0.5),
+])  # fmt: skip
 def test_what_does_not_look_like_degrees(crs, x, y) -> None:
     """Degrees themselves, and numbers that are as small for another reason."""
     factors("+proj=moll +R=1" if "R=1" in crs else "EPSG:3857", geo(crs, Point(x, y)))

@@ -115,15 +115,12 @@ ROUNDING = 1e-14  # the same arithmetic in another order, of a map of the unit s
 WRONG = "lat_ts=abc;k_0=nan;x_0=inf;lon_0=1e400;lon_0=10,5;lon_0=;lon_0 10;lon_0=10d30'X;lon_0=30'10d;R=abc;x_0=10km"
 
 
-@each(
-    "text",
-    [
-        *(f"+proj=merc +{wrong}" for wrong in WRONG.split(";")),
-        *("+proj=lcc +lat_1=30+lat_2=60", "+proj=utm +zone=33N", "+proj=utm +zone=32.5", "+proj=utm +zone=33 +south=5"),
-        *("+proj=ob_tran +o_proj=moll +o_lat_p=none", "+proj=pipeline +step +proj=merc +step +proj=affine +s11=two"),
-        *({"proj": "merc", "lon_0": float("nan")}, {"proj": "merc", "lon_0": [10]}),
-    ],
-)
+@each("text", [
+    *(f"+proj=merc +{wrong}" for wrong in WRONG.split(";")),
+    *("+proj=lcc +lat_1=30+lat_2=60", "+proj=utm +zone=33N", "+proj=utm +zone=32.5", "+proj=utm +zone=33 +south=5"),
+    *("+proj=ob_tran +o_proj=moll +o_lat_p=none", "+proj=pipeline +step +proj=merc +step +proj=affine +s11=two"),
+    *({"proj": "merc", "lon_0": float("nan")}, {"proj": "merc", "lon_0": [10]}),
+])  # fmt: skip
 def test_values_that_are_no_numbers_are_refused(text: object) -> None:
     """PROJ would take them for 0, or for the number that they begin with."""
     assert re.match(r"Invalid parameter '\+\w+.*' in '.*'\. It must be .*\.$", message(text))
@@ -141,30 +138,27 @@ def test_angles_may_be_written_as_proj_reads_them(written: str, degrees: float) 
     np.testing.assert_allclose(x, math.radians(60.0 - degrees), rtol=0, atol=ROUNDING)
 
 
-@each(
-    ("text", "said"),
-    [
-        ("+proj=merc +R=1 +lon0=10", r"^PROJ makes no use of '\+lon0=10' with merc\. Did you mean lon_0\?$"),
-        ("+proj=lcc +lat1=30 +lat_1=35 +lat_2=60", r"'\+lat1=30' with lcc\.$"),
-        ("+proj=lcc +lat_1=35 +lat2=60", r"'\+lat2=60' with lcc\. Did you mean lat_2\?$"),
-        ("+proj=merc +Lat_ts=10", r"'\+Lat_ts=10' with merc\. Did you mean lat_ts\?$"),
-        ("+proj=utm +zone=33 +soth", r"'\+soth' with utm\. Did you mean south\?$"),
-        ("+proj=moll +lat_ts=40", r"'\+lat_ts=40' with moll\.$"),
-        ("+proj=merc +lon_0=10 +lon_0=20", r"'\+lon_0=20' with merc\.$"),
-        ("+proj=ob_tran +o_proj=moll +o_lat_p=45 +lon_1=4", r"'\+lon_1=4' with ob_tran\.$"),
-        ("+proj=pipeline +step +proj=merc +lon0=1 +step +proj=affine +s11=2", r"'\+lon0=1' with merc\."),
-        ("+proj=pipeline +step +proj=merc +step +proj=affine +s_11=2", r"'\+s_11=2' with affine\. Did you mean s11\?$"),
-        ("+proj=pipeline +lon0=1 +step +proj=merc +step +proj=affine +s11=2", r"'\+lon0=1' with merc\."),
-        # PROJ reads these of every map.
-        ("+proj=merc +lat_0=40", r"'\+lat_0=40' with merc\.$"),
-        ("+proj=robin +k_0=0.9", r"'\+k_0=0\.9' with robin\.$"),
-        ("+proj=utm +zone=33 +lon_0=10", r"'\+lon_0=10' with utm\.$"),
-        ("+proj=merc +lat_ts=30 +k=0.9", r"'\+k=0\.9' with merc\.$"),
-        # Constants of these maps, with another value.
-        ("+proj=krovak +alpha=30.3", r"'\+alpha=30\.3' with krovak\.$"),
-        ("+proj=nzmg +lat_0=-40", r"'\+lat_0=-40' with nzmg\.$"),
-    ],
-)
+@each(("text", "said"), [
+    ("+proj=merc +R=1 +lon0=10", r"^PROJ makes no use of '\+lon0=10' with merc\. Did you mean lon_0\?$"),
+    ("+proj=lcc +lat1=30 +lat_1=35 +lat_2=60", r"'\+lat1=30' with lcc\.$"),
+    ("+proj=lcc +lat_1=35 +lat2=60", r"'\+lat2=60' with lcc\. Did you mean lat_2\?$"),
+    ("+proj=merc +Lat_ts=10", r"'\+Lat_ts=10' with merc\. Did you mean lat_ts\?$"),
+    ("+proj=utm +zone=33 +soth", r"'\+soth' with utm\. Did you mean south\?$"),
+    ("+proj=moll +lat_ts=40", r"'\+lat_ts=40' with moll\.$"),
+    ("+proj=merc +lon_0=10 +lon_0=20", r"'\+lon_0=20' with merc\.$"),
+    ("+proj=ob_tran +o_proj=moll +o_lat_p=45 +lon_1=4", r"'\+lon_1=4' with ob_tran\.$"),
+    ("+proj=pipeline +step +proj=merc +lon0=1 +step +proj=affine +s11=2", r"'\+lon0=1' with merc\."),
+    ("+proj=pipeline +step +proj=merc +step +proj=affine +s_11=2", r"'\+s_11=2' with affine\. Did you mean s11\?$"),
+    ("+proj=pipeline +lon0=1 +step +proj=merc +step +proj=affine +s11=2", r"'\+lon0=1' with merc\."),
+    # PROJ reads these of every map.
+    ("+proj=merc +lat_0=40", r"'\+lat_0=40' with merc\.$"),
+    ("+proj=robin +k_0=0.9", r"'\+k_0=0\.9' with robin\.$"),
+    ("+proj=utm +zone=33 +lon_0=10", r"'\+lon_0=10' with utm\.$"),
+    ("+proj=merc +lat_ts=30 +k=0.9", r"'\+k=0\.9' with merc\.$"),
+    # Constants of these maps, with another value.
+    ("+proj=krovak +alpha=30.3", r"'\+alpha=30\.3' with krovak\.$"),
+    ("+proj=nzmg +lat_0=-40", r"'\+lat_0=-40' with nzmg\.$"),
+])  # fmt: skip
 def test_parameters_that_change_nothing_are_told_of(text: str, said: str) -> None:
     """With the name that was meant, where this map has one that is spelt nearly so."""
     with pytest.warns(Notice, match=said) as told:
@@ -172,22 +166,19 @@ def test_parameters_that_change_nothing_are_told_of(text: str, said: str) -> Non
     assert len(told) == 1
 
 
-@each(
-    "text",
-    [
-        "+proj=merc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +a=6378137 +b=6378137 +nadgrids=@null +wktext +no_defs",
-        "+proj=wintri +lat_1=50.4597762521898",  # its own default
-        "+proj=tmerc +lat_0=49 +lon_0=2d20'14.025\"E +k=0.9996 +x_0=4e5 +y_0=-1e5 +datum=OSGB36 +units=us-ft +type=crs",
-        "+proj=omerc +lat_0=40 +lonc=10 +alpha=30 +gamma=10 +no_uoff +over +axis=neu +pm=paris",
-        "+proj=utm +zone=33 +south +approx +towgs84=0,0,0 +ellps=intl",
-        "+proj=pipeline +ellps=intl +step +proj=axisswap +order=1,2 +step +proj=lcc +lat_1=30 +lat_2=40 +k_0=.9",
-        "+proj=pipeline +step +proj=merc +step +inv +proj=merc +lon_0=10 +step +proj=robin +title=x +omit_inv",
-        # As PROJ writes them, of constants.
-        "+proj=krovak +lat_0=49.5 +lon_0=24.8333333333333 +alpha=30.2881397527778 +k=0.9999 +ellps=bessel +units=m",
-        "+proj=nzmg +lat_0=-41 +lon_0=173 +x_0=2510000 +y_0=6023150 +datum=nzgd49 +units=m +no_defs",
-        *projection_names().values(),
-    ],
-)
+@each("text", [
+    "+proj=merc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +a=6378137 +b=6378137 +nadgrids=@null +wktext +no_defs",
+    "+proj=wintri +lat_1=50.4597762521898",  # its own default
+    "+proj=tmerc +lat_0=49 +lon_0=2d20'14.025\"E +k=0.9996 +x_0=4e5 +y_0=-1e5 +datum=OSGB36 +units=us-ft +type=crs",
+    "+proj=omerc +lat_0=40 +lonc=10 +alpha=30 +gamma=10 +no_uoff +over +axis=neu +pm=paris",
+    "+proj=utm +zone=33 +south +approx +towgs84=0,0,0 +ellps=intl",
+    "+proj=pipeline +ellps=intl +step +proj=axisswap +order=1,2 +step +proj=lcc +lat_1=30 +lat_2=40 +k_0=.9",
+    "+proj=pipeline +step +proj=merc +step +inv +proj=merc +lon_0=10 +step +proj=robin +title=x +omit_inv",
+    # As PROJ writes them, of constants.
+    "+proj=krovak +lat_0=49.5 +lon_0=24.8333333333333 +alpha=30.2881397527778 +k=0.9999 +ellps=bessel +units=m",
+    "+proj=nzmg +lat_0=-41 +lon_0=173 +x_0=2510000 +y_0=6023150 +datum=nzgd49 +units=m +no_defs",
+    *projection_names().values(),
+])  # fmt: skip
 def test_parameters_that_are_used_are_not_told_of(text: str) -> None:
     """Nor are defaults that are written out, and what is no part of a map."""
     with warnings.catch_warnings():

@@ -9,22 +9,19 @@ from tables import each
 from projdist.projections import Projection, tunable, tuned
 
 
-@each(
-    ("given", "values", "centre", "truth"),
-    [
-        ("robinson", {"lon_0": 150}, None, f"+proj=robin +lon_0=150 +R={R}"),
-        ("behrmann", {"lat_ts": 45}, None, f"+proj=cea +lat_ts=45 +R={R}"),
-        ("winkel-1", {"lat_ts": 45, "lon_0": 7}, None, f"+proj=wink1 +lat_ts=45 +lon_0=7 +R={R}"),
-        ("polar-stereographic", {}, (10, 50), f"+proj=stere +lat_0=50 +lon_0=10 +R={R}"),
-        ("aea+lat_1=20+lat_2=50", {"lat_1": 30}, (10, 40), f"+proj=aea +lat_1=30 +lat_2=50 +lat_0=40 +lon_0=10 +R={R}"),
-        ("mollweide", {}, (-100, 45), f"+proj=ob_tran +o_proj=moll +o_lat_p=45 +lon_0=-100 +R={R}"),
-        ("mollweide@45,-100", {"lon_0": 20}, None, f"+proj=ob_tran +o_proj=moll +o_lat_p=45 +lon_0=20 +R={R}"),
-        ("mollweide@45,-100", {}, (20, 0), f"+proj=moll +lon_0=20 +R={R}"),
-        ("EPSG:3035", {}, (20, 30), "+proj=laea +lat_0=30 +lon_0=20 +x_0=4321000 +y_0=3210000 +ellps=GRS80"),
-        ("EPSG:32633", {"k_0": 1}, None, "+proj=tmerc +lon_0=15 +x_0=500000 +ellps=WGS84"),
-        ("+proj=tmerc +k=0.9996 +R=6e6", {"k_0": 0.999}, None, "+proj=tmerc +k_0=0.999 +R=6e6"),
-    ],
-)
+@each(("given", "values", "centre", "truth"), [
+    ("robinson", {"lon_0": 150}, None, f"+proj=robin +lon_0=150 +R={R}"),
+    ("behrmann", {"lat_ts": 45}, None, f"+proj=cea +lat_ts=45 +R={R}"),
+    ("winkel-1", {"lat_ts": 45, "lon_0": 7}, None, f"+proj=wink1 +lat_ts=45 +lon_0=7 +R={R}"),
+    ("polar-stereographic", {}, (10, 50), f"+proj=stere +lat_0=50 +lon_0=10 +R={R}"),
+    ("aea+lat_1=20+lat_2=50", {"lat_1": 30}, (10, 40), f"+proj=aea +lat_1=30 +lat_2=50 +lat_0=40 +lon_0=10 +R={R}"),
+    ("mollweide", {}, (-100, 45), f"+proj=ob_tran +o_proj=moll +o_lat_p=45 +lon_0=-100 +R={R}"),
+    ("mollweide@45,-100", {"lon_0": 20}, None, f"+proj=ob_tran +o_proj=moll +o_lat_p=45 +lon_0=20 +R={R}"),
+    ("mollweide@45,-100", {}, (20, 0), f"+proj=moll +lon_0=20 +R={R}"),
+    ("EPSG:3035", {}, (20, 30), "+proj=laea +lat_0=30 +lon_0=20 +x_0=4321000 +y_0=3210000 +ellps=GRS80"),
+    ("EPSG:32633", {"k_0": 1}, None, "+proj=tmerc +lon_0=15 +x_0=500000 +ellps=WGS84"),
+    ("+proj=tmerc +k=0.9996 +R=6e6", {"k_0": 0.999}, None, "+proj=tmerc +k_0=0.999 +R=6e6"),
+])  # fmt: skip
 def test_what_is_made_is_the_map_of_proj(given, values, centre, truth) -> None:
     """With other values and another centre it is the map that PROJ makes of them, and its definition makes it again."""
     found = tuned(given, values, centre)
@@ -93,29 +90,26 @@ def test_a_southern_parallel_has_a_southern_range() -> None:
 LINE = "It must be a longitude, and a latitude of -90 to 90."
 
 
-@each(
-    ("given", "values", "centre", "said"),
-    [
-        ("robinson", {"lat_1": 3.0}, None, "Invalid parameter 'lat_1' of 'robinson'. It must be lon_0."),
-        ("bertin", {"lon_0": 3.0}, None, "Invalid parameter 'lon_0' of 'bertin'. This map has none that can be set."),
-        ("wintri", {"lat1": 3.0}, None, "Did you mean lat_1?"),
-        ("wintri", {"lat_1": 90.0}, None, "Invalid lat_1 '90' of 'wintri'. It must be 0 to 89°."),
-        ("wintri", {"lat_1": float("nan")}, None, "It must be 0 to 89°."),
-        ("misrsom+path=3", {"path": 1.5}, None, "It must be 1 to 233 in steps of 1."),
-        ("nsper+h=1e6", {"h": 0.0}, None, "It must be 100000 to 100000000 m."),
-        *(("robinson", {}, (0.0, 91.0), LINE), ("robinson", {}, (float("nan"), 1.0), LINE)),
-        ("robinsn", {}, None, "Did you mean robinson or robin?"),
-        (lambda lon, lat: (lon, lat), {}, (1, 2), "none that can be moved."),
-        # PROJ's reason is given where each is within its range, but not both; poles are no centres of cones.
-        ("aea+lat_1=30+lat_2=50", {"lat_1": -50.0}, None, ""),
-        ("lcc+lat_1=30+lat_2=50", {"lat_2": -30.0}, None, ""),
-        ("murd1+lat_1=30+lat_2=50", {"lat_2": 30.0}, None, ""),
-        ("tpeqd+lat_1=40+lon_1=-100+lat_2=50+lon_2=10", {"lat_2": 40.0, "lon_2": -100.0}, None, ""),
-        ("lsat+lsat=3+path=2", {"path": 0.0}, None, ""),
-        *(("lcc+lat_1=30+lat_2=60", {}, (33.0, -90.0), ""), ("labrd+lat_0=-18.9+azi=18.9", {}, (1.0, 0.0), "")),
-        ("somerc", {}, (1.0, 90.0), ""),
-    ],
-)
+@each(("given", "values", "centre", "said"), [
+    ("robinson", {"lat_1": 3.0}, None, "Invalid parameter 'lat_1' of 'robinson'. It must be lon_0."),
+    ("bertin", {"lon_0": 3.0}, None, "Invalid parameter 'lon_0' of 'bertin'. This map has none that can be set."),
+    ("wintri", {"lat1": 3.0}, None, "Did you mean lat_1?"),
+    ("wintri", {"lat_1": 90.0}, None, "Invalid lat_1 '90' of 'wintri'. It must be 0 to 89°."),
+    ("wintri", {"lat_1": float("nan")}, None, "It must be 0 to 89°."),
+    ("misrsom+path=3", {"path": 1.5}, None, "It must be 1 to 233 in steps of 1."),
+    ("nsper+h=1e6", {"h": 0.0}, None, "It must be 100000 to 100000000 m."),
+    *(("robinson", {}, (0.0, 91.0), LINE), ("robinson", {}, (float("nan"), 1.0), LINE)),
+    ("robinsn", {}, None, "Did you mean robinson or robin?"),
+    (lambda lon, lat: (lon, lat), {}, (1, 2), "none that can be moved."),
+    # PROJ's reason is given where each is within its range, but not both; poles are no centres of cones.
+    ("aea+lat_1=30+lat_2=50", {"lat_1": -50.0}, None, ""),
+    ("lcc+lat_1=30+lat_2=50", {"lat_2": -30.0}, None, ""),
+    ("murd1+lat_1=30+lat_2=50", {"lat_2": 30.0}, None, ""),
+    ("tpeqd+lat_1=40+lon_1=-100+lat_2=50+lon_2=10", {"lat_2": 40.0, "lon_2": -100.0}, None, ""),
+    ("lsat+lsat=3+path=2", {"path": 0.0}, None, ""),
+    *(("lcc+lat_1=30+lat_2=60", {}, (33.0, -90.0), ""), ("labrd+lat_0=-18.9+azi=18.9", {}, (1.0, 0.0), "")),
+    ("somerc", {}, (1.0, 90.0), ""),
+])  # fmt: skip
 def test_what_cannot_be_set_is_told_in_a_line(given, values, centre, said) -> None:
     """Unknown parameters, values out of range or that do not go together, and points that are none."""
     assert said or centre is None or tunable(given).drags == "both"
@@ -123,16 +117,13 @@ def test_what_cannot_be_set_is_told_in_a_line(given, values, centre, said) -> No
     assert said in text if said else text.endswith(".")
 
 
-@each(
-    "given",
-    [
-        make("+proj=laea +lat_0=52 +lon_0=10 +ellps=GRS80"),
-        {"proj": "laea", "lat_0": 52, "lon_0": 10, "ellps": "GRS80"},
-        CRS.from_epsg(3035),
-        3035,
-        "+proj=pipeline +step +proj=laea +lat_0=52 +lon_0=10 +ellps=GRS80",
-    ],
-)
+@each("given", [
+    make("+proj=laea +lat_0=52 +lon_0=10 +ellps=GRS80"),
+    {"proj": "laea", "lat_0": 52, "lon_0": 10, "ellps": "GRS80"},
+    CRS.from_epsg(3035),
+    3035,
+    "+proj=pipeline +step +proj=laea +lat_0=52 +lon_0=10 +ellps=GRS80",
+])  # fmt: skip
 def test_any_input(given) -> None:
     """Whatever names a map, its parameters are those of PROJ's string of it."""
     found = tunable(given)

@@ -175,16 +175,13 @@ def test_ellipsoids(text, size):
         assert pytest.approx(1 / size[1], rel=1e-11) == ellipsoid.f
 
 
-@each(
-    ("text", "radius"),
-    [
-        *(("+R=1", 1.0), ("+R=6371000", 6371e3), ("+ellps=sphere", 6370997.0), ("+a=6378137 +b=6378137", 6378137.0)),
-        ("+ellps=WGS84 +R_A", math.sqrt(WGS84.area / (4 * math.pi))),
-        ("+ellps=WGS84 +R_a", WGS84.a * (1 - WGS84.f / 2)),
-        ("+ellps=WGS84 +R_V", WGS84.a * (1 - WGS84.f) ** (1 / 3)),
-        ("+ellps=WGS84 +R_lat_g=45", math.sqrt(math.prod(map(float, WGS84.radii(45.0))))),
-    ],
-)
+@each(("text", "radius"), [
+    *(("+R=1", 1.0), ("+R=6371000", 6371e3), ("+ellps=sphere", 6370997.0), ("+a=6378137 +b=6378137", 6378137.0)),
+    ("+ellps=WGS84 +R_A", math.sqrt(WGS84.area / (4 * math.pi))),
+    ("+ellps=WGS84 +R_a", WGS84.a * (1 - WGS84.f / 2)),
+    ("+ellps=WGS84 +R_V", WGS84.a * (1 - WGS84.f) ** (1 / 3)),
+    ("+ellps=WGS84 +R_lat_g=45", math.sqrt(math.prod(map(float, WGS84.radii(45.0))))),
+])  # fmt: skip
 def test_spheres_of_proj_strings(text, radius):
     """A sphere is recognised as one, of the radius of equal area, mean radius and so on that the string asks for."""
     ellipsoid = make(f"+proj=merc {text}").ellipsoid

@@ -120,15 +120,12 @@ def test_labels():
     assert (unnamed.label, unnamed.name) == ("Lambert Azimuthal Equal Area",) * 2
 
 
-@each(
-    ("text", "code"),
-    [
-        *((text, "EPSG:32633") for text in ("WGS 84 / UTM zone 33N", "wgs84 / utm zone 33n", "utm33")),
-        *(("CH1903+ / LV95", "EPSG:2056"), ("CH1903 / LV03", "EPSG:21781"), ("World_Robinson", "ESRI:54030")),
-        *(("2056", "EPSG:2056"), ("EPSG3857", "EPSG:3857"), ("102003", "ESRI:102003"), ("esri54009", "ESRI:54009")),
-        *(("UTM 33S", "EPSG:32733"), ("utm-zone-1n", "EPSG:32601"), ("utm_60", "EPSG:32660")),
-    ],
-)
+@each(("text", "code"), [
+    *((text, "EPSG:32633") for text in ("WGS 84 / UTM zone 33N", "wgs84 / utm zone 33n", "utm33")),
+    *(("CH1903+ / LV95", "EPSG:2056"), ("CH1903 / LV03", "EPSG:21781"), ("World_Robinson", "ESRI:54030")),
+    *(("2056", "EPSG:2056"), ("EPSG3857", "EPSG:3857"), ("102003", "ESRI:102003"), ("esri54009", "ESRI:54009")),
+    *(("UTM 33S", "EPSG:32733"), ("utm-zone-1n", "EPSG:32601"), ("utm_60", "EPSG:32660")),
+])  # fmt: skip
 def test_names_of_crss(text, code):
     """As in PROJ's database, or a zone of UTM on WGS 84; a number is EPSG's, or Esri's if EPSG has none of it."""
     assert make(text).definition == code

@@ -280,20 +280,17 @@ SIDEWAYS = ',AXIS["Easting","North along 90 deg East"],AXIS["Northing","North al
 DRAWN = r"As longitudes and latitudes are drawn for x and y it is 'plate-carree'\.$"
 
 
-@each(
-    ("text", "said"),
-    [
-        (TMERC.replace("298.257223563", "0.00335281066"), r"a flattening of 0\.00335281066 is written as 298\.257224"),
-        (TMERC[:-1], r"The closing bracket of PROJCS is missing\.$"),
-        (TMERC.replace('"metre"', '"metre'), "or a quotation mark before"),
-        (TMERC[:-1] + SIDEWAYS, r'PROJ says: unhandled axis direction: "North along 90 deg East"\.$'),
-        (wkt1("Unknown", {"central_meridian": 9.0}), r"PROJ does not know the method 'Unknown' of map\.$"),
-        # A number that another authority has, and what has no map.
-        ("EPSG:102008", r"it is ESRI:102008 \(North_America_Albers_Equal_Area_Conic\)\.$"),
-        ("ESRI:3857", r"it is EPSG:3857 \(WGS 84 / Pseudo-Mercator\)\.$"),
-        *(("EPSG:4326", DRAWN), (GEOGCS, DRAWN)),
-    ],
-)
+@each(("text", "said"), [
+    (TMERC.replace("298.257223563", "0.00335281066"), r"a flattening of 0\.00335281066 is written as 298\.257224"),
+    (TMERC[:-1], r"The closing bracket of PROJCS is missing\.$"),
+    (TMERC.replace('"metre"', '"metre'), "or a quotation mark before"),
+    (TMERC[:-1] + SIDEWAYS, r'PROJ says: unhandled axis direction: "North along 90 deg East"\.$'),
+    (wkt1("Unknown", {"central_meridian": 9.0}), r"PROJ does not know the method 'Unknown' of map\.$"),
+    # A number that another authority has, and what has no map.
+    ("EPSG:102008", r"it is ESRI:102008 \(North_America_Albers_Equal_Area_Conic\)\.$"),
+    ("ESRI:3857", r"it is EPSG:3857 \(WGS 84 / Pseudo-Mercator\)\.$"),
+    *(("EPSG:4326", DRAWN), (GEOGCS, DRAWN)),
+])  # fmt: skip
 def test_mistakes_are_named(text, said):
     assert re.search(said, message(text))
 

@@ -149,14 +149,11 @@ def test_what_has_no_parts() -> None:
         assert region.far == ""
 
 
-@each(
-    "text",
-    [
-        *("country:FR@main", "country:FR@110m@main", "country:FR@main:1300", "continent:Oceania@110m@main"),
-        *("(country:FR + country:IT)@main", "country:FR@all"),
-        *("(country:FR - box:0,40,10,50)@all", "country:FR@main - box:0,40,10,50"),
-    ],
-)
+@each("text", [
+    *("country:FR@main", "country:FR@110m@main", "country:FR@main:1300", "continent:Oceania@110m@main"),
+    *("(country:FR + country:IT)@main", "country:FR@all"),
+    *("(country:FR - box:0,40,10,50)@all", "country:FR@main - box:0,40,10,50"),
+])  # fmt: skip
 def test_names_are_texts(text: str) -> None:
     region = get_region(text)
     assert (region.name, region.notes) == (text, ())
@@ -180,14 +177,11 @@ def test_the_word_on_parts_far_away() -> None:
     assert region.far.startswith(said)
 
 
-@each(
-    ("text", "told"),
-    [
-        *(("country:FR", True), ("country:FR - box:-3,42,5,50", True), ("country:FR & cap:2,48,900", False)),
-        *(("country:MY", False), ("land@110m", False), ("continent:Oceania@110m", False)),
-        *(("land@110m & box:-180,-30,180,30", False), ("country:FR@main + country:US@main", False)),
-    ],
-)
+@each(("text", "told"), [
+    *(("country:FR", True), ("country:FR - box:-3,42,5,50", True), ("country:FR & cap:2,48,900", False)),
+    *(("country:MY", False), ("land@110m", False), ("continent:Oceania@110m", False)),
+    *(("land@110m & box:-180,-30,180,30", False), ("country:FR@main + country:US@main", False)),
+])  # fmt: skip
 def test_when_there_is_a_word(text: str, told: bool) -> None:
     """Where places are named, of which parts may not be meant, and of what is left of them."""
     assert bool(get_region(text).far) == told
@@ -206,21 +200,18 @@ def counted(box: Box, region: Region) -> float:
     return float(np.mean(box.contains(lon[here], lat[here])))
 
 
-@each(
-    ("box", "region", "share"),
-    [
-        *((Box(0, 0, 90, 90), GLOBE, 1 / 8), (Box(-180, -90, 0, 90), GLOBE, 1 / 2)),
-        (Box(170, 0, -170, 90), Box(0, -90, 180, 90), 10 / 360),
-        *((Box(170, 0, 190, 90), Box(-190, 0, -175, 90), 1.0), (Box(-180, 0, 180, 90), PACIFIC, None)),
-        (Box(0, -10, 20, 10), Box(170, -10, 10, 10), 10 / 200),  # which is 170 to 370
-        (GLOBE, Cap(10, 50, 300), 1.0),
-        (Box(10, -90, 100, 90), Cap(10, 50, 300), 1 / 2),  # on either side of its meridian
-        *((Box(-170, 0, 170, 90), Cap(180, 0, 300), 0.0), (Box(0, 60, 90, 90), Cap(30, 90, 2000), 1 / 4)),
-        *((Box(0, 0, 90, 50), Cap(30, 80, 1000), 0.0), (EUROPE, get_region("country:DE"), 1.0)),
-        *((EUROPE, get_region("country:FJ"), 0.0), (PACIFIC, get_region("country:FJ"), 1.0)),
-        (Box(6.0, 40.0, 12.0, 60.0), get_region("country:DE"), None),
-    ],
-)
+@each(("box", "region", "share"), [
+    *((Box(0, 0, 90, 90), GLOBE, 1 / 8), (Box(-180, -90, 0, 90), GLOBE, 1 / 2)),
+    (Box(170, 0, -170, 90), Box(0, -90, 180, 90), 10 / 360),
+    *((Box(170, 0, 190, 90), Box(-190, 0, -175, 90), 1.0), (Box(-180, 0, 180, 90), PACIFIC, None)),
+    (Box(0, -10, 20, 10), Box(170, -10, 10, 10), 10 / 200),  # which is 170 to 370
+    (GLOBE, Cap(10, 50, 300), 1.0),
+    (Box(10, -90, 100, 90), Cap(10, 50, 300), 1 / 2),  # on either side of its meridian
+    *((Box(-170, 0, 170, 90), Cap(180, 0, 300), 0.0), (Box(0, 60, 90, 90), Cap(30, 90, 2000), 1 / 4)),
+    *((Box(0, 0, 90, 50), Cap(30, 80, 1000), 0.0), (EUROPE, get_region("country:DE"), 1.0)),
+    *((EUROPE, get_region("country:FJ"), 0.0), (PACIFIC, get_region("country:FJ"), 1.0)),
+    (Box(6.0, 40.0, 12.0, 60.0), get_region("country:DE"), None),
+])  # fmt: skip
 def test_share(box, region, share):
     """By symmetry, or else by counting; caps are round on the sphere, polygons to 0.1 m."""
     truth = pytest.approx(counted(box, region), abs=0.02) if share is None else pytest.approx(share, abs=1e-5)

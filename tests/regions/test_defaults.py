@@ -22,13 +22,10 @@ def maps(*names):
 
 
 # EPSG:3035 and EPSG:32632 as EPSG's registry has them; others are of other areas.
-@each(
-    ("names", "area"),
-    [
-        *((["robin"], GLOBE), ([], GLOBE), (["EPSG:3035", "EPSG:2056"], GLOBE), (["EPSG:3035", "robin"], GLOBE)),
-        *((["EPSG:3035"], Box(-35.58, 24.6, 44.83, 84.73)), (["EPSG:32632", "EPSG:32632"], Box(6, 0, 12, 84))),
-    ],
-)
+@each(("names", "area"), [
+    *((["robin"], GLOBE), ([], GLOBE), (["EPSG:3035", "EPSG:2056"], GLOBE), (["EPSG:3035", "robin"], GLOBE)),
+    *((["EPSG:3035"], Box(-35.58, 24.6, 44.83, 84.73)), (["EPSG:32632", "EPSG:32632"], Box(6, 0, 12, 84))),
+])  # fmt: skip
 def test_the_area_of_use_that_all_have_else_the_globe(names, area):
     assert (region_for(None, maps(*names)), region_for("cap:0,0,10", maps(*names)).name) == (area, "cap:0,0,10")
 
@@ -63,22 +60,19 @@ def polygon(lat: float, **figure: object) -> float:
     return abs(geod.polygon_area_perimeter(lons, lats)[0]) / 1e6
 
 
-@each(
-    ("names", "region", "area"),
-    [
-        *(([MARS], None, 4.0 * math.pi * R_MARS**2), ([MARS], "cap:0,0,1000", zone(R_MARS, 1000.0))),
-        ([MARS, "+proj=moll +R=3389500"], "cap:20,40,1000", zone(R_MARS, 1000.0)),  # another figure of Mars
-        (["+proj=moll +R=3396190", MARS_ELLIPSOID], "cap:0,90,1000", polygon(90, a=3396190.0, b=3376200.0)),
-        ([MOON], "cap:10,-30,2000", zone(R_MOON, 2000.0)),
-        ([MOON], "box:0,0,90,90", math.pi / 2.0 * R_MOON**2),
-        ([MOON], "box:0,0,45,90 + box:45,0,90,90", math.pi / 2.0 * R_MOON**2),
-        ([MOON], {"type": "Polygon", "coordinates": [square(0, 0, 9, 90)]}, math.radians(9.0) * R_MOON**2),
-        (["+proj=eqc +R=71492000"], "cap:0,0,150000", zone(71492.0, 150_000.0)),
-        *((SPHERES, "cap:5,5,900", zone(6371.0087714, 900.0)), (["robin"], None, 510_065_621.724)),
-        (["robin", "EPSG:3857", "EPSG:31467"], "cap:0,0,1000", polygon(0, ellps="WGS84")),
-        ([], "cap:0,0,1000", polygon(0, ellps="WGS84")),
-    ],
-)
+@each(("names", "region", "area"), [
+    *(([MARS], None, 4.0 * math.pi * R_MARS**2), ([MARS], "cap:0,0,1000", zone(R_MARS, 1000.0))),
+    ([MARS, "+proj=moll +R=3389500"], "cap:20,40,1000", zone(R_MARS, 1000.0)),  # another figure of Mars
+    (["+proj=moll +R=3396190", MARS_ELLIPSOID], "cap:0,90,1000", polygon(90, a=3396190.0, b=3376200.0)),
+    ([MOON], "cap:10,-30,2000", zone(R_MOON, 2000.0)),
+    ([MOON], "box:0,0,90,90", math.pi / 2.0 * R_MOON**2),
+    ([MOON], "box:0,0,45,90 + box:45,0,90,90", math.pi / 2.0 * R_MOON**2),
+    ([MOON], {"type": "Polygon", "coordinates": [square(0, 0, 9, 90)]}, math.radians(9.0) * R_MOON**2),
+    (["+proj=eqc +R=71492000"], "cap:0,0,150000", zone(71492.0, 150_000.0)),
+    *((SPHERES, "cap:5,5,900", zone(6371.0087714, 900.0)), (["robin"], None, 510_065_621.724)),
+    (["robin", "EPSG:3857", "EPSG:31467"], "cap:0,0,1000", polygon(0, ellps="WGS84")),
+    ([], "cap:0,0,1000", polygon(0, ellps="WGS84")),
+])  # fmt: skip
 def test_regions_are_on_the_body_of_the_maps(names, region, area):
     """Areas by closed forms of spheres, by GeographicLib on ellipsoids; of the Earth's globe that of WGS 84."""
     assert region_for(region, maps(*names)).area_km2 == pytest.approx(area, rel=3e-8)
@@ -112,13 +106,10 @@ def test_maps_of_different_bodies_are_refused(names, words):
             call(list(names))
 
 
-@each(
-    "region",
-    [
-        *("country:CH", "state:CA", "continent:Africa@110m", "land@110m", "ocean@110m", "crs:EPSG:3035"),
-        "box:20,-5,25,0 & country:CD@110m",
-    ],
-)
+@each("region", [
+    *("country:CH", "state:CA", "continent:Africa@110m", "land@110m", "ocean@110m", "crs:EPSG:3035"),
+    "box:20,-5,25,0 & country:CD@110m",
+])  # fmt: skip
 def test_places_of_the_earth_are_not_on_other_bodies(region):
     for given in (region, get_region(region)):
         refuses(r"^Invalid region '.*'\. It is on the Earth, not on Mars\.$", summarize, MARS, given)

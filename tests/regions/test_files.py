@@ -158,15 +158,12 @@ TABLES = [
 ]
 
 
-@each(
-    ("kind", "suffix", "content", "reason"),
-    [
-        *(("file", "geojson", collection(ring), reason) for ring, reason in RINGS),
-        *((kind, "geojson", *one) for one in OBJECTS for kind in ("file", "geodesic")),
-        *(*(("file", "wkt", *one) for one in WKT), *(("points", "geojson", *one) for one in POINTS)),
-        *(("points", "csv", *one) for one in TABLES),
-    ],
-)
+@each(("kind", "suffix", "content", "reason"), [
+    *(("file", "geojson", collection(ring), reason) for ring, reason in RINGS),
+    *((kind, "geojson", *one) for one in OBJECTS for kind in ("file", "geodesic")),
+    *(*(("file", "wkt", *one) for one in WKT), *(("points", "geojson", *one) for one in POINTS)),
+    *(("points", "csv", *one) for one in TABLES),
+])  # fmt: skip
 def test_wrong_files(kind, suffix, content, reason, tmp_path):
     """What is no region is refused in one line, with what is wrong, and in tables where."""
     path = tmp_path / f"wrong.{suffix}"
@@ -301,13 +298,10 @@ def points_of(*coordinates):
     return json.dumps({"type": "FeatureCollection", "features": features})
 
 
-@each(
-    ("file", "text"),
-    [
-        ("p.csv", "name,lon,lat,weight,h\na,1,2,1,5\nb,,2,1,6\nc,3,NA,1,7\nd,4,5,2,8\ne,nan,5,2,9\n"),
-        ("p.geojson", points_of([1, 2], None, [], [4, 5], None)),
-    ],
-)
+@each(("file", "text"), [
+    ("p.csv", "name,lon,lat,weight,h\na,1,2,1,5\nb,,2,1,6\nc,3,NA,1,7\nd,4,5,2,8\ne,nan,5,2,9\n"),
+    ("p.geojson", points_of([1, 2], None, [], [4, 5], None)),
+])  # fmt: skip
 def test_points_without_coordinates_are_left_out(file, text, tmp_path):
     """The others are read, and a note says how many are not."""
     (tmp_path / file).write_text(text)
@@ -321,15 +315,12 @@ def test_points_without_coordinates_are_left_out(file, text, tmp_path):
 ON_EARTH = "it must have a longitude within -360 and 360, a latitude within -90 and 90."
 
 
-@each(
-    ("row", "reason"),
-    [
-        *(("1,95,1", f"Point 1 is at 1, 95; {ON_EARTH}"), ("inf,5,1", f"Point 1 is at inf, 5; {ON_EARTH}")),
-        ("1,5,-1", "Point 1 has the weight -1; it must be finite and not negative."),
-        ("1,5,nan", "Point 1 has the weight nan; it must be finite and not negative."),
-        ("1,5,0", "Their weights must not all be zero."),
-    ],
-)
+@each(("row", "reason"), [
+    *(("1,95,1", f"Point 1 is at 1, 95; {ON_EARTH}"), ("inf,5,1", f"Point 1 is at inf, 5; {ON_EARTH}")),
+    ("1,5,-1", "Point 1 has the weight -1; it must be finite and not negative."),
+    ("1,5,nan", "Point 1 has the weight nan; it must be finite and not negative."),
+    ("1,5,0", "Their weights must not all be zero."),
+])  # fmt: skip
 def test_wrong_points(tmp_path, row, reason):
     path = tmp_path / "points.csv"
     path.write_text(f"lon,lat,weight\n{row}\n")

@@ -190,14 +190,11 @@ def test_spoilt_files(tmp_path: Path, suffix: str) -> None:
 
 
 @each("depth", [300, 100_000])
-@each(
-    ("start", "middle", "end"),
-    [
-        ("[", "", "]"),
-        ('{"type":"GeometryCollection","geometries":[', "", "]}"),
-        ('{"type":"Feature","geometry":', "null", "}"),
-    ],
-)
+@each(("start", "middle", "end"), [
+    ("[", "", "]"),
+    ('{"type":"GeometryCollection","geometries":[', "", "]}"),
+    ('{"type":"Feature","geometry":', "null", "}"),
+])  # fmt: skip
 def test_deep_nesting(tmp_path: Path, start: str, middle: str, end: str, depth: int) -> None:
     for word in ("file", "points"):
         check_bytes(tmp_path, "x.geojson", (depth * start + middle + depth * end).encode(), word)

@@ -10,21 +10,18 @@ from projdist.regions import GLOBE, Box, get_region, is_region_text, region_titl
 
 
 # ---- names ----------------------------------------------------------------------------------
-@each(
-    "texts",
-    [
-        ("country:CH", "country:che", "country:756", "Country: Switzerland", "country:CH@50m"),
-        ("country:CI", "country:Côte d'Ivoire", "country:cote d ivoire", "country:Ivory Coast"),
-        ("country:BA", "country:Bosnia and Herzegovina", 'country:"Bosnia & Herzegovina"'),
-        *(("country:CZ", "country:Czech Republic", "country:Czechia"), ("country:XK", "country:Kosovo")),
-        pytest.param(("continent:North America", "CONTINENT:north america"), marks=pytest.mark.slow),
-        ("state:CA", "state:ca", "state:06", "STATE: California", "state:CA@10m"),
-        ("state:DC", "state:District of Columbia", "state:Washington, D.C."),
-        ("state:VI", "state:US Virgin Islands", 'state:"U.S. Virgin Islands"'),
-        *(("state:NH", "state:new-hampshire"), ("state:HI", "state:Hawai'i")),
-        pytest.param(("land", "LAND", "land@50m"), marks=pytest.mark.slow),
-    ],
-)
+@each("texts", [
+    ("country:CH", "country:che", "country:756", "Country: Switzerland", "country:CH@50m"),
+    ("country:CI", "country:Côte d'Ivoire", "country:cote d ivoire", "country:Ivory Coast"),
+    ("country:BA", "country:Bosnia and Herzegovina", 'country:"Bosnia & Herzegovina"'),
+    *(("country:CZ", "country:Czech Republic", "country:Czechia"), ("country:XK", "country:Kosovo")),
+    pytest.param(("continent:North America", "CONTINENT:north america"), marks=pytest.mark.slow),
+    ("state:CA", "state:ca", "state:06", "STATE: California", "state:CA@10m"),
+    ("state:DC", "state:District of Columbia", "state:Washington, D.C."),
+    ("state:VI", "state:US Virgin Islands", 'state:"U.S. Virgin Islands"'),
+    *(("state:NH", "state:new-hampshire"), ("state:HI", "state:Hawai'i")),
+    pytest.param(("land", "LAND", "land@50m"), marks=pytest.mark.slow),
+])  # fmt: skip
 def test_spellings(texts):
     """A country or state is found by codes and names, whatever their case and accents; each text is the same object."""
     assert len({id(get_region(text)) for text in texts}) == 1
@@ -81,21 +78,13 @@ def test_with_globe_and_ocean():
     assert 0.95 < sea.area_km2 / Box(170, -30, -170, -10).area_km2 < 1
 
 
-@each(
-    "alone, full",
-    [
-        *(
-            ("Germany", "country:DE"),
-            ("österreich", "country:AT"),
-            ("new-zealand", "country:NZ"),
-            ('"Côte d\'Ivoire"', "country:CI"),
-        ),
-        *(("DE", "country:DE"), ("deu", "country:DE"), ("CA", "country:CA"), ("TX", "state:TX")),
-        *(("Delaware", "state:DE"), ("Africa", "continent:Africa"), ("Chile@main", "country:CL@main")),
-        *(("Fiji@10m", "country:FJ@10m"), ("(Fiji)@all", "country:FJ@all"), ("Fiji@10m@main", "country:FJ@10m@main")),
-        ("New Zealand@110m - cap:170,-45,300", "country:NZ@110m - cap:170,-45,300"),
-    ],
-)
+@each("alone, full", [
+    *(("Germany", "country:DE"), ("österreich", "country:AT"), ("new-zealand", "country:NZ"), ('"Côte d\'Ivoire"', "country:CI")),
+    *(("DE", "country:DE"), ("deu", "country:DE"), ("CA", "country:CA"), ("TX", "state:TX")),
+    *(("Delaware", "state:DE"), ("Africa", "continent:Africa"), ("Chile@main", "country:CL@main")),
+    *(("Fiji@10m", "country:FJ@10m"), ("(Fiji)@all", "country:FJ@all"), ("Fiji@10m@main", "country:FJ@10m@main")),
+    ("New Zealand@110m - cap:170,-45,300", "country:NZ@110m - cap:170,-45,300"),
+])  # fmt: skip
 def test_places_by_their_names_alone(alone, full):
     """A name or a code of one place needs no kind before it; a code is a country's before a state's."""
     one, other = get_region(alone), get_region(full)
@@ -180,18 +169,15 @@ def test_refusals(text):
 
 
 # ---- titles ---------------------------------------------------------------------------------------
-@each(
-    ("text", "title"),
-    [
-        *(("country:DE", "Germany (DE)"), ("country:Fiji", "Fiji (FJ)")),
-        *(("country:DE + country:AT", "Germany (DE) + Austria (AT)"), ("country:FR@all", "France (FR)")),
-        *(("country:NO@main", "Norway (NO), main part"), ("country:Somaliland", "Somaliland")),
-        *(("continent:North America", "North America"), ("state:california", "California (CA)")),
-        ("state:WA + state:OR", "Washington (WA) + Oregon (OR)"),
-        ("box:170,-20,-170,-10", "170°E to 170°W, 20°S to 10°S"),
-        *(("cap:2.35,48.85,50", "50 km around 48.85°N, 2.35°E"), ("globe", "globe")),
-    ],
-)
+@each(("text", "title"), [
+    *(("country:DE", "Germany (DE)"), ("country:Fiji", "Fiji (FJ)")),
+    *(("country:DE + country:AT", "Germany (DE) + Austria (AT)"), ("country:FR@all", "France (FR)")),
+    *(("country:NO@main", "Norway (NO), main part"), ("country:Somaliland", "Somaliland")),
+    *(("continent:North America", "North America"), ("state:california", "California (CA)")),
+    ("state:WA + state:OR", "Washington (WA) + Oregon (OR)"),
+    ("box:170,-20,-170,-10", "170°E to 170°W, 20°S to 10°S"),
+    *(("cap:2.35,48.85,50", "50 km around 48.85°N, 2.35°E"), ("globe", "globe")),
+])  # fmt: skip
 def test_titles(text: str, title: str) -> None:
     """Names with their codes, degrees with their hemispheres."""
     assert region_title(get_region(text)) == title

@@ -87,14 +87,11 @@ def distance_from(cap, lon, lat):
     )
 
 
-@each(
-    "cap",
-    [
-        *(Cap(20, 50, 3000), Cap(-175, -30, 4000), Cap(0, 0, 10), Cap(-60, 75, 4000), Cap(0, 0, 1000)),
-        *(Cap(10, 20, 16000), Cap(10, 50, 19900), Cap(3, -89.9, 20), Cap(-60, 35, 40_000, SATURN)),
-        *(Cap(7, 20, 140_000, SATURN), Cap(0, 0, 1000, Ellipsoid(3396190.0, 1 / 169.894447))),
-    ],
-)
+@each("cap", [
+    *(Cap(20, 50, 3000), Cap(-175, -30, 4000), Cap(0, 0, 10), Cap(-60, 75, 4000), Cap(0, 0, 1000)),
+    *(Cap(10, 20, 16000), Cap(10, 50, 19900), Cap(3, -89.9, 20), Cap(-60, 35, 40_000, SATURN)),
+    *(Cap(7, 20, 140_000, SATURN), Cap(0, 0, 1000, Ellipsoid(3396190.0, 1 / 169.894447))),
+])  # fmt: skip
 def test_area_of_a_cap(cap):
     """The area of GeographicLib's polygon of geodesics through 3000 points at the radius, and through half as many."""
 
@@ -150,15 +147,12 @@ def test_boxes_add_up():
 
 
 # ---- extent ---------------------------------------------------------------------------------
-@each(
-    ("region", "bounds"),
-    [
-        *((GLOBE, (-180, -90, 180, 90)), (Box(-10, 35, 40, 70), (-10, 35, 40, 70))),
-        *((Box(150, -60, -120, 10), (150, -60, 240, 10)), (Box(0, -90, 360, 90), (0, -90, 360, 90))),
-        (Cap(30, 90, 2000, SPHERE), (-150, 90 - math.degrees(2000 / R_KM), 210, 90)),
-        *((Cap(0, 0, SIXTH, SPHERE), (-30, -30, 30, 30)), (Cap(100, -80, SIXTH, SPHERE), (-80, -90, 280, -50))),
-    ],
-)
+@each(("region", "bounds"), [
+    *((GLOBE, (-180, -90, 180, 90)), (Box(-10, 35, 40, 70), (-10, 35, 40, 70))),
+    *((Box(150, -60, -120, 10), (150, -60, 240, 10)), (Box(0, -90, 360, 90), (0, -90, 360, 90))),
+    (Cap(30, 90, 2000, SPHERE), (-150, 90 - math.degrees(2000 / R_KM), 210, 90)),
+    *((Cap(0, 0, SIXTH, SPHERE), (-30, -30, 30, 30)), (Cap(100, -80, SIXTH, SPHERE), (-80, -90, 280, -50))),
+])  # fmt: skip
 def test_bounds(region, bounds):
     """Bounds are west, south, east, north with west < east; all longitudes where a cap holds a pole."""
     assert region.bounds == pytest.approx(bounds, abs=1e-9)
@@ -383,15 +377,12 @@ INTERVALS = st.lists(
 ROUNDING = 1e-9  # of a degree, of sums up to 720
 
 
-@each(
-    ("west", "east", "box"),
-    [
-        *(([5.0, 8.0], [6.0, 15.0], (5.0, 15.0)), ([177.0, -180.0], [180.0, -178.0], (177.0, -178.0))),
-        *(([-180.0, 177.0], [-178.0, 180.0], (177.0, -178.0)), ([170.0, -10.0], [190.0, 0.0], (170.0, 0.0))),
-        *(([-180.0], [180.0], (-180.0, 180.0)), ([-170.0, -60.0, 60.0], [-50.0, 70.0, 175.0], (-170.0, 175.0))),
-        ([10.0], [10.0], (9.995, 10.005)),
-    ],
-)
+@each(("west", "east", "box"), [
+    *(([5.0, 8.0], [6.0, 15.0], (5.0, 15.0)), ([177.0, -180.0], [180.0, -178.0], (177.0, -178.0))),
+    *(([-180.0, 177.0], [-178.0, 180.0], (177.0, -178.0)), ([170.0, -10.0], [190.0, 0.0], (170.0, 0.0))),
+    *(([-180.0], [180.0], (-180.0, 180.0)), ([-170.0, -60.0, 60.0], [-50.0, 70.0, 175.0], (-170.0, 175.0))),
+    ([10.0], [10.0], (9.995, 10.005)),
+])  # fmt: skip
 def test_known_boxes(west: list[float], east: list[float], box: tuple[float, float]) -> None:
     """The narrowest interval of longitudes, across the antimeridian or not; a point gets a hundredth of a degree."""
     south, north = np.full(len(west), -20.0), np.full(len(west), -15.0)

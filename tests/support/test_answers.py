@@ -118,19 +118,16 @@ def test_bars_and_strange_cells():
 
 
 # ---- arguments that are none -----------------------------------------------------------------------
-@each(
-    ("check", "value", "message"),
-    [
-        *((check_number, value, f"Invalid thing '{value}'. It must be a number.") for value in ("1", True, None, 1j)),
-        *(
-            (check_whole_number, value, f"'{value}'. It must be a whole number, 0 or more.")
-            for value in (1.0, -1, True)
-        ),
-        *((check_numbers, None, "Invalid thing"), (check_numbers, ["x"], "Invalid thing")),
-        *((check_pair, [1.0, 2.0, 3.0], "They must be two numbers."), (check_pair, 1.0, "They must be two numbers.")),
-        *((check_number, [1.0, 2.0], "It must be a number."), (check_path, 3, "'3'. It must be the path of a file.")),
-    ],
-)
+@each(("check", "value", "message"), [
+    *((check_number, value, f"Invalid thing '{value}'. It must be a number.") for value in ("1", True, None, 1j)),
+    *(
+        (check_whole_number, value, f"'{value}'. It must be a whole number, 0 or more.")
+        for value in (1.0, -1, True)
+    ),
+    *((check_numbers, None, "Invalid thing"), (check_numbers, ["x"], "Invalid thing")),
+    *((check_pair, [1.0, 2.0, 3.0], "They must be two numbers."), (check_pair, 1.0, "They must be two numbers.")),
+    *((check_number, [1.0, 2.0], "It must be a number."), (check_path, 3, "'3'. It must be the path of a file.")),
+])  # fmt: skip
 def test_refused(check, value, message):
     with pytest.raises(ValueError, match=r"^Invalid thing") as refused:
         check("thing", value)

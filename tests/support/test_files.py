@@ -150,14 +150,11 @@ def test_streams(tmp_path: Path) -> None:
 FULL = "Invalid output 'standard output'. It cannot be written: No space left on device."
 
 
-@each(
-    ("error", "message"),
-    [
-        (FileExistsError("Invalid output 'x'. It exists."), "projdist: Invalid output 'x'. It exists.\n"),
-        (OSError(errno.ENOSPC, "No space left on device"), f"projdist: {FULL}\n"),
-        (OSError(errno.EPIPE, "Broken pipe"), ""),
-    ],
-)
+@each(("error", "message"), [
+    (FileExistsError("Invalid output 'x'. It exists."), "projdist: Invalid output 'x'. It exists.\n"),
+    (OSError(errno.ENOSPC, "No space left on device"), f"projdist: {FULL}\n"),
+    (OSError(errno.EPIPE, "Broken pipe"), ""),
+])  # fmt: skip
 def test_what_cannot_be_printed(error, message, monkeypatch, capsys):
     """Ends the command with 2, and a line; who runs the command line knows how to end on a closed pipe."""
 
@@ -174,18 +171,15 @@ def test_pictures_without_memory(capsys):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="names of Unix")
-@each(
-    ("words", "suffix", "message"),
-    [
-        ("factors EPSG:25832 --at {}", "gpx", "Invalid file. {} is not text in UTF-8, as the name of such"),
-        ("check {}", "geojson", "Invalid file. {} is not text"),
-        ("convert {} --to EPSG:3035 -o x.tif", "tif", "Invalid file. {} is not text"),
-        ("convert p.geojson --to EPSG:3035 -o {}", "gpkg", "Invalid file. {} is not text"),
-        ("profile EPSG:25832 --line {}", "gpx", "Invalid line file {0}. It cannot be read: {0} is"),
-        ("factors EPSG:25832 --at {}", "csv", "Invalid points file {}. Its header must have lon and lat"),
-        ("oldmap {}", "points", "Invalid points file {}. Its header must name x_old"),
-    ],
-)
+@each(("words", "suffix", "message"), [
+    ("factors EPSG:25832 --at {}", "gpx", "Invalid file. {} is not text in UTF-8, as the name of such"),
+    ("check {}", "geojson", "Invalid file. {} is not text"),
+    ("convert {} --to EPSG:3035 -o x.tif", "tif", "Invalid file. {} is not text"),
+    ("convert p.geojson --to EPSG:3035 -o {}", "gpkg", "Invalid file. {} is not text"),
+    ("profile EPSG:25832 --line {}", "gpx", "Invalid line file {0}. It cannot be read: {0} is"),
+    ("factors EPSG:25832 --at {}", "csv", "Invalid points file {}. Its header must have lon and lat"),
+    ("oldmap {}", "points", "Invalid points file {}. Its header must name x_old"),
+])  # fmt: skip
 def test_names_that_are_no_text(words, suffix, message, tmp_path, monkeypatch):
     """Bytes that are no UTF-8 are shown as such, in a line that names the file, whatever library cannot open it."""
     pytest.importorskip("geopandas")

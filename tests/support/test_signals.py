@@ -211,15 +211,12 @@ def test_threads_keep_the_signals_as_they_are() -> None:
         assert pool.submit(look).result() == signal.getsignal(signal.SIGTERM)
 
 
-@each(
-    ("argv", "words", "expected"),
-    [
-        (["/usr/bin/projdist", "list"], ["python", "/usr/bin/projdist", "list"], True),
-        *((["-m", "list"], ["python", "-m", "projdist", "list"], True), (["-m"], ["python", "-mprojdist"], True)),
-        (["-m", "projdist"], ["python", "-m", "pytest", "projdist"], False),
-        *((["program.py"], ["python", "program.py"], False), ([], ["python"], False)),
-    ],
-)
+@each(("argv", "words", "expected"), [
+    (["/usr/bin/projdist", "list"], ["python", "/usr/bin/projdist", "list"], True),
+    *((["-m", "list"], ["python", "-m", "projdist", "list"], True), (["-m"], ["python", "-mprojdist"], True)),
+    (["-m", "projdist"], ["python", "-m", "pytest", "projdist"], False),
+    *((["program.py"], ["python", "program.py"], False), ([], ["python"], False)),
+])  # fmt: skip
 def test_what_the_command_is(argv: list[str], words: list[str], expected: bool, monkeypatch: Any) -> None:
     """Python was started as `projdist`, or with its module; not for another one."""
     monkeypatch.setattr(sys, "argv", argv)
