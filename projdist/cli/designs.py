@@ -29,7 +29,7 @@ _ELSEWHERE = "To take it elsewhere: --format wkt, wkt-derived, proj or projjson,
 
 
 def _whole(thing: str, text: str, allowed: str) -> int:
-    if not text.isdecimal():
+    if not text.removeprefix("-").isdecimal():  # the library says what range is allowed
         refuse(f"Invalid {thing} '{text}'. It must be {allowed}.")
     return int(text)
 
@@ -259,8 +259,8 @@ def _mean_answer(found: designs.MeanMap) -> Iterator[str]:
     maps = f"{len(found.maps)} map{'s' * (len(found.maps) > 1)}"
     total, bound, plain = (say.certain(one.total) for one in (mean, least, average))
     yield (
-        f"The mean of {maps} over {place} has the sum of squared distances {total} from them; no map has less than "
-        f"{bound}, the average of their coordinates has {plain}."
+        f"The mean of {maps} over {place} is nearest to them: its squared distances from them add up to {total}, "
+        f"those of the average of their coordinates to {plain}, and no map has less than {bound}."
     )
     yield f"On it, scales are off by {say.rms_text(mean.airy_kavrayskiy)} (RMS)."
 
