@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, overload
+from typing import Any, cast, overload
 
 import numpy as np
 from matplotlib import colors, rc_context
@@ -70,26 +70,34 @@ def figure(projections: ProjectionLike | Iterable[ProjectionLike], kind: str = "
 def tissot(projections: ProjectionLike | Iterable[ProjectionLike], ax: None = None, **options: Any) -> Figure: ...
 @overload
 def tissot(projections: ProjectionLike, ax: Axes, **options: Any) -> float: ...
-def tissot(projections: Any, ax: Axes | None = None, **options: Any) -> Figure | float:
+def tissot(
+    projections: ProjectionLike | Iterable[ProjectionLike], ax: Axes | None = None, **options: Any
+) -> Figure | float:
     """Tissot's indicatrices: a `tissot_figure` with its options, or on axes of one's own, with the radius returned.
 
     On `ax` the options are `region`, `step`, `radius` in metres of the circles on the ground (by default as large as
     they can be without overlap), `exaggeration`, `title`, `airy_kavrayskiy` (written below it) and `context`.
     """
-    return tissot_figure(projections, **options) if ax is None else map_drawing.tissot(ax, projections, **options)
+    if ax is None:
+        return tissot_figure(projections, **options)
+    return map_drawing.tissot(ax, cast(Any, projections), **options)
 
 
 @overload
 def heatmap(projections: ProjectionLike | Iterable[ProjectionLike], ax: None = None, **options: Any) -> Figure: ...
 @overload
 def heatmap(projections: ProjectionLike, ax: Axes, **options: Any) -> ColourScale: ...
-def heatmap(projections: Any, ax: Axes | None = None, **options: Any) -> Figure | ColourScale:
+def heatmap(
+    projections: ProjectionLike | Iterable[ProjectionLike], ax: Axes | None = None, **options: Any
+) -> Figure | ColourScale:
     """A measure as colours: a `heatmap_figure` with its options, or on axes of one's own, with the colours returned.
 
     On `ax` the options are `measure`, `region`, `step` in degrees of the graticule, `levels` of the isolines or about
     how many, `cmap`, `limits` of the colours, `colourbar`, `title`, `airy_kavrayskiy` and `context`.
     """
-    return heatmap_figure(projections, **options) if ax is None else map_drawing.heatmap(ax, projections, **options)
+    if ax is None:
+        return heatmap_figure(projections, **options)
+    return map_drawing.heatmap(ax, cast(Any, projections), **options)
 
 
 def tissot_figure(
