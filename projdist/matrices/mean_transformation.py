@@ -130,7 +130,8 @@ def field_mdt(A: FloatArray, w: FloatArray, method: str = "auto", noise: float =
                     singular[part] = ~np.isfinite(A[part]).all(axis=(-1, -2))
                     if not singular.any():
                         start, singular[part] = frechet.middle(A[part], w[part])
-                whitened_sets.refuse(singular.reshape(*shape, count), "finite and invertible")
+                if singular.any():
+                    whitened_sets.refuse(singular.reshape(*shape, count), "finite and invertible")
                 if in_plane:
                     found.append(frechet.newton_in_plane(points, w[part]))
                 elif method == "median":
