@@ -98,8 +98,9 @@ class _Border:
 
     @classmethod
     def of(cls, outline: shapely.Polygon, base: projections.Projection, step: float, size: float = 0.0) -> _Border:
-        cut = shapely.segmentize(shapely.geometry.polygon.orient(outline), step)
-        rings = [np.array(ring.coords)[:-1] for ring in (cut.exterior, *cut.interiors)]
+        whole = shapely.geometry.polygon.orient(outline)  # by rings, as GEOS mends polygons that it has cut, to several
+        cut = shapely.segmentize([whole.exterior, *whole.interiors], step)
+        rings = [np.array(ring.coords)[:-1] for ring in cut]
         z, log_k = _on_plane(base, *np.concatenate(rings).T)
         size = size or float(np.abs(z).max())
         ends = np.cumsum([len(ring) for ring in rings])

@@ -291,9 +291,9 @@ def _end_of_atom(text: str) -> int:
 
 def _with_blanks(text: str) -> str:
     """`DE + FR` for `DE+FR`; other texts, as of paths and of names with a hyphen, are unchanged."""
-    pieces = re.split("([&+-])", text)
+    pieces, name = re.split("([&+-])", text), text.partition(":")[2] or text
     places = [one for one in pieces[::2] if _PLACE.match(_with_kind(one))]
-    return " ".join(pieces) if 2 * len(places) == len(pieces) + 1 > 2 and _with_kind(text) == text else text
+    return " ".join(pieces) if 2 * len(places) == len(pieces) + 1 > 2 and _with_kind(name) == name else text
 
 
 def _unknown_in(text: str) -> str:

@@ -77,6 +77,12 @@ def test_figures_of_a_range() -> None:
     assert proven_least("airy_kavrayskiy", box, WGS84) is None
 
 
+@pytest.mark.slow
+def test_a_border_that_folds_when_it_is_cut_finely() -> None:
+    """GEOS mends the polygon of Siberia's coast with points 3 km apart to several; a wide region has some bound."""
+    assert 5e3 < proven_least("max_scale_error_ppm", get_region("area:Asian Russia"), WGS84) < 2e4
+
+
 @each("region", ["cap:0,90,500", "box:-170,-60,170,60", "country:AQ"])
 def test_nothing_is_proven_of_poles_and_half_the_world(region: str) -> None:
     assert least_log_range(get_region(region), WGS84) is None

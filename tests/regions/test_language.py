@@ -99,6 +99,7 @@ def test_places_by_their_names_alone(alone, full):
 )
 def test_operators_between_names_need_no_blanks(close, full):
     """But for hyphens of names."""
+    assert get_region("area:South-eastern Asia").name == "area:South-eastern Asia"  # though Eastern Asia is one, too
     one, other = get_region(close), get_region(full)
     assert (one.name, one.area_km2, is_region_text(close)) == (other.name, other.area_km2, True)
 
