@@ -170,7 +170,7 @@ COMMANDS = {
     "tables": ("info", "A published table beside the same figures, recomputed."),
     "list": ("info", "The names of projections, measures, criteria or indices."),
     "recommend": ("recommend", "The best existing CRSs for a region, by measurement."),
-    "atlas": ("recommend", "The same for 362 places at once, measured in advance."),
+    "atlas": ("recommend", "The same for 400 places at once, measured in advance."),
     "optimize": ("optimize", "The best parameters of one of PROJ's projections."),
     "design": ("designs", "A new projection, made for a region, as a CRS."),
     "ldp": ("optimize", "A low-distortion projection, for surveying on the ground."),

@@ -183,8 +183,6 @@ def atlas(place: str) -> AtlasEntry:
         close = dict.fromkeys(atlas_names()[known[one]] for one in support.close_words(key, known)[:_MOST])
         hint = support.did_you_mean(list(close))
         advice = f"{hint}It must be one of those that 'projdist atlas' (atlas_names) lists."
-        if regions.full_name(place) is not None:
-            advice = f"It is not in the atlas yet; 'projdist recommend \"{support.shown(place)}\"' measures it."
         if _ZONE.fullmatch(key):
             advice = "All UTM zones are as UTM zone 33N and UTM zone 33S, turned about the Earth's axis: ask for these."
         raise ValueError(f"Invalid place '{support.shown(place)}'. {advice}")
@@ -210,7 +208,7 @@ def atlas_names() -> list[str]:
     Examples
     --------
     >>> len(atlas_names()), atlas_names()[0]
-    (362, 'continent:Africa')
+    (400, 'continent:Africa')
     """
     return [_name(entry) for entry in _entries()]
 

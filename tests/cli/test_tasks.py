@@ -47,7 +47,7 @@ TASKS = {
     "Which parameters of Lambert's cone for Europe?": ("optimize lcc box:-30,27,45,71 --round 0.5", "+lat_1=36", slow),
     "Which map for Chile, of all that there are?": ("design CL@main --degree 3", "less than on EPSG:20049", slow),
     "What was measured of New Zealand?": ("atlas NZ", "is EPSG:2193"),
-    "Which places are in the atlas?": ("atlas", "362 places"),
+    "Which places are in the atlas?": ("atlas", "400 places"),
     "Which map is between two?": ("mean-map robinson moll --degree 5", "The mean of 2 maps over 85°S to 85°N", slow),
     "A map of the land?": ("world-map land --cells 16", "less than on", slow),
     "How much better is a plate carree that is squeezed?": ("correct plate-carree", "19 % less"),
