@@ -270,7 +270,7 @@ class StyledFigure(Figure):
         if above:
             self._write(str(style.look.title), -0.1, style.letters(_HEADING))
         if below:
-            self._write(str(style.look.credits), 0.05, style.letters(_CREDITS, quiet=True))
+            self._write(" ".join(str(style.look.credits).split()), 0.05, style.letters(_CREDITS, quiet=True))
 
     def resize(self, content: tuple[float, float]) -> None:
         """Give the content another size in inches."""
