@@ -113,7 +113,7 @@ def distribution_figure(
     measures: list[Any] = [] if kind == "pareto" else [chosen]
     fields = [sample(one, place, measures=measures, tolerance=_TOLERANCE) for one in maps]
     look, room = look_for(look), layouts.check_size(size)
-    name = "" if place == regions.GLOBE else place.name[:60]
+    name = "" if place == regions.GLOBE else regions.region_title(place)
     with look.applied():
         style = FigureStyle(look, scale_for(look, room), has_heading=True)
         content = style.content(room or _SIZES[kind])

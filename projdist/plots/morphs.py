@@ -329,7 +329,7 @@ class _Stage:
         if look.colourbar:
             bar = min(0.6 * width, 4.5)
             place = self.figure.panel(0.5 * (width - bar), letters * 0.42, bar, letters * 0.11)
-            over = "" if blend.region == regions.GLOBE else f", over {blend.region.name[:50]}"
+            over = "" if blend.region == regions.GLOBE else f", over {regions.region_title(blend.region)}"
             drawn_bar = map_drawing.draw_colourbar(self.figure, self.scale, cax=place)
             drawn_bar.set_label(f"{self.scale.label}{over}", fontsize=letters * 8)
 
