@@ -169,7 +169,8 @@ def is_at_sea(name: str) -> bool:
 
 def home_of(points: WeightedPoints) -> str:
     """The country that has more than half of the region's points in any country, or ""."""
-    # Outlines are read in the order of the weight in their boxes, largest first, until no other country can win.
+    # Outlines, which do not overlap, are read in the order of the weight in their boxes, largest first, then of the
+    # size of the boxes, smallest first, until a country has won, or none can.
     east = np.mod(points.lon + 180.0, 360.0) - 180.0
     about = earth.natural_earth.countries_about(east, points.lat)
     boxes = {name: about[key] for name, key in outline_keys().items() if key in about and name != _NOBODYS}
@@ -181,6 +182,8 @@ def home_of(points: WeightedPoints) -> str:
         box = boxes[name]
         inside = outline_of(name).contains(points.lon[box], points.lat[box])
         shares[name] = float(points.weight[box] @ inside)
+        if shares[name] > _MOST * points.weight.sum():
+            return name
     most = max(shares, key=shares.__getitem__, default="")
     return most if most and shares[most] > _MOST * sum(shares.values()) else ""
 

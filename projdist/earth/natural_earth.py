@@ -161,19 +161,13 @@ Topology = tuple[list[Outline], list[FloatArray]]
 
 @functools.cache
 def _file(name: str) -> tuple[dict[str, list[Outline]], list[FloatArray]]:
-    """Outlines by object, and arcs, of a shipped file: TopoJSON, or packed by tools/make_outlines.py."""
-    file = importlib.resources.files("projdist") / "data" / name
-    if name.endswith(".npz"):  # steps with the sign in the lowest bit, as planes of bytes
-        with np.load(io.BytesIO(file.read_bytes())) as packed:
-            unsigned = np.ascontiguousarray(packed["steps"].transpose(2, 1, 0)).view("<u4")[..., 0].astype(np.int64)
-            ends, scale, origin = np.cumsum(packed["sizes"]), packed["scale"], packed["origin"]
-            objects = json.loads(packed["objects"].tobytes())
-        steps = np.split(np.where(unsigned % 2, -(unsigned + 1) // 2, unsigned // 2), ends[:-1])
-    else:
-        content = json.loads(file.read_text(encoding="utf-8"))
-        scale, origin = np.array(content["transform"]["scale"]), np.array(content["transform"]["translate"])
-        objects = {name: one["geometries"] for name, one in content["objects"].items()}
-        steps = [np.array(arc) for arc in content["arcs"]]
+    """Outlines by object, and arcs, of a shipped file: TopoJSON, packed by tools/make_outlines.py."""
+    file = importlib.resources.files("projdist") / "data" / f"{name}.npz"
+    with np.load(io.BytesIO(file.read_bytes())) as packed:  # steps with the sign in the lowest bit, as planes of bytes
+        unsigned = np.ascontiguousarray(packed["steps"].transpose(2, 1, 0)).view("<u4")[..., 0].astype(np.int64)
+        ends, scale, origin = np.cumsum(packed["sizes"]), packed["scale"], packed["origin"]
+        objects = json.loads(packed["objects"].tobytes())
+    steps = np.split(np.where(unsigned % 2, -(unsigned + 1) // 2, unsigned // 2), ends[:-1])
     outlines = {}
     for name, shapes in objects.items():
         keys = [str(one.get("id") or one.get("properties", {}).get("name")) for one in shapes]
@@ -187,8 +181,8 @@ def topology(what: str, resolution: str) -> Topology:
     allowed = RESOLUTIONS[:2] if what == "lakes" else RESOLUTIONS
     if resolution not in allowed:
         raise ValueError(f"Invalid resolution '{resolution}'. It must be one of {', '.join(allowed)}.")
-    fine = "states-10m.npz" if what == "states" else "countries-10m.npz"
-    outlines, arcs = _file(fine if resolution == "10m" else f"{what}-{resolution}.json")
+    file = "countries" if (what, resolution) == ("land", "10m") else what
+    outlines, arcs = _file(f"{file}-{resolution}")
     return outlines[what], arcs
 
 
@@ -275,7 +269,7 @@ def near(outline: shapely.MultiPolygon, lon: FloatArray, lat: FloatArray, degree
 
 
 def countries_about(lon: FloatArray, lat: FloatArray) -> dict[str, BoolArray]:
-    """Masks of the points in the box of each country that has any, by key; no geometry is decoded."""
+    """Masks of the points in the box of each country that has any, by key, the smallest box first."""
     within = ((key, (lon >= w) & (lon <= e) & (lat >= s) & (lat <= n)) for key, (w, s, e, n) in _boxes().items())
     return {key: points for key, points in within if points.any()}
 
@@ -284,11 +278,13 @@ def countries_about(lon: FloatArray, lat: FloatArray) -> dict[str, BoolArray]:
 def _boxes() -> dict[str, FloatArray]:
     """West, south, east, north of countries with a margin; of one cut by the antimeridian all longitudes."""
     outlines, arcs = topology("countries", "50m")
-    low, high = (np.array([end(arc, axis=0) for arc in arcs]) for end in (np.min, np.max))
+    starts = np.cumsum([0, *map(len, arcs[:-1])])
+    low, high = (end.reduceat(np.concatenate(arcs), starts) for end in (np.minimum, np.maximum))
     used: dict[str, list[int]] = {}
     for one in outlines:
         used.setdefault(one.key, []).extend(one.arcs)
-    return {key: np.append(low[n].min(axis=0) - _MARGIN, high[n].max(axis=0) + _MARGIN) for key, n in used.items()}
+    boxes = {key: np.append(low[n].min(axis=0) - _MARGIN, high[n].max(axis=0) + _MARGIN) for key, n in used.items()}
+    return dict(sorted(boxes.items(), key=lambda item: float(np.prod(item[1][2:] - item[1][:2]))))
 
 
 @functools.cache
