@@ -190,7 +190,7 @@ def tell_problems(problems: list[str]) -> None:
 
 @contextlib.contextmanager
 def refusing(*, code: int = 2) -> Iterator[None]:
-    """Turn exceptions into one-line errors: exit 1 for projections, `code` for other input, else 2."""
+    """Turn exceptions into one-line errors: exit 1 for a projection, `code` for other invalid values, 2 for files."""
     try:
         yield
     except ValueError as error:

@@ -185,7 +185,7 @@ def region_of(text: str, maps: Iterable[str] = (), weight: str | None = None) ->
 @overload
 def region_of(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> regions.Place | None: ...
 def region_of(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> regions.Place | None:
-    """Region of a text, with a weight by default the globe, else None; prints notes on repairs."""
+    """Region of a text; without a text the globe if there is a weight, else None. Prints notes on repairs."""
     if text is None and weight is None:
         return None
     text, known = "globe" if text is None else text, []

@@ -22,7 +22,7 @@ TURNED = 3.0
 """Degrees between grid north and true north, more than within 3 degrees of a zone's meridian anywhere."""
 
 _UNSEEN = 2.0  # metres: the accuracy of WGS 84 if its realisation is not known
-_WORSE = 2.0  # largest ratio of a less turned map's figure to that of the best
+_WORSE = 2.0  # largest ratio of a less turned map's key to that of the best
 _LOOKED_AT, _OF_ALL_DATUMS = 10, 80  # how many of the best CRSs are looked at, on one datum and on any
 _WHOLE = 0.99  # share of the region in the area of use, at least
 _POINTS = 200  # of the data, and of the region
@@ -59,8 +59,8 @@ def crs_for_data(
     crs: Any, region: regions.Place, lon: FloatArray, lat: FloatArray, *, purpose: str = "any", **options: Any
 ) -> CrsForData | None:
     """The CRS for data in a CRS, with vertices (n,) in degrees, over a region; None if none serves the purpose."""
-    # It is the best of `recommend`, which takes `options`, on the data's datum or one that is the same to 2 m, and not
-    # for other countries. If its convergence is above `TURNED`, the next with less and at most twice the figure is it.
+    # The best by `recommend`, which takes `options`, on the data's datum or one within 2 m of it, and not for other
+    # countries. If its convergence is above `TURNED`, the next takes its place that is below, with a key at most twice.
     step = max(1, len(lon) // _POINTS)
     lon, lat = np.mod(lon[::step] + 180.0, 360.0) - 180.0, lat[::step]
     found = _candidates(crs, region, purpose, options)
@@ -118,7 +118,7 @@ def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> 
 
 
 def _twin_on_datum(crs: Any, one: Candidate, default: str | None = None) -> str:
-    """The code of the map's CRS on the data's datum, else the default, by default its first code."""
+    """The code of the map's CRS on the data's datum; else `default`, or the map's first code if that is None."""
     otherwise = one.code if default is None else default
     return next((code for code in one.codes if projections.keeps_datum(crs, code)), otherwise)
 
@@ -363,6 +363,8 @@ def check(
         raise ValueError(f"Invalid data of type '{type(data).__name__}'. They must be a GeoDataFrame or GeoSeries.")
     if data.crs is None:
         raise ValueError("Invalid data. They state no CRS; they must state the one that they are in.")
+    if not len(data):
+        raise ValueError("Invalid data. They have no features.")
     if crs is None and data.crs.is_geographic:
         raise ValueError(
             f"Invalid CRS '{data.crs.name}' of the data to check. It has longitudes and latitudes, and no map plane: "
@@ -375,7 +377,7 @@ def check(
     source = projections.data_crs_of(projection, data.crs, "the data")
     drawn = outlines(data.geometry.to_numpy(), has_degrees=source.has_degrees)
     if not len(drawn.edges):
-        kinds = ", ".join(sorted({note for note in drawn.notes if note})) or "no features"
+        kinds = ", ".join(sorted({note for note in drawn.notes if note}))
         raise ValueError(f"Invalid data. They have no lines and no polygons to measure, but {kinds}.")
     names, note_on_names = _names(data, column)
     index = [value if isinstance(value, int | str) else str(value) for value in data.index.tolist()]

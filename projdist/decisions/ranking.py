@@ -299,7 +299,7 @@ class Shortlist:
 
 
 def _margins(evaluated: Sequence[Candidate]) -> list[float]:
-    """The least ratios of full figures, and of levels, to those of trials that the evaluated maps let expect."""
+    """Bounds for the ratios of full figures, and of levels, to those of trials, from the maps evaluated so far."""
     pairs = [[(one.key[0], one.trial_key[0]) for one in evaluated if 0.0 < one.key[0] < np.inf]]
     pairs += [[(one.key[1], one.trial_key[1]) for one in evaluated if one.key[0] == 0.0 and one.key[1] < np.inf]]
     return [min((_SAFETY * full / trial for full, trial in kind if trial > 0.0), default=np.inf) for kind in pairs]

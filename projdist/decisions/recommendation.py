@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import operator
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -21,7 +22,7 @@ from projdist.decisions.zones import ZoneSystem, official_of, remark_on_own, zon
 from projdist.field import AnyFigure, Figure, get_figure, jacobian
 
 AREAS = ("preferred", "contains", "intersects")
-"""How areas of use count: the more of the region the better; they must hold it; or they do not count."""
+"""How areas of use count: the more of the region the better; they must hold the region; or they are ignored."""
 
 _HEAVY = 24  # trials that take as long as a custom projection, at least
 
@@ -179,6 +180,7 @@ def ranked_crs(
     region: regions.RegionLike, *, datum: str | None = None, executor: Executor | str | None = None, **options: Any
 ) -> tuple[Candidate, ...]:
     """The results of `recommend`, in its order, with keys but without full figures, which take most of the time."""
+    inspect.signature(recommend).bind(region, **options)  # raises TypeError for others
     search = _search_for(region, **options)
     with search.workers(executor) as workers:
         return search.ranked(workers, datum)
@@ -210,8 +212,12 @@ def _search_for(
     records = projections.crs_records(projections.check_authorities(authorities), deprecated=deprecated)
     if codes:
         records = [one for one in records if one.code in codes]
+    pool = CandidatePool(place, records, area)
+    unfit = projections.reasons_against(pool.records)
     return _CrsSearch(
-        pool=CandidatePool(place, records, area),
+        pool=pool,
+        fit=[record for code, record in pool.records.items() if code not in unfit],
+        rejected=[*pool.rejected, *(Rejected(code, pool.records[code].name, unfit[code]) for code in unfit)],
         probe=probe_of(place),
         ranking=ranking,
         close=0.0 if area == "intersects" else CLOSE,  # there areas of use do not count
@@ -220,7 +226,7 @@ def _search_for(
         area=area,
         limit=limit,
         families=families_for(place, purpose) if custom else (),
-        progress=progress,
+        progress=progress or (lambda done, total: None),
         notes=() if place is given else (f"The answer is for the main part, {place.name}.",),
     )
 
@@ -233,7 +239,8 @@ class _CrsSearch(Shortlist):
     area: str
     limit: int | None
     families: Sequence[str]  # of custom projections
-    progress: Callable[[int, int], None] | None
+    fit: Sequence[projections.CrsRecord]  # CRSs to try
+    progress: Callable[[int, int], None]
     notes: tuple[str, ...]
 
     def workers(self, executor: Executor | str | None) -> AbstractContextManager[Executor | None]:
@@ -247,18 +254,13 @@ class _CrsSearch(Shortlist):
     def ranked(self, executor: Executor | None, datum: str | None) -> tuple[Candidate, ...]:
         """Try all CRSs, and put the best in order."""
         self.executor = executor
-        return tuple(self.ordered(self._tried(datum), self.limit))
+        best = tuple(self.ordered(self._tried(datum), self.limit))
+        self.progress(self._total, self._total)
+        return best
 
     def _tried(self, datum: str | None) -> list[Candidate]:
         """The different maps for the purpose, on a datum if stated; what else was tried is rejected."""
-        records = self.pool.records
-        unfit = projections.reasons_against(records)
-        self.rejected += [*self.pool.rejected, *(Rejected(code, records[code].name, unfit[code]) for code in unfit)]
-        trials = [
-            functools.partial(try_crs, record, self.probe, self.ranking)
-            for code, record in records.items()
-            if code not in unfit
-        ]
+        trials = [functools.partial(try_crs, record, self.probe, self.ranking) for record in self.fit]
         tried = support.run_all(self.executor, operator.call, trials, self._report(0))
         candidates = [one for one in tried if isinstance(one, Candidate)]
         self.rejected += [one for one in tried if isinstance(one, Rejected)]
@@ -268,14 +270,13 @@ class _CrsSearch(Shortlist):
 
     def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
         """Try all CRSs, and measure the best."""
-        self.executor, records = executor, self.pool.records
+        self.executor = executor
         maps = self._tried(datum)
-        custom, not_custom = self._custom(self._report(len(records)))
-        best = self.best(maps, self.limit, self._report(len(records) + len(self.families)))
+        custom, not_custom = self._custom(self._report(len(self.fit)))
+        best = self.best(maps, self.limit, self._report(len(self.fit) + len(self.families)))
         official, zones = official_of(maps, best, self), zones_of(maps, self, self.purpose)
         remark = "" if self.area == "intersects" else remark_on_own(maps, best, self)
-        if self.progress is not None:
-            self.progress(self._total, self._total)
+        self.progress(self._total, self._total)
         least = custom[0].value if custom else None
         return Recommendation(
             region=self.pool.region,
@@ -284,7 +285,7 @@ class _CrsSearch(Shortlist):
             area=self.area,
             results=tuple(self._compared(one, least) for one in best),
             rejected=tuple(self.rejected),
-            candidates=len(records),
+            candidates=len(self.pool.records),
             maps=len(maps),
             custom=custom,
             not_custom=not_custom,
@@ -298,13 +299,11 @@ class _CrsSearch(Shortlist):
     @property
     def _total(self) -> int:
         """About the number of tasks."""
-        records = len(self.pool.records)
-        return records + len(self.families) + (self.limit or records)
+        return len(self.fit) + len(self.families) + (self.limit or len(self.fit))
 
     def _report(self, before: int) -> OnProgress:
         """A callback for the number of tasks done, after those done before."""
-        progress, total = self.progress, self._total
-        return None if progress is None else lambda done: progress(min(before + done, total), total)
+        return lambda done: self.progress(min(before + done, self._total), self._total)
 
     @functools.cached_property
     def _lower_bound(self) -> float | None:

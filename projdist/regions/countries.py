@@ -136,7 +136,7 @@ def _row(text: str, kind: str, must: str) -> Row:
 
 def country(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """A country by its name or ISO 3166 code, with all its parts in Natural Earth; raises ValueError."""
-    row = _row(text, "country", "a name in English or an ISO 3166 code")
+    row = _row(text, "country", "a name in English or the country's own language, or an ISO 3166 code")
     return _country(row["iso_n3"] or row["name"], row["iso_a2"] or row["name"], resolution)
 
 

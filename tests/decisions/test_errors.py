@@ -380,7 +380,7 @@ DEGREE, METRES = frame(box(0, 0, 1, 1), a=[1]), frame(box(5e5, 5e6, 6e5, 5.1e6))
     (frame(box(0, 0, 1, 1), crs=None), {"crs": "moll"}, r"^Invalid data. They state no CRS"),
     (DEGREE, {"crs": "EPSG:4258"}, r"^Invalid projection 'EPSG:4258'. It is a Geographic 2D CRS"),
     (frame(Point(0, 0), None), {"crs": "moll"}, r"to measure, but no geometry, points only"),
-    (frame(), {"crs": "moll"}, r"^Invalid data. They have no lines and no polygons to measure, but no fea"),
+    (frame(), {}, r"^Invalid data. They have no features.$"),
     (DEGREE, {"crs": "moll", "column": "b"}, r"^Invalid column 'b'. It must be a or geom"),
     (DEGREE, {"crs": "moll", "purpose": "best"}, r"^Invalid purpose 'best'"),
     ([box(0, 0, 1, 1)], {"crs": "moll"}, r"^Invalid data of type 'list'"),

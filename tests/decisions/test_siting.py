@@ -186,6 +186,10 @@ def test_the_order_alone_takes_the_options_of_recommend():
     options = {"authorities": ["EPSG"], "codes": ["EPSG:2056", "EPSG:21781"], "limit": 1, "progress": Mock()}
     found = ranked_crs("box:7.5,46.5,8.5,47.5", custom=True, **options)
     assert [one.code for one in found] == ["EPSG:2056"]
+    done, total = options["progress"].call_args.args
+    assert done == total
+    with pytest.raises(TypeError, match=r"^got an unexpected keyword argument 'year'"):
+        ranked_crs("box:7.5,46.5,8.5,47.5", year=2026)
 
 
 @pytest.mark.slow

@@ -128,7 +128,7 @@ SIDES = "There must be a region on each side of an operator."
 REFUSED = {
     "country:Swizerland": "Invalid country 'Swizerland'. Did you mean Switzerland? It must be a name in English or",
     "country:Korea": "Invalid country 'Korea'. Did you mean North Korea or South Korea? It must be a name",
-    "country:": "Invalid country ''. It must be a name in English or an ISO 3166 code.",
+    "country:": "Invalid country ''. It must be a name in English or the country's own language, or an ISO 3166 code.",
     "country:Texas": "Invalid country 'Texas'. Did you mean state:Texas? It must be a name in English or",
     **{
         f"country:VA@{at}": f"Invalid country 'VA' at {at}. It is too small for this data: ask for 50m."
