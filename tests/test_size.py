@@ -25,7 +25,7 @@ BUDGET = {
     "matrices": (2_515, 10),
     "numerics": (670, 4),
     "plots": (4_055, 12),
-    "projections": (5_360, 17),
+    "projections": (5_365, 17),
     "regions": (2_880, 10),
     "support": (1_000, 7),
     "surfaces": (1_715, 7),

@@ -280,15 +280,21 @@ def parse_crs(value: Any) -> Parts:
         if crs.type_name == "Derived Projected CRS":
             _check_spread(function, crs, method, complaint)
     except pyproj.exceptions.ProjError as error:
-        reason = f"PROJ cannot compute {shown(stated.name)}: {proj_reason(error)}."
-        if conversion is not None and not conversion_methods.methods_named(method):
-            reason = f"PROJ does not know the method '{shown(method)}' of {shown(stated.name)}."
-        raise ProjectionError(f"{complaint} {reason}") from error
+        raise not_computed(given, crs, error) from error
     for operation in operations.OWN_ELLIPSOIDS.intersection(used):
         ellipsoid = operations.operation_ellipsoid(operation, ellipsoid, warn=True)
     name = method if method and stated.name == "unknown" else stated.name
     definition = registered_code(stated) or stated.to_wkt()
     return Parts(str(name), str(definition), ellipsoid, function, bounds_of(stated) or bounds_of(crs))
+
+
+def not_computed(given: str, crs: CRS, error: Exception) -> ProjectionError:
+    """The error for a given CRS for which PROJ makes no operation."""
+    method = crs.coordinate_operation.method_name if crs.coordinate_operation else ""
+    reason = f"PROJ cannot compute {shown(crs.name)}: {proj_reason(error)}."
+    if method and not conversion_methods.methods_named(method):
+        reason = f"PROJ does not know the method '{shown(method)}' of {shown(crs.name)}."
+    return ProjectionError(f"Invalid projection '{shown(given)}'. {reason}")
 
 
 def read_crs(value: Any) -> CRS:

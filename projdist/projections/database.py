@@ -17,8 +17,9 @@ from pyproj.enums import PJType
 
 from projdist import earth, support
 from projdist.projections import catalogue, crs_search
+from projdist.projections.crs import not_computed
 from projdist.projections.errors import ProjectionError, check_authorities
-from projdist.projections.operations import GeographicAxes, Pipeline, ellipsoid_of_crs
+from projdist.projections.operations import Pipeline, ellipsoid_of_crs
 from projdist.projections.projection import Projection
 
 FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
@@ -140,13 +141,15 @@ def load_crs(code: str) -> DatabaseCrs:
     """The CRS of a code; raises ProjectionError if PROJ cannot compute it or it is not on an Earth ellipsoid."""
     world_map = _world_maps().get(code)
     crs = CRS.from_user_input(world_map.text if world_map else code)
-    ellipsoid, geodetic = crs.ellipsoid, crs.geodetic_crs
+    ellipsoid = crs.ellipsoid
     figure = (ellipsoid.semi_major_metre, ellipsoid.inverse_flattening) if ellipsoid else (0.0, 0.0)
     if reason := _reason_against(code, crs.name, *figure):
         raise ProjectionError(reason)
     upright = {axis.direction for axis in crs.axis_info} == {"east", "north"}
     operation = crs.coordinate_operation
-    meridian = math.radians(GeographicAxes.of(geodetic).greenwich) if geodetic else 0.0
+    datum = crs.to_json_dict()["base_crs"]["name"]  # as `geodetic_crs`, for which PROJ may search its database
+    prime = crs.prime_meridian
+    meridian = float(prime.longitude) * float(prime.unit_conversion_factor) if prime else 0.0
     values: list[tuple[str, float]] = []
     for parameter in operation.params if operation else ():
         if isinstance(parameter.value, float) and not parameter.name.startswith(_SHIFTS):
@@ -156,9 +159,9 @@ def load_crs(code: str) -> DatabaseCrs:
     conversion = operation.method_name if operation else crs.name, tuple(sorted(values))
     try:
         projection = (world_map and world_map.projection(crs)) or Projection.from_user_input(code)
-    except pyproj.exceptions.ProjError:
-        projection = Projection.from_user_input(code)  # whose error message is clearer
-    return DatabaseCrs(projection, geodetic.name if geodetic else "", conversion, upright)
+    except pyproj.exceptions.ProjError as error:
+        raise not_computed(code, crs, error) from error
+    return DatabaseCrs(projection, datum, conversion, upright)
 
 
 class _WorldMap(NamedTuple):
