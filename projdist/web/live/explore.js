@@ -150,13 +150,15 @@ export class Explorer {
   // A region that is none is said, and the one before stays.
   setRegion(given) {
     const text = given.trim();
-    if (text === "" || text === this.region) return;
-    this.place.value = text;
-    this.link.ask("scales", "region", { region: text }, ({ problem }) => {
+    if (text === "") return;
+    const answer = ({ problem }) => {
       this.say(problem ?? "");
       this.place.toggleAttribute("aria-invalid", Boolean(problem));
-      if (!problem) this.useRegion(text);
-    });
+      if (!problem && text !== this.region) this.useRegion(text);
+    };
+    this.place.value = text;
+    if (text === this.region) answer({});
+    else this.link.ask("scales", "region", { region: text }, answer);
   }
 
   useRegion(text) {

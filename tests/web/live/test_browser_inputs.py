@@ -123,6 +123,9 @@ def test_a_wrong_region_is_said_beside_it(live: Opener) -> None:
         assert page.page.locator("#region").get_attribute("aria-invalid") is not None
         assert page.picture() == before
         assert page.settled()["region"] == [GERMANY]
+    page.write("#region", GERMANY)  # the one that is shown
+    page.until("document.getElementById('status').textContent === ''")
+    assert page.page.locator("#region").get_attribute("aria-invalid") is None
 
 
 def test_a_box_is_drawn(live: Opener) -> None:

@@ -121,6 +121,8 @@ def test_the_page_is_accessible(
             assert is_seen, (number, name, screen)
             reached.add(number)
         assert len(reached) >= controls
+    page.page.set_viewport_size({"width": 390, "height": 800})
+    page.until("document.documentElement.scrollWidth <= innerWidth")
 
 
 def test_nothing_is_said_while_the_mouse_moves(live: Opener) -> None:
