@@ -14,7 +14,7 @@ SOURCES = {path: path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rgl
 # Lines and modules, `__init__` included. A feature makes something that is there more general; the budget grows only
 # with a reason in the commit, and shrinks with each simplification.
 BUDGET = {
-    "answers": (3_260, 10),
+    "answers": (3_250, 10),
     "applications": (5_715, 20),
     "cli": (5_835, 17),
     "decisions": (4_830, 14),
@@ -27,7 +27,7 @@ BUDGET = {
     "plots": (4_055, 12),
     "projections": (5_365, 17),
     "regions": (2_880, 10),
-    "support": (1_000, 7),
+    "support": (1_010, 7),
     "surfaces": (1_715, 7),
     "web": (2_845, 11),
 }

@@ -139,13 +139,8 @@ def batch(
     job = Job(function, dict(given))
     tasks = _tasks(regions, projections)
     header = job.header(tasks, __version__)
-    if isinstance(executor, str):
+    if executor is not None:
         support.check_executor(executor)
-    elif executor is not None and not hasattr(executor, "submit"):
-        raise ValueError(
-            f"Invalid executor {support.quoted(executor)}. It must be processes:N, dask://HOST:PORT, or one of "
-            "concurrent.futures."
-        )
     if executor is not None and not support.is_picklable(job):
         raise ValueError(
             f"Invalid function {support.quoted(job.name)} of a batch. Other processes must be able to import it."
@@ -290,11 +285,8 @@ Keep = Callable[[Sequence[str]], None]
 def run_job(job: Job, tasks: Sequence[Task], executor: Executor | str | None, keep: Keep) -> None:
     """Run tasks, and call `keep` with the lines of finished ones; in this process without an executor."""
     with contextlib.ExitStack() as stack:
-        if executor is None:
-            executor = stack.enter_context(ThreadPoolExecutor(1))
-        elif isinstance(executor, str):
-            executor = stack.enter_context(support.open_executor(executor))
-        _Run(job, tasks, executor, keep, stack).run()
+        opened = ThreadPoolExecutor(1) if executor is None else support.open_executor(executor)
+        _Run(job, tasks, stack.enter_context(opened), keep, stack).run()
 
 
 class _Run:

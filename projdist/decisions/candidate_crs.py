@@ -15,7 +15,7 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.decisions.map_info import WeightedPoints, properties_of
 from projdist.decisions.measurement import Area, Distortion, Rejected, lattice_of
 from projdist.field import FIGURES, Figure, jacobian
-from projdist.support import HIDDEN, Record, close_words, did_you_mean, listed, schema, values_of
+from projdist.support import HIDDEN, Record, check_text, close_words, did_you_mean, listed, schema, values_of
 
 LEVEL = FIGURES["airy_kavrayskiy"]
 """The figure that orders maps for which the criterion vanishes."""
@@ -379,7 +379,7 @@ def is_own(record: projections.CrsRecord, countries: Collection[str], home: str)
 
 def of_datum(candidates: Sequence[Candidate], datum: str) -> list[Candidate]:
     """Candidates whose datum's name contains the text; raises ValueError with close names if there are none."""
-    wanted = _plain_name(datum)
+    wanted = _plain_name(check_text("datum", datum))
     known = {_plain_name(one.datum): one.datum for one in candidates}
     if not wanted or not any(wanted in name for name in known):
         close = [known[name] for name in close_words(wanted, known)] if wanted else []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -105,7 +104,7 @@ def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> 
         shift = projections.datum_transformation(crs, code, lon, lat)
         return 0.0 if shift is None else shift.metres
 
-    def known(some: Iterable[Candidate], most: float = sys.float_info.max) -> list[Candidate]:
+    def known(some: Iterable[Candidate], most: float = float(np.finfo(float).max)) -> list[Candidate]:
         return [one for one in some if metres(_twin_on_datum(crs, one)) <= most]
 
     def near(some: Iterable[Candidate]) -> list[Candidate]:

@@ -210,8 +210,8 @@ def _search_for(
     if limit is not None and support.check_whole_number("limit", limit) < 1:
         raise ValueError(f"Invalid limit '{limit}'. It must be at least 1.")
     records = projections.crs_records(projections.check_authorities(authorities), deprecated=deprecated)
-    if codes:
-        records = [one for one in records if one.code in codes]
+    if wanted := support.listed_values(codes):
+        records = [one for one in records if one.code in wanted]
     pool = CandidatePool(place, records, area)
     unfit = projections.reasons_against(pool.records)
     return _CrsSearch(
@@ -245,10 +245,10 @@ class _CrsSearch(Shortlist):
 
     def workers(self, executor: Executor | str | None) -> AbstractContextManager[Executor | None]:
         """The executor for the work, as a context."""
-        if isinstance(executor, str):
+        if executor is not None:
             return support.open_executor(executor)
-        if executor is not None or not support.is_picklable(self.ranking):
-            return nullcontext(executor)
+        if not support.is_picklable(self.ranking):
+            return nullcontext()
         return support.own_executor(len(self.pool.records) + _HEAVY * len(self.families))
 
     def ranked(self, executor: Executor | None, datum: str | None) -> tuple[Candidate, ...]:

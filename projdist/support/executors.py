@@ -14,8 +14,9 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, as_completed
 from contextvars import ContextVar
 from multiprocessing.connection import wait
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
+from projdist.support.checks import quoted
 from projdist.support.signals import default_signals
 
 Task = TypeVar("Task")
@@ -34,22 +35,29 @@ _NO_PROCESSES: ContextVar[bool] = ContextVar("no_processes", default=False)
 # ---- by name --------------------------------------------------------------------------------
 
 
-def check_executor(text: str) -> str | int:
-    """Address of `dask://HOST:PORT`, or number of `processes:N`, by default one per core; raises ValueError."""
-    address, number = _ADDRESS.fullmatch(text.strip()), _NUMBER.fullmatch(text.strip())
+def check_executor(given: Any) -> str | int | None:
+    """Address of `dask://HOST:PORT`, or number of `processes:N`; None for an executor itself; raises ValueError."""
+    if hasattr(given, "submit"):
+        return None
+    text = given.strip() if isinstance(given, str) else ""
+    address, number = _ADDRESS.fullmatch(text), _NUMBER.fullmatch(text)
     if address:
         return f"tcp://{address[1]}:{address[2]}"
     if not number:
         raise ValueError(
-            f"Invalid executor '{text}'. It must be dask://HOST:PORT, the address of a Dask scheduler, or processes:N."
+            f"Invalid executor {quoted(given)}. It must be dask://HOST:PORT, the address of a Dask scheduler, "
+            "processes:N, or an executor of concurrent.futures."
         )
     return int(number[1] or _cores())
 
 
 @contextlib.contextmanager
-def open_executor(text: str) -> Iterator[Executor]:
-    """The executor that a text names; raises ValueError, ImportError without Dask, OSError if no cluster answers."""
-    address = check_executor(text)
+def open_executor(given: Executor | str) -> Iterator[Executor]:
+    """The executor, also by name; raises ValueError, ImportError without Dask, OSError if no cluster answers."""
+    address = check_executor(given)
+    if address is None:
+        yield cast(Executor, given)
+        return
     if isinstance(address, int):
         with Processes(address) as processes:
             yield processes
@@ -57,7 +65,7 @@ def open_executor(text: str) -> Iterator[Executor]:
     try:
         from distributed import Client
     except ImportError as error:
-        raise ImportError(f"Invalid executor '{text}'. It needs Dask: pip install 'projdist[dask]'.") from error
+        raise ImportError(f"Invalid executor '{given}'. It needs Dask: pip install 'projdist[dask]'.") from error
     with Client(address, timeout="10s", set_as_default=False) as client:
         yield client.get_executor(pure=False, retries=_RETRIES)
 

@@ -150,6 +150,8 @@ def test_datum():
     ({"authorities": ["ESPG"]}, r"^Invalid authority 'ESPG'. Did you mean EPSG\? It must be"),
     ({"area": "inside"}, r"^Invalid area 'inside'. It must be preferred, contains or intersects.$"),
     ({"executor": "serial"}, r"^Invalid executor 'serial'. It must be dask://HOST:PORT"),
+    ({"executor": 5}, r"^Invalid executor '5'. It must be .* or an executor of concurrent.futures.$"),
+    ({"datum": 5}, r"^Invalid datum '5'. It must be text.$"),
     ({"limit": 0}, r"^Invalid limit '0'. It must be at least 1.$"),
     ({"datum": "ETSR89"}, r"^Invalid datum 'ETSR89'. Did you mean ETRS89.*\? It must be a part"),
 ])  # fmt: skip
