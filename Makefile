@@ -25,9 +25,9 @@ test: $(VENV)/installed-test
 test-slow: $(VENV)/installed-test
 	$(BIN)/python -m pytest -m slow -n auto --dist worksteal
 
-# What the slow tests of pages need besides Python.
-browser:
-	.ci/install-browser
+# What some tests need besides Python.
+debian:
+	.ci/install-debian
 
 # What the fast tests do not run, line by line and branch by branch.
 coverage: $(VENV)/installed-test

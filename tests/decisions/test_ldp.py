@@ -22,7 +22,7 @@ from projdist.decisions.ground import false_origin_for, ground_of, lines_to_test
 from projdist.decisions.low_distortion import LdpAxis, _Design, _scanned, goal_of
 from projdist.earth.ellipsoid import WGS84, Ellipsoid
 from projdist.field import AnyFigure
-from projdist.projections import LINEAR_UNITS, crs_wkt, number_text
+from projdist.projections import LINEAR_UNITS, crs_wkt, geoid_heights, number_text
 from projdist.regions import get_region
 
 GRS80 = Ellipsoid(6378137.0, 1 / 298.257222101)
@@ -194,6 +194,19 @@ def test_orthometric_heights_are_raised_by_the_geoid(grid: Path) -> None:
     level = ground_of(area, GRS80, None, 100.0)
     assert level.raised(-17.5).is_level > level.raised(str(grid)).is_level
     assert set(level.raised(-17.5).height) == {82.5}
+
+
+EGM96 = Path("/usr/share/proj/egm96_15.gtx")  # in Debian's proj-data
+# NIMA's test points of EGM96 (output.dat, beside its program F477): latitude, longitude and height of the geoid.
+STATED = """38.6281550 269.7791550 -31.628\n-14.6212170 305.0211140 -2.969\n46.8743190 102.4487290 -43.575
+-23.6174460 133.8747120 15.871\n38.6254730 359.9995000 50.066\n-.4667440 .0023000 17.329"""
+
+
+@pytest.mark.skipif(not EGM96.exists(), reason="needs Debian's proj-data")
+def test_heights_of_a_geoid_in_use() -> None:
+    """The model's own heights, to what is lost between nodes a quarter of a degree apart."""
+    lat, lon, height = np.array([line.split() for line in STATED.splitlines()], dtype=float).T
+    assert_allclose(geoid_heights(str(EGM96), (lon + 180.0) % 360.0 - 180.0, lat), height, atol=0.06)
 
 
 @each(("geoid", "message"), [
