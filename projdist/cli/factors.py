@@ -30,6 +30,8 @@ _SHOWN = 10  # points
 _LONGEST = 80  # characters of a quotation in a message
 _TABLE_SUFFIXES = (".parquet", ".gpkg", ".geojson")  # of binary and GIS files, which cannot be printed
 _SUFFIXES = (".csv", *_TABLE_SUFFIXES)
+_TEXTS = ", ".join(projections.TEXT_SUFFIXES)
+_AT = f"Points to add columns to: a table ({_TEXTS}) with lon and lat, or any that GDAL reads."
 
 
 def factors_command(
@@ -37,9 +39,7 @@ def factors_command(
     coordinates: list[str] | None = opt.argument(
         "LON LAT...", "Degrees; - reads lines of 'lon lat [text]' from stdin.", None
     ),
-    at: str | None = opt.option(
-        "FILE[#LAYER]", "Points to add columns to: a table (.csv, .tsv, .txt) with lon and lat, or any that GDAL reads."
-    ),
+    at: str | None = opt.option("FILE[#LAYER]", _AT),
     measure: opt.Measures = None,
     prefix: str = opt.option("TEXT", "Prefix of the columns added to FILE.", ""),
     format: str | None = opt.file_format(),
@@ -352,7 +352,7 @@ def profile_command(
     pictured: opt.GraphOptions,
 ) -> None:
     """Print scale, convergence and other measures along a line, and the combined factor at heights."""
-    drawn = output is not None and Path(output).suffix.lower() in plots.SUFFIXES
+    drawn = opt.is_picture(output)
     picture = opt.picture_of(output if drawn else None, pictured)
     target = opt.target(format, None if drawn else output, pictured.overwrite, others=plots.SUFFIXES)
     names = opt.measure_names(measure) or ["convergence"]

@@ -1,38 +1,26 @@
 from . import worldmaps
 from .catalogue import NAMES, WINKEL_PARALLEL
 from .coordinates import (
-    TEXT_SUFFIXES,
     DataCrs,
     DatumTransformation,
-    FrameLike,
     Graticule,
-    PointTable,
     ProjectedCrs,
-    add_columns,
     area_of_use,
-    check_degrees,
-    check_new_names,
-    coordinate_columns,
     crs_of,
     data_crs_of,
     datum_transformation,
     geodesic_direct,
     geodesic_inverse,
     geodesics,
-    geographic,
     geoid_heights,
     graticule_of,
     ground_of,
-    is_geographic,
     keeps_datum,
     kept_datum,
-    places,
     projected_crs_of,
-    read_point_table,
     same_map,
     tell_of_degrees,
     tell_of_frame_in_degrees,
-    tell_of_missing,
     to_lonlat,
 )
 from .crs import cf_attributes
@@ -81,6 +69,19 @@ from .exports import (
     wkt_of,
 )
 from .fileless import close_parameters, environment_without_files, file_named_in
+from .point_tables import (
+    TEXT_SUFFIXES,
+    FrameLike,
+    PointTable,
+    add_columns,
+    check_degrees,
+    check_new_names,
+    coordinate_columns,
+    is_geographic,
+    places,
+    read_point_table,
+    tell_of_missing,
+)
 from .proj_strings import defined_by, number_text
 from .projection import (
     Body,
@@ -162,7 +163,6 @@ __all__ = [
     "geodesics",
     "geodetic_ellipsoid",
     "geodetic_of",
-    "geographic",
     "geoid_heights",
     "graticule_of",
     "ground_of",

@@ -16,7 +16,7 @@ from projdist.answers.points_and_lines import factors
 from projdist.answers.summaries import compare
 from projdist.earth import Ellipsoid
 from projdist.plots import heatmap
-from projdist.projections.coordinates import data_crs_of, geographic, graticule_of, projected_crs_of
+from projdist.projections.coordinates import data_crs_of, graticule_of, projected_crs_of
 from projdist.projections.exports import compose, crs_wkt, parameters_of, pipeline_of, unprojected, wkt_of
 from projdist.projections.operations import has_plain_axes
 from projdist.projections.projection import Body, body_in, is_same_body
@@ -143,7 +143,7 @@ def test_inverses_and_exports_agree(code):
     plane = projected_crs_of(projection)
     u, v = plane.operation.native(*POINTS)
     np.testing.assert_allclose(plane.to_metres @ (u, v), (x, y), rtol=1e-14)
-    for there in (plane.inverse(u, v, 1e-3), unprojected(code, u, v), geographic(projection, code, u, v)):
+    for there in (plane.inverse(u, v, 1e-3), unprojected(code, u, v), data_crs_of(projection, code).degrees(u, v)):
         np.testing.assert_allclose(there, POINTS, atol=1e-11)
     graticule = graticule_of(projection)
     np.testing.assert_array_equal(graticule.angles.from_degrees(*POINTS), POINTS)
@@ -181,7 +181,7 @@ def test_data_as_geopandas_has_them(code):
     geopandas = pytest.importorskip("geopandas")
     # The sphere of 49900 and the ellipsoid have their latitudes in common, as PROJ has it.
     moved = geopandas.GeoSeries(geopandas.points_from_xy(*POINTS), crs="IAU_2015:49900").to_crs(code)
-    found = geographic(make("IAU_2015:49976"), moved.crs, moved.x.to_numpy(), moved.y.to_numpy())
+    found = data_crs_of(make("IAU_2015:49976"), moved.crs).degrees(moved.x.to_numpy(), moved.y.to_numpy())
     np.testing.assert_allclose(found, POINTS, atol=1e-11)
 
 

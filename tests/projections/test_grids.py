@@ -11,21 +11,21 @@ from gis_files import write_layer
 from projection_points import make, message
 from pyproj.exceptions import ProjError
 
-from projdist.projections import GridError, geographic
+from projdist.projections import GridError, data_crs_of
 from projdist.projections.operations import check_grids
 
 # Nobody listens there: fetching a grid fails at once, with a network or without.
 NOWHERE = {"PROJ_NETWORK": "ON", "PROJ_NETWORK_ENDPOINT": "http://127.0.0.1:9"}
 BRITAIN = """
 from projdist import Projection
-from projdist.projections import geographic, unprojected
+from projdist.projections import data_crs_of, unprojected
 from projdist.projections.coordinates import to_lonlat
 import numpy as np
 
 x, y = np.array([400000.0]), np.array([300000.0])
-for call, *given in (geographic, Projection.from_user_input("EPSG:3035"), "EPSG:27700"), (to_lonlat("EPSG:27700"),):
+for call in data_crs_of(Projection.from_user_input("EPSG:3035"), "EPSG:27700").degrees, to_lonlat("EPSG:27700"):
     try:
-        print(call(*given, x, y))
+        print(call(x, y))
     except ValueError as error:
         print(error)
 print(unprojected("EPSG:27700", x, y))
@@ -91,6 +91,6 @@ def test_a_pipeline_without_its_grid_is_refused():
 
 
 def test_points_beyond_a_map_are_no_matter_of_grids():
-    lon, lat = geographic(make("moll"), "ESRI:54009", np.array([1.8e7, 0.0]), np.array([8e6, 0.0]))
+    lon, lat = data_crs_of(make("moll"), "ESRI:54009").degrees(np.array([1.8e7, 0.0]), np.array([8e6, 0.0]))
     assert np.isnan(lon[0])
     np.testing.assert_allclose((lon[1], lat[1]), 0.0, atol=1e-9)

@@ -9,7 +9,7 @@ from shapely import MultiPoint, Point, Polygon
 from tables import each
 
 from projdist import Notice, ProjectionError, factors
-from projdist.projections import data_crs_of, geographic, graticule_of, projected_crs_of
+from projdist.projections import data_crs_of, graticule_of, projected_crs_of
 
 geopandas = pytest.importorskip("geopandas")
 pd = pytest.importorskip("pandas")
@@ -54,8 +54,8 @@ def test_a_geo_data_frame_gives_one(projection: str, crs: str) -> None:
 def test_a_map_without_a_datum_takes_longitudes_and_latitudes_as_they_are() -> None:
     """An old French point, in grads from Paris, is in degrees from Greenwich; the Earth's have no place on the Moon."""
     with pytest.raises(ProjectionError, match=r"Invalid CRS 'WGS 84' of points. PROJ has no way from it to Moon"):
-        geographic(make("IAU_2015:30120"), "EPSG:4326", np.array([0.0]), np.array([0.0]))
-    lon, lat = geographic(make("robinson"), "EPSG:4902", np.array([10.0]), np.array([50.0]))
+        data_crs_of(make("IAU_2015:30120"), "EPSG:4326").degrees(np.array([0.0]), np.array([0.0]))
+    lon, lat = data_crs_of(make("robinson"), "EPSG:4902").degrees(np.array([10.0]), np.array([50.0]))
     np.testing.assert_allclose([lon[0], lat[0]], [2.33720833 + 9.0, 45.0], atol=1e-4)
 
 

@@ -190,7 +190,7 @@ def _in_plane(
         if not (is_same and other is not None and projections.same_map(given, other.wkt) is not None):
             tell(f"'{path}' states the CRS {stated.name}; its coordinates are taken as those of {given.label}.")
     elif stated is not None and given is not None and _are_mostly_degrees(new):
-        return np.stack(given(*projections.geographic(given, stated, *new.T)), axis=-1), given, ""
+        return np.stack(given(*projections.data_crs_of(given, stated).degrees(*new.T)), axis=-1), given, ""
     if given is not None:
         return _in_metres(new, given, table.is_degrees), given, ""
     if table.is_degrees or stated is not None:
