@@ -23,10 +23,8 @@ WHOLE = 0.9999995
 
 
 def rounded(value: float | None, error: float | None) -> str:
-    """A number with at most six decimals or four significant digits, and only certain ones.
-
-    A value within its error is shown with the error, one within rounding as zeros.
-    """
+    """A number with at most six decimals or four significant digits, and only certain ones."""
+    # A value within its error is shown with the error, one within rounding as zeros.
     if value is None:
         return "-"
     if error and error > _ROUNDING and abs(value) <= error:
@@ -40,10 +38,8 @@ def rounded(value: float | None, error: float | None) -> str:
 
 
 def certain(value: float | None, error: float | None = None) -> str:
-    """A number with at most five significant digits, and only certain ones.
-
-    A value within its error is shown with the error, one within rounding as 0.
-    """
+    """A number with at most five significant digits, and only certain ones."""
+    # A value within its error is shown with the error, one within rounding as 0.
     if value is None:
         return "-"
     if error and error > _ROUNDING and abs(value) <= error:
@@ -135,16 +131,6 @@ _TIMES = 2.0  # ratio below which the text is in per cent, above in times
 TRUE, NO_BOUND = "true", "without bound"
 _CODE, _MAIN = re.compile(r" \([A-Z]{2}\)"), ", main part"  # of a region's title
 _SEAS = (" Atlantic", " Pacific", " Ocean", " Sea")
-_WITH_ARTICLE = {
-    *("globe", "land", "ocean", "Bahamas", "British Virgin Is.", "Cayman Is.", "Central African Rep.", "Comoros"),
-    *("Cook Is.", "Dem. Rep. Congo", "Dominican Rep.", "Faeroe Is.", "Falkland Is.", "Gambia", "Maldives"),
-    *("Andean Community", "Arabian Peninsula", "Baltic states", "British Isles", "Caribbean"),
-    *("Contiguous United States", "East African Community", "European Economic Area", "European Union"),
-    *("Gulf Cooperation Council", "Horn of Africa", "Iberian Peninsula", "Korean Peninsula", "Lower Mainland"),
-    *("Maghreb", "Middle East and North Africa", "Nordic countries", "South Caucasus", "Visegrad Group"),
-    *("Western Balkans", "Marshall Is.", "N. Mariana Is.", "Netherlands", "Philippines", "Pitcairn Is."),
-    *("Solomon Is.", "Turks and Caicos Is.", "U.S. Virgin Is."),
-}
 
 
 def _digits(value: float, round_to: float) -> float:
@@ -180,10 +166,8 @@ def angle_error(degrees: float) -> str:
 
 
 def errors_text(distances: float, areas: float, degrees: float, *, mean: bool = False) -> str:
-    """Errors in a sentence: distances are off by at most 1 in 560 and areas by 0.36 %; angles are true.
-
-    Those of distances and areas are relative. Infinite ones, and angles that turn right round, are without bound.
-    """
+    """Errors in a sentence: distances are off by at most 1 in 560 and areas by 0.36 %; angles are true."""
+    # Those of distances and areas are relative. Infinite ones, and angles that turn right round, are without bound.
     told = {"distances": distance_error(distances), "areas": area_error(areas), "angles": angle_error(degrees)}
     return error_sentence(told, mean=mean)
 
@@ -244,7 +228,8 @@ def region_words(region: regions.Place) -> str:
 
 def with_article(name: str) -> str:
     """The name of a place in a sentence: the Philippines, the South Pacific."""
-    return f"the {name}" if name.startswith("United ") or name.endswith(_SEAS) or name in _WITH_ARTICLE else name
+    known = name in {row["name"] for row in earth.data_rows("names_with_article.csv")}
+    return f"the {name}" if known or name.startswith("United ") or name.endswith(_SEAS) else name
 
 
 def named(code: str, name: str) -> str:

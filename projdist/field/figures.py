@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, cast, get_args
 
 import numpy as np
 
 from projdist import matrices
 from projdist._typing import FloatArray
+from projdist.earth import data_rows
 from projdist.matrices import MEASURES, Measure, fisher, get_measure, log_anisotropy, log_areal_scale
 from projdist.numerics import Estimate, get_criterion, mean, rms
 from projdist.support import Registry, check_choice, check_text
@@ -162,74 +163,13 @@ def _relative_area(J: FloatArray) -> FloatArray:
     return np.maximum(s, 1.0 / s) - 1.0
 
 
-_OZERI = "Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications"
-_KAVRAYSKIY = "Kavrayskiy 1934, Matematicheskaya kartografiya"
-_AIRY = "Airy 1861, Explanation of a projection by balance of errors, Philosophical Magazine 22:409"
-_TISSOT = "Tissot 1881, Memoire sur la representation des surfaces"
-_CHEBYSHEV = "Chebyshev 1856, Sur la construction des cartes geographiques"
-_CANTERS = "Canters & Decleir 1989, The World in Perspective"
-_GOTT = "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth, Cartographica 42:297"
-_WEIGHTS = "weights of angles and areas as Klingatsch has them, of logarithms; not read in the original"
-_JORDAN = "Jordan 1896, Zeitschrift fuer Vermessungswesen 25:249"
-_KUNIMUNE = "Kunimune, Map-Projections, output/parameters.txt"
-_BALANCE = "sqrt(((a/b - 1)^2 + (ab - 1)^2) / 2)"
-_VERSIONS: dict[str, _Version] = {"airy_kavrayskiy_scaled": "scaled", "airy_kavrayskiy_affine": "affine"}
-
 _OWN = {"airy_balance": _balance, "klingatsch_angles": _angles_twice, "klingatsch_areas": _areas_twice}
 _OWN |= {"canters_ab": _relative_scales, "max_log_scale": _log_scale, "canters_ar": _relative_area}
 _BY_NAME = MEASURES | {name: Measure(name, function) for name, function in _OWN.items()}
 
-# By aspect: name, measure ("" for the one of the same name), statistic, source, description.
-_ROWS: dict[_Aspect, list[tuple[str, str, _Statistic, str, str]]] = {
-    "distortion": [
-        ("airy_kavrayskiy", "fisher", "rms", _KAVRAYSKIY, "RMS of sqrt(ln^2 a + ln^2 b) by true area."),
-        ("airy_kavrayskiy_scaled", "fisher", "rms", _KAVRAYSKIY, "The same after the best uniform scale."),
-        ("airy_kavrayskiy_affine", "fisher", "rms", _OZERI, "The same after the best linear map (MDT)."),
-        ("kavrayskiy", "", "rms", _KAVRAYSKIY, "RMS of sqrt((ln^2 a + ln^2 b) / 2), as much of the literature has it."),
-        ("airy", "", "rms", _AIRY, "RMS of sqrt(((a - 1)^2 + (b - 1)^2) / 2)."),
-        ("airy_balance", "", "rms", _AIRY, f"RMS of {_BALANCE}, Airy's balance of errors of shape and area."),
-        ("jordan", "", "rms", _JORDAN, "RMS over all places and directions of scale - 1."),
-        ("jordan_kavrayskiy", "", "rms", _KAVRAYSKIY, "RMS over all places and directions of ln of the scale."),
-        ("klingatsch_angles", "", "rms", _WEIGHTS, "RMS of sqrt((2 ln^2(a/b) + ln^2(ab)) / 3): angles count twice."),
-        ("klingatsch_areas", "", "rms", _WEIGHTS, "RMS of sqrt((ln^2(a/b) + 2 ln^2(ab)) / 3): areas count twice."),
-        ("canters_ab", "", "mean", _CANTERS, "Mean of (max(a, 1/a) + max(b, 1/b)) / 2 - 1."),
-    ],
-    "scales": [
-        ("max_scale_error_ppm", "scale_error_ppm", "max", _TISSOT, "Largest |scale - 1| in any direction."),
-        ("mean_scale_error_ppm", "scale_error_ppm", "mean", _TISSOT, "Mean over the area of the largest |scale - 1|."),
-        ("rms_scale_error_ppm", "scale_error_ppm", "rms", _TISSOT, "RMS over the area of the largest |scale - 1|."),
-        ("max_log_scale", "", "max", _CHEBYSHEV, "Largest |ln scale| in any direction (Chebyshev's criterion)."),
-    ],
-    "angles": [
-        ("angular_distortion", "", "rms", _TISSOT, "RMS of the maximum angular deformation."),
-        ("max_omega", "angular_distortion", "max", _TISSOT, "Largest angular deformation."),
-        ("mean_omega", "angular_distortion", "mean", _TISSOT, "Mean over the area of the angular deformation."),
-        ("isotropy", "log_anisotropy", "rms", _GOTT, "RMS of ln(a/b)."),
-        ("kunimune_shape", "log_anisotropy", "mean", _KUNIMUNE, "Mean over the area of ln(a/b)."),
-    ],
-    "areas": [
-        ("log_areal_scale", "", "rms", _KAVRAYSKIY, "RMS of ln(ab)."),
-        ("max_areal_error_ppm", "areal_error_ppm", "max", _TISSOT, "Largest |ab - 1|."),
-        ("mean_areal_error_ppm", "areal_error_ppm", "mean", _TISSOT, "Mean over the area of |ab - 1|."),
-        ("canters_ar", "", "mean", _CANTERS, "Mean of max(s, 1/s) - 1."),
-    ],
-}
-
 FIGURES: Registry[Figure] = Registry(
     "criterion",
-    {
-        name: Figure(
-            name=name,
-            description=description,
-            measure=_BY_NAME[measure or name],
-            statistic=statistic,
-            aspect=aspect,
-            version=_VERSIONS.get(name, ""),
-            source=source,
-        )
-        for aspect, rows in _ROWS.items()
-        for name, measure, statistic, source, description in rows
-    },
+    {row["name"]: Figure(**cast(Any, row | {"measure": _BY_NAME[row["measure"]]})) for row in data_rows("figures.csv")},
     rule="It must be one of airy_kavrayskiy, airy, max_scale_error_ppm, mean_omega, ... (see 'projdist list figures', "
     "or projdist.FIGURES), or a function of J.",
 )

@@ -41,11 +41,10 @@ NEEDED_PARAMETERS: dict[str, str] = {
 }
 """Example parameters of PROJ ids that PROJ refuses without them, at least on a sphere."""
 
-NOT_MAPS = frozenset(
-    """affine axisswap cart defmodel deformation geoc geocent geogoffset gridshift helmert hgridshift horner lonlat
-    latlon latlong longlat molobadekas molodensky noop pipeline pop push set tinshift topocentric unitconvert
-    vertoffset vgridshift xyzgridshift""".split()
-)
+WORDS = {row["kind"]: frozenset(row["words"].split()) for row in earth.data_rows("words.csv")}
+"""Words of PROJ, WKT and PROJJSON by what they are, from PROJ's source and the strings in its library."""
+
+NOT_MAPS = WORDS["no map"]
 """PROJ operations that are not map projections."""
 
 NOT_IN_METRES = {

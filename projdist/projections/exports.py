@@ -221,8 +221,6 @@ def _changed_parameters(tokens: dict[str, str], x: float, y: float) -> Iterator[
 
 # ---- PROJ strings as CRSs ------------------------------------------------------------------------
 
-_VERSIONS = ("WKT2_2019", "WKT1_ESRI")
-
 
 class LinearUnit(NamedTuple):
     """A unit of lengths: PROJ's name, EPSG's name and code, the plural, and how many metres it has."""
@@ -267,8 +265,6 @@ def crs_wkt(
 ) -> tuple[str | None, str | None]:
     """WKT, WKT2_2019 or WKT1_ESRI, of a CRS that is the projection, and None; or None and the reason."""
     # Its base is `geodetic`, by default WGS 84 on its ellipsoid, else an unnamed datum. It is compared with the map.
-    if version not in _VERSIONS:
-        raise ValueError(f"Invalid version '{version}'. It must be {' or '.join(_VERSIONS)}.")
     base = base_crs(projection)
     if base is None or not base.is_projected:
         return None, f"{projection.name} is not a CRS, but a function or a pipeline."

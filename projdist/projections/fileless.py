@@ -18,25 +18,15 @@ from pyproj.database import get_authorities
 from pyproj.datadir import get_data_dir
 
 from projdist.projections import proj_strings
+from projdist.projections.catalogue import WORDS
 from projdist.projections.crs import WktNode, form_of, parse_wkt, with_spaces
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.projection import named_map
 from projdist.support import close_words, shown
 
-_READERS = frozenset("defmodel deformation gridshift hgridshift tinshift vgridshift xyzgridshift".split())
-"""PROJ operations that read files."""
-
 _NUMBER = r"[+-]?(?:\d+(?:_\d+)*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_LISTS = frozenset(
-    "fwd_c fwd_origin fwd_u fwd_v inv_c inv_origin inv_u inv_v order towgs84 x y z rx ry rz s deg range".split()
-)
-_STEPS = frozenset(
-    """R_C X_0 Y_0 Z_0 abridged da convention czech df dh dlat dlon drx dry drz ds dtheta dx dy dz exact hyperbolic
-    inv_tolerance proj px py pz rescale slope_lat slope_lon step t_epoch t_in t_obs t_out title transpose uneg UVtoST
-    v_1 v_2 v_3 v_4 vneg vto_meter xy_in xy_out z_in z_out""".split()
-)
 _OF_CRSS = frozenset("datum geoid_crs no_defs pm type vunits wktext".split())
-_PLAIN = proj_strings.KEYS | proj_strings.ELLIPSOID_KEYS | _STEPS | _OF_CRSS
+_PLAIN = proj_strings.KEYS | proj_strings.ELLIPSOID_KEYS | WORDS["step"] | _OF_CRSS
 """Parameters whose values are numbers or words."""
 
 _TOKEN = re.compile(r"\+?([A-Za-z]\w*)(?:=(\S+))?", re.ASCII)
@@ -53,30 +43,12 @@ _URN = re.compile(
     r"urn:[\w-]+:def:crs[,:][\w.,:-]*|https?://www\.opengis\.net/(?:def/crs|gml/srs)/[\w./#-]*", re.I | re.ASCII
 )
 
-_CRSS = frozenset(
-    """BOUNDCRS COMPD_CS COMPOUNDCRS DERIVEDPROJCRS ENGCRS ENGINEERINGCRS GEOCCS GEODCRS GEODETICCRS GEOGCRS GEOGCS
-    GEOGRAPHICCRS LOCAL_CS PROJCRS PROJCS PROJECTEDCRS VERTCRS VERTCS VERTICALCRS VERT_CS""".split()
-)
-_KEYWORDS = _CRSS | frozenset(
-    """ABRIDGEDTRANSFORMATION ANCHOR ANCHOREPOCH ANGLEUNIT AREA AUTHORITY AXIS AXISMAXVALUE AXISMINVALUE BASEGEODCRS
-    BASEGEOGCRS BASEPROJCRS BASEVERTCRS BBOX BEARING CITATION CONVERSION CS DATUM DERIVINGCONVERSION DYNAMIC EDATUM
-    ELLIPSOID ENGINEERINGDATUM ENSEMBLE ENSEMBLEACCURACY EXTENSION FRAMEEPOCH GEODETICDATUM GEOIDMODEL ID LENGTHUNIT
-    LINUNIT LOCAL_DATUM MEMBER MERIDIAN METADATA METHOD MODEL OPERATIONACCURACY ORDER PARAMETER PARAMETRICUNIT PRIMEM
-    PRIMEMERIDIAN PROJECTION RANGEMEANING REMARK SCALEUNIT SCOPE SOURCECRS SPHEROID TARGETCRS TEMPORALQUANTITY
-    TIMEEXTENT TIMEUNIT TOWGS84 TRF UNIT URI USAGE VDATUM VELOCITYGRID VERSION VERTICALDATUM VERTICALEXTENT VERT_DATUM
-    VRF""".split()
-)
+_CRSS = WORDS["WKT CRS"]
+_KEYWORDS = _CRSS | WORDS["WKT"]
 _QUOTED = re.compile(r'"(?:[^"]|"")*"')
 _BARE_WKT = re.compile(r"[\w.,+\-:\s\[\]()\"]*", re.ASCII)
 _LOOSE_QUOTE = re.compile(r'[^\[(,\s]\s*""|""\s*[^\])\],\s]')  # a quoted text with something beside it
 
-_TYPES = frozenset(
-    """AbridgedTransformation AngularUnit BoundCRS CompoundCRS Conversion DatumEnsemble DerivedGeodeticCRS
-    DerivedGeographicCRS DerivedProjectedCRS DerivedVerticalCRS DynamicGeodeticReferenceFrame
-    DynamicVerticalReferenceFrame Ellipsoid EngineeringCRS EngineeringDatum GeodeticCRS GeodeticReferenceFrame
-    GeographicCRS LinearUnit ParametricUnit PrimeMeridian ProjectedCRS ScaleUnit TimeUnit Unit VerticalCRS
-    VerticalReferenceFrame""".split()
-)
 _DEEPEST = 50
 
 
@@ -136,11 +108,11 @@ def _is_plain(token: str) -> bool:
     key, value = found[1], found[2]
     if key == "nadgrids":
         return value == "@null"  # PROJ's word for no grid
-    if key in ("proj", "o_proj") and value in _READERS:
+    if key in ("proj", "o_proj") and value in WORDS["reader"]:
         return False
     if value is None:
         return key in _PLAIN
-    if key in _LISTS and _LIST.fullmatch(value):
+    if key in WORDS["list"] and _LIST.fullmatch(value):
         return True
     if key == "to_meter" and _RATIO.fullmatch(value):
         return True
@@ -204,7 +176,7 @@ def _in_json(text: str) -> str:
     if "init" in value:
         return "init"
     for inside, key, one in _members(value, text):
-        if (key == "value" and inside == "parameters") or (key == "type" and one not in _TYPES):
+        if (key == "value" and inside == "parameters") or (key == "type" and one not in WORDS["PROJJSON"]):
             return one or key
         if found := _in_method(one) if inside == "method" else _in_remark(one):
             return found

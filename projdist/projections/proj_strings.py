@@ -19,21 +19,11 @@ from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.operations import Parts, Pipeline, transform
 from projdist.support import close_words, did_you_mean, listed, shown, tell
 
-ANGLES = frozenset(
-    """alpha asc_lon azi gamma inc_angle lat_0 lat_1 lat_2 lat_3 lat_b lat_ts lon_0 lon_1 lon_2 lon_3 lon_wrap lonc
-    o_alpha o_lat_1 o_lat_2 o_lat_c o_lat_p o_lon_1 o_lon_2 o_lon_c o_lon_p phdg_0 plat_0 plon_0 rot theta
-    tilt""".split()
+ANGLES, NUMBERS, WHOLE_NUMBERS, FLAGS, TEXTS, ELLIPSOID_KEYS = (
+    catalogue.WORDS[kind] for kind in ("angle", "number", "whole number", "flag", "text", "ellipsoid")
 )
-NUMBERS = frozenset(
-    """M R R_lat_a R_lat_g W a b e es f h h_0 k k_0 m n ps_rev q rf rot_xy s11 s12 s13 s21 s22 s23 s31 s32 s33 scrollx
-    scrolly t_0 toff tscale x_0 xoff y_0 yoff z_0 zoff""".split()
-)
-WHOLE_NUMBERS = frozenset("aperture lsat north_square path resolution south_square zone".split())
-ELLIPSOID_KEYS = frozenset("a b R f rf e es ellps datum R_A R_V R_a R_g R_h R_lat_a R_lat_g".split())
-FLAGS = frozenset("approx exact geoc guam inv no_cut no_rot ns omit_fwd omit_inv over south".split())
-TEXTS = frozenset("algo axis ellps mode no_off no_uoff o_proj orient pm shape sweep to_meter units".split())
 KEYS = ANGLES | NUMBERS | WHOLE_NUMBERS | FLAGS | TEXTS
-"""Parameters of maps by the type that PROJ reads, from its source and the strings in its library."""
+"""Parameters of maps, of any of the types that PROJ reads."""
 
 # PROJ reads these for every map, whether the map uses them or not.
 _READ_OF_ALL = {"lat_0": 0.0, "lon_0": 0.0, "x_0": 0.0, "y_0": 0.0, "k_0": 1.0, "k": 1.0}

@@ -41,11 +41,8 @@ _POLE = "lat_0=90"  # of maps centred on a pole
 _NEAR = 1e-3  # degrees from a centre, to find the direction of north
 _ALMOST = 1e-3  # relative to that step: rounding is 1e-10, tilted meridians far more
 
-# Operations with a lat_0 of their own that centres a point: azimuthal maps, transverse cylinders, regional maps, cones.
-WITH_LATITUDE = frozenset(
-    """aeqd airy gnom laea nsper tpers ortho stere sterea rouss cass tmerc etmerc gstmerc tcea somerc col_urban lcca
-    leac aea eqdc euler lcc murd1 murd2 murd3 pconic tissot vitk1""".split()
-)
+WITH_LATITUDE = catalogue.WORDS["with latitude"]
+"""Operations with a lat_0 of their own that centres a point."""
 
 
 @dataclass(frozen=True)

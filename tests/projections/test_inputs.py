@@ -281,8 +281,6 @@ def test_wkt_of_maps():
     np.testing.assert_allclose(make(esri)(10.0, 45.0), conic(10.0, 45.0), atol=1e-6)
     function = make(lambda lon, lat: (lon, lat))
     assert crs_wkt(function, "x") == (None, f"{function.name} is not a CRS, but a function or a pipeline.")
-    with pytest.raises(ValueError, match=r"^Invalid version 'WKT3'. It must be WKT2_2019 or WKT1_ESRI.$"):
-        crs_wkt(conic, "x", version="WKT3")
 
 
 @pytest.mark.slow
