@@ -236,11 +236,9 @@ _QUIET = Annotated[bool, typer.Option("--quiet", help="Show no progress on stand
 
 
 def _with_groups(function: Any) -> Any:
-    """The function, with the fields of its option groups (dataclasses) as parameters in place of the groups.
-
-    A parameter of the function replaces a field of the same name, and supplies its value. All commands have `--quiet`,
-    and those with `--format` have `--details`, which is the format of that name.
-    """
+    """The function, with the fields of its option groups (dataclasses) as parameters in place of the groups."""
+    # A parameter of the function replaces a field of the same name, and supplies its value. All commands have
+    # `--quiet`, and those with `--format` have `--details`, which is the format of that name.
     given = inspect.signature(function, eval_str=True).parameters
     groups: dict[str, Any] = {name: one.annotation for name, one in given.items() if is_dataclass(one.annotation)}
     kind = inspect.Parameter.POSITIONAL_OR_KEYWORD

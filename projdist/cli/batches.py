@@ -76,10 +76,8 @@ class RegionalWork:
             cannot_write(self.partial, error)
 
     def leave(self, report: Report, found: answers.Batch, best: Sequence[Row], problems: Sequence[str]) -> None:
-        """Print or write the report, or the best map of each region as a layer; report failures, and end with 1 if any.
-
-        `problems` are failures outside of the tasks.
-        """
+        """Print or write the report, or the best map of each region as a layer; failures end the command with 1."""
+        # `problems` are failures outside of the tasks.
         if self.layer is not None:
             with drawing(self.layer):
                 frame = gis.frame_of_regions(best, [self._areas[row["region"]].place() for row in best])

@@ -259,10 +259,8 @@ _LAND = 0.02  # share of the characters from which on land and sea are distingui
 
 
 def sketch_of(projection: projections.Projection, region: regions.Place, output: Path | None = None) -> list[str]:
-    """Lines of an ASCII map of the region: scale errors in four shades, and a legend.
-
-    Empty if the map cannot be drawn, as for a set of points, or in a narrow terminal.
-    """
+    """Lines of an ASCII map of the region: scale errors in four shades, and a legend."""
+    # Empty if the map cannot be drawn, as for a set of points, or in a narrow terminal.
     widest = min(_WIDEST, width_of(sys.stdout) or _WIDEST) if output is None else _WIDEST
     if not region.area_km2 or widest < _NARROWEST:
         return []

@@ -74,10 +74,8 @@ def without_progress(quiet: bool) -> Iterator[None]:
 
 @contextlib.contextmanager
 def progress_bar(things: str, *, after: float = _MOMENT) -> Iterator[Callable[[int, int], None] | None]:
-    """Callback (done, total) that shows a bar after `after` seconds, or some lines in a pipe; None if none is wanted.
-
-    `things` names what is counted. The bar is erased at the end.
-    """
+    """Callback (done, total) that shows a bar after `after` seconds, or some lines in a pipe; None if not wanted."""
+    # `things` names what is counted. The bar is erased at the end.
     if _QUIET.get():
         yield None
         return
@@ -150,10 +148,8 @@ _SURROGATES = 0xDC00  # start of the surrogates that stand for undecodable bytes
 
 
 def fail(message: str) -> None:
-    """Print an error in one line, wrapped in a narrow terminal; unprintable characters become escapes.
-
-    After a signal to end nothing is printed: the error is then a consequence of the signal.
-    """
+    """Print an error in one line, wrapped in a narrow terminal; unprintable characters become escapes."""
+    # After a signal to end nothing is printed: the error is then a consequence of the signal.
     support.end_if_told()
     shown = ""
     for letter in " ".join(message.split()):

@@ -250,7 +250,6 @@ def find_command(
         tables=[Table(rows, columns)],
         notes=notes,
         data=found.to_dict,
-        rows=lambda: rows,
     )
     present(report, form)
 

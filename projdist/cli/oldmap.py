@@ -168,7 +168,6 @@ def _several_report(given: Sequence[str], maps: Sequence[oldmaps.OldMap], by: st
             else "The maps have no distortion beyond rounding.",
         ],
         data=lambda: {"by": by, "maps": measured, "mean": {"distortion": common} | mean.to_dict()},
-        rows=lambda: rows,
     )
 
 

@@ -237,10 +237,8 @@ def format_of(text: str, forms: Sequence[str] = FORMATS) -> str:
 def target(
     text: str | None, output: str | None, overwrite: bool, forms: Sequence[str] = FORMATS, others: Sequence[str] = ()
 ) -> Target:
-    """Output in the format given by `--format` or by its suffix; refuses contradictions.
-
-    `others` are suffixes of files that are not text.
-    """
+    """Output in the format given by `--format` or by its suffix; refuses contradictions."""
+    # `others` are suffixes of files that are not text.
     path = None if output is None else output_file(output, overwrite)
     stated = None if text is None else format_of(text, forms)
     suffix = "" if path is None or support.is_stream(path) else path.suffix.lower()
@@ -299,18 +297,12 @@ _MOST_PIXELS = 4e8  # 1.6 GB of memory
 
 
 @dataclass(frozen=True, kw_only=True)
-class SizeOptions:
-    """Size and resolution of a picture, and whether it may replace a file."""
+class StyleOptions:
+    """The size and the style of a picture, and whether it may replace a file."""
 
     size: str | None = option("WIDTH,HEIGHT", "Size of the picture in inches, such as 10,6.")
     dpi: str | None = option("NUMBER", "Dots per inch; 150 if not given.")
     overwrite: Overwrite = False
-
-
-@dataclass(frozen=True, kw_only=True)
-class StyleOptions:
-    """The style of a picture."""
-
     title: str | None = option("TEXT", "The title of the map, or a heading above several.")
     no_title: bool = flag("--no-title", "Nothing above the maps.")
     font_size: str | None = option("POINTS", "For the colour bar's label; others in proportion.")
@@ -341,14 +333,14 @@ class StyleOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class AnimationOptions(StyleOptions, SizeOptions):
+class AnimationOptions(StyleOptions):
     """The options of animations, which are opaque."""
 
     no_colourbar: bool = flag("--no-colourbar", "No colour bar.")
 
 
 @dataclass(frozen=True, kw_only=True)
-class GraphOptions(StyleOptions, SizeOptions):
+class GraphOptions(StyleOptions):
     """The options of graphs, which have no colour bar."""
 
     transparent: bool = flag("--transparent", "No background.")
@@ -425,11 +417,9 @@ def text_and_picture(
 def picture_of(
     output: str | None, drawn: GraphOptions, *, step: str | None = None, beside: tuple[str, ...] = (), **others: Any
 ) -> PictureFile | None:
-    """Picture requested by `output`; without one, options of pictures are refused.
-
-    `others` are further options of pictures that the command has, None where they are not given; `beside` are suffixes
-    of the other files that it writes.
-    """
+    """Picture requested by `output`; without one, options of pictures are refused."""
+    # `others` are further options of pictures that the command has, None where they are not given; `beside` are
+    # suffixes of the other files that it writes.
     page = PAGE_SUFFIX in beside and output is not None and Path(output).suffix.lower() == PAGE_SUFFIX
     if output is not None and not page:
         return PictureFile(output, drawn, step=step, beside=beside)

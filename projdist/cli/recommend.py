@@ -183,7 +183,9 @@ def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
     """Sentences: which map to use, its errors and the reason; zones; and alternatives."""
     place, country, official = say.region_words(result.region), say.with_article(result.country), result.official
     first, *others = _best(result)
-    zones = _own_zones(result)
+    # The country's own zones are on the datum of its official map if it has one.
+    datum = "" if official is None else official.name.partition(" / ")[0]
+    zones = next((one for one in result.zones if one.national and one.name.startswith(datum)), None)
     name, errors = say.named(first.code, first.name), say.distortion_text(first.distortion)
     if use.reason:
         yield f"Use {name}, {use.reason}. For {place}, {errors}."
@@ -214,13 +216,6 @@ def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
         yield f"On average, {say.named(better.code, better.name)} has {less} distortion{older}."
     for one in result.custom[:1]:
         yield f"The best custom map is {one.proj}: {say.distortion_text(one.distortion)}."
-
-
-def _own_zones(result: decisions.Recommendation) -> decisions.ZoneSystem | None:
-    """The country's own zones, on the datum of its official map if it has one."""
-    datum = "" if result.official is None else result.official.name.partition(" / ")[0]
-    own = (one for one in result.zones if one.national and one.name.startswith(datum))
-    return next(own, None)
 
 
 def _zones_sentence(system: decisions.ZoneSystem, words: str) -> str:
@@ -477,7 +472,6 @@ def _atlas_overview(entries: Sequence[designs.AtlasEntry]) -> Report:
         tables=[Table(rows, columns)],
         notes=[note],
         data=lambda: {"entries": [entry.to_dict() for entry in entries]},
-        rows=lambda: rows,
     )
 
 
@@ -516,7 +510,6 @@ def _place_report(entry: designs.AtlasEntry) -> Report:
         tables=[Table(rows, columns, keys=2)],
         notes=[*_place_notes(entry, rows)],
         data=entry.to_dict,
-        rows=lambda: rows,
     )
 
 

@@ -553,6 +553,5 @@ def _clouds_report(found: pointclouds.Registration, output: str | None) -> Repor
         tables=[Table(rows, clouds), Table([{"frame": name, **one} for name, one in answer["frames"].items()], frames)],
         notes=[*notes, f"Modes, in which the clouds differ: {found.modes.summary}."],
         data=lambda: answer,
-        rows=lambda: rows,
         written=[Path(output) if output else None],
     )

@@ -225,10 +225,8 @@ def json_text(value: object) -> str:
 
 
 def wrote(*paths: object) -> str:
-    """Lines `Wrote: PATH` for files and folders.
-
-    They follow a table, or are all of the output; JSON, CSV, Markdown and pages have none.
-    """
+    """Lines `Wrote: PATH` for files and folders."""
+    # They follow a table, or are all of the output; JSON, CSV, Markdown and pages have none.
     return "".join(f"Wrote: {path}\n" for path in paths if path)
 
 
@@ -258,11 +256,9 @@ class _Drawn(NamedTuple):
 
 
 def table_text(table: Table, output: Path | None = None, *, brief: bool = False) -> str:
-    """Text of a table; columns beyond the terminal's width go to further tables, which repeat the key columns.
-
-    Figures are never cut off. In a file or a pipe the width is not limited. If `brief`, only the first rows and the
-    columns that fit side by side are shown.
-    """
+    """Text of a table; columns beyond the terminal's width go to further tables, which repeat the key columns."""
+    # Figures are never cut off. In a file or a pipe the width is not limited. If `brief`, only the first rows and the
+    # columns that fit side by side are shown.
     from rich import box
     from rich.cells import cell_len
     from rich.console import Console

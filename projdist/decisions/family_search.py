@@ -326,10 +326,8 @@ class Members:
         return float(np.quantile(np.abs(self.objective.figure.measure(self.best_scale(J, w) * J[w > 0])), _QUANTILE))
 
     def search(self, most: float = np.inf) -> tuple[dict[str, float], float, Nodes, int]:
-        """Free parameters of the best member, its value at nodes, these nodes, and the number of evaluations.
-
-        Raises ProjectionError for a family that shows no part of the region, or has about no value below `most`.
-        """
+        """Free parameters of the best member, its value at nodes, these nodes, and the number of evaluations."""
+        # Raises ProjectionError for a family that shows no part of the region, or has about no value below `most`.
         edges = self.objective.figure.is_maximum
         coarse = nodes_of(self.region, self.base.ellipsoid, _COARSE, edges=edges)
         fine = nodes_of(self.region, self.base.ellipsoid, _FINE, edges=edges)

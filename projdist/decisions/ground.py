@@ -175,10 +175,8 @@ def overlap(one: FloatArray, other: FloatArray) -> bool:
 
 
 def false_origin_for(x: FloatArray, y: FloatArray, step: float, stated: Mapping[str, float]) -> dict[str, float]:
-    """The stated x_0 and y_0, and else multiples of `step`, for spans (2,) of coordinates without them, in metres.
-
-    All coordinates are positive, and no easting is a possible northing, as surveyors want it: eastings are larger.
-    """
+    """The stated x_0 and y_0, and else multiples of `step`, for spans (2,) of coordinates without them, in metres."""
+    # All coordinates are positive, and no easting is a possible northing, as surveyors want it: eastings are larger.
 
     def above(least: float, span: FloatArray) -> float:
         return float(np.ceil((least - span[0]) / step) * step)
@@ -207,10 +205,8 @@ _LINES = ((0, 1), (0, 2), (0, 3), (0, 4), (1, 2), (2, 3), (3, 4), (4, 1))
 def points_to_test(
     projection: projections.Projection, unit: float, points: Mapping[str, FloatArray]
 ) -> list[dict[str, Any]]:
-    """The middle one of some points, those in the corners, and those of least and most ppm, to whole seconds.
-
-    Eastings and northings are in a unit of so many metres, heights in metres.
-    """
+    """The middle one of some points, those in the corners, and those of least and most ppm, to whole seconds."""
+    # Eastings and northings are in a unit of so many metres, heights in metres.
     lon, lat, height, ppm = (points[name] for name in ("lon", "lat", "height", "ppm"))
     x, y = projection(lon, lat)
     x, y = x - x.mean(), y - y.mean()

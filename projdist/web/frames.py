@@ -328,10 +328,8 @@ def _fields(surface: Surface, J: FloatArray) -> tuple[FloatArray, bool]:
 
 
 def four_numbers(J: FloatArray, mirrored: bool) -> FloatArray:
-    """The numbers (..., 4) of Jacobians that pages interpolate: ln |p|, arg p, and q / p as real and imaginary part.
-
-    p and q are the conformal and the anticonformal part of a Jacobian, as complex numbers.
-    """
+    """The numbers (..., 4) of Jacobians that pages interpolate: ln |p|, arg p, and q / p as real and imaginary part."""
+    # p and q are the conformal and the anticonformal part of a Jacobian, as complex numbers.
     turn = -1.0 if mirrored else 1.0
     xx, xy, yx, yy = turn * J[..., 0, 0], turn * J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
     p, q = 0.5 * (xx + yy + 1j * (yx - xy)), 0.5 * (xx - yy + 1j * (yx + xy))
