@@ -11,7 +11,7 @@ from unittest import mock
 
 import pytest
 import shapely
-from commands import parse_csv, refusal, run_json, run_ok, told
+from commands import parse_csv, refusal, run_json, run_ok, says, told, wrong_words
 from shapely.geometry import mapping
 from tables import each
 
@@ -158,30 +158,8 @@ def test_ctrl_c_and_the_same_command(tmp_path):
     assert os.listdir(tmp_path) == ["all.csv"]
 
 
-WRONG = {
-    "compare moll --regions countries -r globe": "Invalid option '--regions'. It cannot be used with --region.",
-    "compare moll --regions countries --weight a.tif": "Invalid option '--regions'. It cannot be used with --weight.",
-    "compare moll --regions countries --plot pareto": "Invalid option '--plot'. It cannot be used with --regions.",
-    "compare moll --regions nowhere": "Invalid region file 'nowhere'. It cannot be read: No such file",
-    "compare moll --regions countries@5m": "Invalid suffix '@5m'.",
-    "compare moll --regions country:Nowhere": "Invalid country 'Nowhere'.",
-    "compare moll --regions globe --sort foo": "Invalid sort key 'foo'.",
-    "compare moll --regions globe --executor x": "Invalid executor 'x'. It must be dask://HOST:PORT",
-    "compare moll --regions globe -o a.png": "Invalid output 'a.png'. Its suffix must be .json, .csv",
-    "compare moll --regions globe -o a.gpkg -f csv": "Invalid format 'csv' for 'a.gpkg'. Its suffix tells the",
-    "compare moll --executor processes:2": "Invalid option '--executor'. It needs --regions.",
-    "compare moll --partial a": "Invalid option '--partial'. It needs --regions.",
-    "recommend": "Missing argument 'REGION', or --regions. See 'projdist recommend --help'.",
-    "recommend globe --regions countries": "Invalid option '--regions'. It cannot be used with a region.",
-    "recommend globe --partial a": "Invalid option '--partial'. It needs --regions.",
-    "recommend --regions countries --purpose pretty": "Invalid purpose 'pretty'.",
-    "recommend --regions countries --criterion x": "Invalid criterion 'x'.",
-    "recommend --regions countries --dpi 50": "Invalid option '--dpi'. It cannot be used with --regions.",
-}
-
-
-@each(("words", "message"), WRONG.items())
-def test_refused(words, message, tmp_path, monkeypatch):
+@each(("words", "code", "message"), wrong_words("_batches"))
+def test_refused(words, code, message, tmp_path, monkeypatch):
     pytest.importorskip("geopandas")
     monkeypatch.chdir(tmp_path)
-    assert refusal(*words.split()).startswith(message)
+    assert says(message, refusal(*words.split(), code=code))

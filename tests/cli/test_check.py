@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from commands import command, parse_csv
+from commands import command, parse_csv, says, wrong_words
 from shapely import LineString, Point, box
 from tables import each
 
@@ -221,27 +221,7 @@ def test_the_recommended_crs_is_checked(frame):
     assert json.loads(render(itself, "json"))["recommended"] is not None
 
 
-WRONG = {  # UTM stands for a CRS without a recommended one
-    "data.geojson": "Invalid CRS 'WGS 84' of the data to check.",
-    "none.gpkg UTM": "Invalid data file",
-    "data.gpkg UTM": "Invalid data file",
-    "points.geojson UTM": "Invalid data. They have no lines and no polygons to measure, but points only",
-    "data.geojson UTM --fail-above '1 percent'": "Invalid limit '1 percent'. It must be a share",
-    "data.geojson UTM --fail-above -1%": "Invalid limit '-1%'. It must be a share",
-    "data.geojson UTM --fail-above 1e400": "Invalid limit '1e400'. It must be a share",
-    "data.geojson UTM --purpose any": "Invalid option '--purpose'. It is for --suggest.",
-    "data.geojson UTM --suggest --purpose nope": "Invalid purpose 'nope'. It must be any, equal-area",
-    "data.geojson UTM --fail-above-bearing x": "Invalid bearing 'x'. It must be a number of degr",
-    "data.geojson UTM --fail-on all": "Invalid thing to fail on 'all'. It must be worst or over",
-    "data.geojson UTM --worst 1.5": "Invalid number of features '1.5'. It must be a whole number.",
-    "data.geojson UTM --id x": "Invalid column 'x'. It must be name, area_note or geometry.",
-    "data.geojson --crs moll --suggest --purpose x": "Invalid purpose 'x'. It must be any, equal-area",
-    "data.geojson --crs EPSG:4326": "Invalid projection 'EPSG:4326'. It is a Geographic 2D CRS",
-    "data.geojson UTM -o x.csv": "Invalid output 'x.csv'. Its suffix must be .gpkg, .geojson or .html.",
-}
-
-
-@each(("words", "message"), WRONG.items())
-def test_refused(words, message, data):
-    given = shlex.split(f"{data}/{words.replace('UTM', ' '.join(IN_UTM))}")
-    assert refusal(*given, code=1 if "4326" in words else 2).startswith(message)
+@each(("words", "code", "message"), wrong_words("_check"))
+def test_refused(words, code, message, data):
+    given = shlex.split(f"{data}/{words.strip().replace('UTM', ' '.join(IN_UTM))}")
+    assert says(message, refusal(*given, code=code))

@@ -14,7 +14,7 @@ pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
 pytest.importorskip("websockets")
 pytest.importorskip("termios", reason="pseudo-terminals and signals of Unix")
-from commands import refusal
+from commands import refusal, says, wrong_words
 from live_pages import Command, asked, descendants, ended, exploring, is_running, page
 from terminals import in_terminal
 
@@ -23,18 +23,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("default_signals")]
 
 def test_other_words_are_refused_before_anything_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("projdist.web.open_socket", lambda port: pytest.fail("it listens"))
-    for words, said in {
-        "nowhere": "Invalid projection 'nowhere'",
-        "robinson --region country:Nowhere": "Nowhere",
-        "robinson --measure beauty": "Invalid measure 'beauty'",
-        "robinson --measure scale@30": "It must be one of fisher,",
-        "robinson --port many": "Invalid port 'many'",
-        "robinson --port 70000": "Invalid port '70000'",
-        "robinson --port 80.5": "It must be a whole number",
-        "robinson --port -1": "Invalid port '-1'",
-        "robinson " * 7: "at most 6",
-    }.items():
-        assert said in refusal("explore", *words.split(), code=1 if words == "nowhere" else 2)
+    for words, code, message in wrong_words("_explore"):
+        assert says(message, refusal("explore", *words.split(), code=code))
 
 
 def test_without_the_extra_or_the_port_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from commands import command, parse_csv
+from commands import command, parse_csv, says, wrong_words
 from mosaic_pictures import cut, maps, save
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, write_csv
 from panorama_pictures import cameras, common_directions, picture
@@ -121,38 +121,12 @@ def test_the_model_that_the_points_ask_for(tmp_path):
     assert (code, err, json.loads(out)["model"]) == (0, "", "homography")
 
 
-WRONG = {
-    "--model similarity": "Invalid model 'similarity'. It must be affine, homography, auto or rotation.",
-    "--model homography": "It has rows of the model affine; it must have some of the model homography.",
-    "--frame 3": "Invalid frame '3'. It must be mdt, first, last, central, best, or the number",
-    "--rotation none": "Invalid rotation 'none'. It must be chordal or log.",
-    "--tolerance 0": "Invalid tolerance '0'. It must be a number of pixels within",
-    "--sizes 300": "Invalid sizes '300'. They must be WIDTHxHEIGHT",
-    "--sizes 300x200,300x200": "Its images must be numbers from 0 to 1",
-    "--weights 1,2": "Invalid weights '1,2'. There must be 3, one per image.",
-    "--weights 1,-2,1": "Invalid weight '-2'",
-    "--format xml": "Invalid format 'xml'",
-    "--report /nowhere/at/all.json": "There is no directory",
-}
-
-
-WRONG_PANORAMAS = {
-    "--projection moll": "Invalid option '--projection'. It needs a camera that only turns: --model rot",
-    "--focal free": "Invalid option '--focal'. It needs a camera that only turns: --model rotation.",
-    "--model rotation --frame first": "Invalid option '--frame'. A panorama has no frame in a pla",
-    "--model rotation --weights 1,1,1": "Invalid option '--weights'. A panorama has no frame",
-    "--model rotation --compare c.png": "Invalid option '--compare'. A panorama has no frame",
-    "--model rotation --focal one": "Invalid focal 'one'. It must be common or free.",
-    "--model rotation --projection EPSG:3035": "Invalid projection 'EPSG:3035'. It must be of a",
-}
-
-
 @pytest.mark.slow
 def test_refused(points, turned):
     """Values that cannot be, and options that do not go together."""
-    for table, cases in ((points, WRONG), (turned[1], WRONG_PANORAMAS)):
-        for words, message in cases.items():
-            assert message in refusal("--correspondences", table, *shlex.split(words))
+    for table, name in ((points, "_mosaic"), (turned[1], "_panoramas")):
+        for words, code, message in wrong_words(name):
+            assert says(message, refusal("--correspondences", table, *shlex.split(words), code=code))
     words = ["--correspondences", turned[1], "--model", "rotation", "--projection", "mollwide"]
     assert "Did you mean mollweide?" in refusal(*words, code=1)
     message = "Invalid correspondences. No two images match: 0 and 1, "

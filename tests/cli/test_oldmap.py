@@ -4,7 +4,7 @@ import shlex
 
 import numpy as np
 import pytest
-from commands import command, parse_csv
+from commands import command, parse_csv, says, wrong_words
 from matplotlib.image import imread
 from PIL import Image
 from tables import each
@@ -129,39 +129,13 @@ def test_words_are_those_of_the_pictures():
     assert oldmap.DRAWN_MEASURES == plots.OLD_MAP_MEASURES
 
 
-WRONG = {
-    "--model spline": "Invalid model 'spline'. It must be helmert, affine, polynomial2, polynomial3 or tps.",
-    "--outliers none": "Invalid outliers 'none'. It must be drop or keep.",
-    "--smoothing -1": "Invalid smoothing '-1'. It must be a number within 0 and 1e+09.",
-    "--smoothing 1 --model affine": "Invalid smoothing '1' of model 'affine'. It is for tps",
-    "--scan-dpi x": "Invalid scan dpi 'x'. It must be a number within 1 and 100000.",
-    "--format proj": "Invalid format 'proj'.",
-    "--draw grid": "Invalid option '--draw'. It needs a picture to draw to: -o FILE.",
-    "--image x.jpg": "Invalid option '--image'. It needs a picture to draw to: -o FILE.",
-    "--measure areal_scale": "Invalid option '--measure'. It needs a picture",
-    "--draw map -o x.png": "Invalid panel 'map'. It must be tissot, heatmap, rotation, scale or grid.",
-    "--measure h -o x.png": "Invalid measure 'h'. It must be fisher or areal_scale.",
-    "--image none.jpg -o x.png": "Invalid image 'none.jpg'. It cannot be read: No such file",
-    "-o x.tif": "Invalid output 'x.tif'. It needs a scan: --image FILE.",
-    "-o x.tif --image none.jpg": "Invalid image 'none.jpg'. It cannot be read: No such file",
-    "-o x.tif --image a.jpg --by x": "Invalid rectification 'x'. It must be fit, mdt, affine or",
-    "-o x.tif --image a.jpg --dpi 90": "Invalid option '--dpi' for 'x.tif'. It is for pictures.",
-    "-o x.gpkg --by fit": "Invalid rectification 'fit'. It must be mdt, affine or helmert.",
-    "-o x.gpkg --image a.jpg": "Invalid option '--image' for 'x.gpkg'. It is for pictures and rectif",
-    "-o x.gpkg --crs '+proj=pipeline +step +proj=merc +step +proj=affine +s11=2'": "PROJ has no CRS of it.",
-    "--by mdt": "Invalid option '--by'. It needs a sheet or layers to write: -o FILE.tif or FILE.gpkg.",
-    "--size 0.6,0.6 -o x.png": "Invalid size '0.6,0.6'. It has no room for 4 panels.",
-    "-o x.gif": "Invalid output 'x.gif'. Its suffix must be .png, .svg, .pdf, .tif, .tiff or .gpkg.",
-}
-
-
-@each(("words", "text"), WRONG.items())
-def test_wrong_words(words, text, points, tmp_path, monkeypatch):
+@each(("words", "code", "message"), wrong_words("_oldmap"))
+def test_wrong_words(words, code, message, points, tmp_path, monkeypatch):
     pytest.importorskip("geopandas")
     pytest.importorskip("rasterio")
     monkeypatch.chdir(tmp_path)
     quick = [] if "--model" in words or "--smoothing" in words else QUICK
-    assert text in refusal(points.name, *shlex.split(words), *quick)
+    assert says(message, refusal(points.name, *shlex.split(words), *quick, code=code))
     assert [path.name for path in tmp_path.iterdir()] == [points.name]
 
 
