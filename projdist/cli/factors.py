@@ -205,12 +205,10 @@ class GivenPoints:
 
 
 def read_points(words: Sequence[str], lines: Iterable[str]) -> GivenPoints:
-    """Points of words LON LAT or LON,LAT, or, if the only word is `-`, of the lines.
-
-    Degrees may have minutes and seconds, and the letters N, S, E, W, which tell what is a latitude. A line
-    that cannot be read is a problem, not an error: the others go on. Raises ValueError for words that are no
-    points, and where there are no points at all.
-    """
+    """Points of words LON LAT or LON,LAT, or, if the only word is `-`, of the lines."""
+    # Degrees may have minutes and seconds, and the letters N, S, E, W, which tell what is a latitude. A line that
+    # cannot be read is a problem, not an error: the others go on. Raises ValueError for words that are no points, and
+    # where there are no points at all.
     points = GivenPoints()
     words = [word.strip() for word in words]
     if words == ["-"]:

@@ -244,10 +244,8 @@ def optimize(
 def best_member(
     family: str, region: regions.Place, figure: Figure, ellipsoid: Ellipsoid, most: float = np.inf
 ) -> tuple[projections.Projection, dict[str, float]]:
-    """The best member of a family and its free parameters, without measuring it.
-
-    Raises ProjectionError if the family shows no part of the region, or has about no value below `most`.
-    """
+    """The best member of a family and its free parameters, without measuring it."""
+    # Raises ProjectionError if the family shows no part of the region, or has about no value below `most`.
     chosen_family = families.get_family(family, families.extent_of(region))
     members = _decided(Members(chosen_family, region, Objective(figure), ellipsoid=ellipsoid))
     best, _, fine, _ = _search_with_exchange(members, most)

@@ -121,12 +121,10 @@ def field_resolving(
     tolerance: float = DEFAULT_TOLERANCE,
     max_evaluations: int = _MAX_EVALUATIONS,
 ) -> Field:
-    """The field of a projection over a region, without `sample`'s notice and second pass.
-
-    The raw and the scaled Airy-Kavrayskiy error are resolved to `tolerance`, the mean m of each integrand, a function
-    of J (n, p, p, 2, 2), to max(tolerance, 1e-6) * max(1, |m|), and that of each measure of `second_order` to 1e-5.
-    Each mean may take another quarter of `max_evaluations`. Raises ValueError and ProjectionError as `sample`.
-    """
+    """The field of a projection over a region, without `sample`'s notice and second pass."""
+    # The raw and the scaled Airy-Kavrayskiy error are resolved to `tolerance`, the mean m of each integrand, a function
+    # of J (n, p, p, 2, 2), to max(tolerance, 1e-6) * max(1, |m|), and that of each measure of `second_order` to 1e-5.
+    # Each mean may take another quarter of `max_evaluations`. Raises ValueError and ProjectionError as `sample`.
     if not check_number("tolerance", tolerance) > 0:
         raise ValueError(f"Invalid tolerance '{tolerance}'. It must be above 0.")
     nothing = f"Invalid region '{region.name}' for {projection.name}. No point of it can be projected."

@@ -11,8 +11,10 @@ from projdist._typing import BoolArray, FloatArray
 
 
 def lq(A: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """The unique factors of A = L Q: L lower triangular with a positive diagonal, Q orthogonal."""
-    # L is the Cholesky factor of A A^T. Raises ValueError, with the index, where A is singular or not finite.
+    """The unique factors of A = L Q: L lower triangular with a positive diagonal, Q orthogonal.
+
+    L is the Cholesky factor of A A^T. Raises ValueError, with the index, where A is singular or not finite.
+    """
     A = check_square(A)
     refuse(np.asarray(~np.isfinite(A).all(axis=(-1, -2))), "finite and invertible")
     Q, R = np.linalg.qr(transposed(A))

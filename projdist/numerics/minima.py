@@ -237,11 +237,9 @@ _Steps = tuple[FloatArray, FloatArray, FloatArray]
 def least_range(
     values: FloatArray, columns: FloatArray, likely: Sequence[int] | IntArray = ()
 ) -> tuple[FloatArray, FloatArray]:
-    """The x (m,) that gives values + columns x (n, m) about the least range, and the weights (n,) that prove it.
-
-    The positive weights sum to 1, the negative ones to -1, and all are about orthogonal to the columns: times values
-    they give the range. A column that is not orthogonal to them would reduce it. `likely`: rows that may get weights.
-    """
+    """The x (m,) that gives values + columns x (n, m) about the least range, and the weights (n,) that prove it."""
+    # The positive weights sum to 1, the negative ones to -1, and all are about orthogonal to the columns: times values
+    # they give the range. A column that is not orthogonal to them would reduce it. `likely`: rows that may get weights.
     some = np.linspace(0, len(values) - 1, _ENOUGH_ROWS + 8 * columns.shape[1]).astype(int)
     seen = np.union1d(some, np.asarray(likely, dtype=int))
     while True:

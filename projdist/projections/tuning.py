@@ -122,11 +122,9 @@ def tunable(projection: ProjectionLike) -> Tunable:
 
 
 def tuned(projection: ProjectionLike, values: Mapping[str, float], centre: Centre | None = None) -> Projection:
-    """The map with other parameter values, and a longitude and latitude at its centre.
-
-    A centre overrides lon_0 and lat_0. The definition of the result is a text, of a named map a name. Raises
-    ProjectionError for parameters and values that `tunable` does not allow or that PROJ refuses together.
-    """
+    """The map with other parameter values, and a longitude and latitude at its centre."""
+    # A centre overrides lon_0 and lat_0. The definition of the result is a text, of a named map a name. Raises
+    # ProjectionError for parameters and values that `tunable` does not allow or that PROJ refuses together.
     plan = _plan(projection)
     if not values and centre is None:
         return plan.projection

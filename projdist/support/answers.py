@@ -37,13 +37,11 @@ _PLAIN = FieldSchema()
 
 
 def schema(key: str = "", **parts: Any) -> dict[str, FieldSchema]:
-    """Metadata of a dataclass's field: `error: float = field(metadata=schema("error_estimate"))`.
-
-    `key` is the field's key in JSON, by default its name. `of` is the attribute of the value that is shown, or several,
-    by their own keys if they differ: `of=("name", "area_km2")` or `of={"wkt": "wkt2"}`. Several make an object in JSON,
-    with `spread` keys beside the others. A `hidden` field is not shown, an `optional` one only if it is not None. A
-    `column` has a value for each point: the points are the rows of tables, and `"results"` in JSON.
-    """
+    """Metadata of a dataclass's field: `error: float = field(metadata=schema("error_estimate"))`."""
+    # `key` is the field's key in JSON, by default its name. `of` is the attribute of the value that is shown, or
+    # several, by their own keys if they differ: `of=("name", "area_km2")` or `of={"wkt": "wkt2"}`. Several make an
+    # object in JSON, with `spread` keys beside the others. A `hidden` field is not shown, an `optional` one only if it
+    # is not None. A `column` has a value for each point: the points are the rows of tables, and `"results"` in JSON.
     return {"schema": FieldSchema(key, **parts)}
 
 

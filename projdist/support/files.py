@@ -157,13 +157,11 @@ def refuse_existing(path: Path) -> None:
 
 @contextlib.contextmanager
 def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ()) -> Iterator[Path]:
-    """Context with a temporary path to write to; the file is replaced once that is complete, else left untouched.
-
-    The path has the file's name and is in a temporary folder beside it, so that a writer's other files are removed and
-    names derived from the path (as of a layer) are right. Links stay links, and permissions are kept. Files with the
-    suffixes `beside` are moved along if they were written, else removed. Raises FileExistsError if the file exists and
-    must not be overwritten, and OSError if the disk is full, even if the writer ignored that.
-    """
+    """Context with a temporary path to write to; the file is replaced once that is complete, else left untouched."""
+    # The path has the file's name and is in a temporary folder beside it, so that a writer's other files are removed
+    # and names derived from the path (as of a layer) are right. Links stay links, and permissions are kept. Files with
+    # the suffixes `beside` are moved along if they were written, else removed. Raises FileExistsError if the file
+    # exists and must not be overwritten, and OSError if the disk is full, even if the writer ignored that.
     paths = [path, *(path.with_suffix(suffix) for suffix in beside)]
 
     def check() -> None:

@@ -104,12 +104,10 @@ def draw_maps(
     height: float = 0.0,
     marks: Mapping[str, Any] | None = None,
 ) -> Maps:
-    """Maps of the first `MOST_MAPS` projections over a region, by default the area of use or the globe.
-
-    `measure` is shown first, or fisher if the page does not have it. Projections that show no part of the region are
-    left out, with a note. Scales are at an ellipsoidal `height` in metres; `marks` are geometries in longitude and
-    latitude, by name.
-    """
+    """Maps of the first `MOST_MAPS` projections over a region, by default the area of use or the globe."""
+    # `measure` is shown first, or fisher if the page does not have it. Projections that show no part of the region are
+    # left out, with a note. Scales are at an ellipsoidal `height` in metres; `marks` are geometries in longitude and
+    # latitude, by name.
     name = matrices.get_measure(measure).name
     maps = [Projection.from_user_input(projection) for projection in projections[:MOST_MAPS]]
     place = surfaces.shown_part(regions.region_for(region, maps))

@@ -44,11 +44,9 @@ _BEYOND = 0.05  # of a side: points may be this far outside, as scans are croppe
 
 
 def scan_extent(found: OldMap, width: int, height: int, invalid: str) -> tuple[float, float, float, float]:
-    """Coordinates of the left, right, bottom and top side of a scan, for control points in its pixels.
-
-    Rows are counted downwards if the map is mirrored, else upwards, or downwards by negative numbers as in QGIS. Raises
-    ValueError, whose message begins with `invalid`, for points outside.
-    """
+    """Coordinates of the left, right, bottom and top side of a scan, for control points in its pixels."""
+    # Rows are counted downwards if the map is mirrored, else upwards, or downwards by negative numbers as in QGIS.
+    # Raises ValueError, whose message begins with `invalid`, for points outside.
     old = found.points.old
     bottom, top = (height, 0) if found.is_mirrored else (-height, 0) if old[:, 1].mean() < 0 else (0, height)
     extent = 0.0, float(width), float(bottom), float(top)
