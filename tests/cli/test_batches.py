@@ -11,7 +11,8 @@ from unittest import mock
 
 import pytest
 import shapely
-from commands import parse_csv, refusal, run_json, run_ok, says, told, wrong_words
+from commands import parse_csv, refusal, run_json, run_ok, told
+from refusals import says, wrong_words
 from shapely.geometry import mapping
 from tables import each
 

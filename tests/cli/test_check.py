@@ -6,7 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from commands import command, parse_csv, says, wrong_words
+from commands import command, parse_csv
+from refusals import says, wrong_words
 from shapely import LineString, Point, box
 from tables import each
 

@@ -14,8 +14,9 @@ pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
 pytest.importorskip("websockets")
 pytest.importorskip("termios", reason="pseudo-terminals and signals of Unix")
-from commands import refusal, says, wrong_words
+from commands import refusal
 from live_pages import Command, asked, descendants, ended, exploring, is_running, page
+from refusals import says, wrong_words
 from terminals import in_terminal
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("default_signals")]

@@ -8,7 +8,8 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
-from commands import parse_csv, refusal as refused, run_json, run_ok, says, told as run, wrong_words
+from commands import parse_csv, refusal as refused, run_json, run_ok, told as run
+from refusals import says, wrong_words
 from tables import each
 
 import projdist

@@ -7,11 +7,12 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from commands import command, parse_csv, says, wrong_words
+from commands import command, parse_csv
 from mosaic_pictures import cut, maps, save
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, write_csv
 from panorama_pictures import cameras, common_directions, picture
 from PIL import Image
+from refusals import says, wrong_words
 from tables import each
 
 from projdist.applications.mosaics import (

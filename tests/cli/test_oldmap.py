@@ -4,9 +4,10 @@ import shlex
 
 import numpy as np
 import pytest
-from commands import command, parse_csv, says, wrong_words
+from commands import command, parse_csv
 from matplotlib.image import imread
 from PIL import Image
+from refusals import says, wrong_words
 from tables import each
 
 from projdist import old_map, plots, read_control_points

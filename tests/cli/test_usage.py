@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from commands import refusal, refused, run, run_ok, says, wrong_words
+from commands import refusal, refused, run, run_ok
+from refusals import says, wrong_words
 from tables import each
 from typer.main import get_command
 

@@ -7,6 +7,7 @@ import pyproj.list
 import pytest
 from projection_points import EUROPE, assert_same, make, message
 from pyproj import CRS, Transformer
+from refusals import says, wrong_words
 from tables import each, some
 
 from projdist.projections import ProjectionError, projection_names
@@ -18,68 +19,37 @@ EVERYTHING = (
 
 GEOGRAPHIC = CRS("EPSG:4326")
 
-# Each input with what the message must say of it, besides the input itself.
+# Each text that the table has no form for, with what the message must say of it, besides the text itself.
 ERRORS = {
-    "robn": rf"Did you mean robin\? {EVERYTHING}",
-    "EPSG:9999999": rf"EPSG has no such CRS in PROJ's database\. {EVERYTHING}",
-    "ESPG:3035": rf"Did you mean EPSG:3035\? {EVERYTHING}",
-    "cart": r"PROJ's Geodetic/cartesian conversions is not a map projection\.",
-    "helmert": r"is not a map projection\.",
-    "lcc": r"It needs lat_1 and lat_2: give a PROJ string, such as '\+proj=lcc \+lat_1=30 \+lat_2=60 \+R=",
-    "+proj=longlat +ellps=WGS84": r"PROJ's longlat is not a map projection\.",
-    "+proj=geocent +ellps=WGS84": r"PROJ's geocent is not a map projection\.",
-    "+proj=mercc": r"PROJ says: Unknown projection\. Did you mean merc",
-    "+proj=robinson": r"PROJ says: Unknown projection\. Did you mean robin\?$",
-    "+proj=nosuch": r"PROJ says: Unknown projection\.$",
-    "+proj=pipeline +step +proj=mollwide +step +proj=noop": r"Did you mean moll\?$",
-    "+proj=ob_tran +o_proj=mollwide +o_lat_p=45": r"Did you mean moll\?$",
-    "+proj=lcc +ellps=GRS80": r"PROJ says: lcc: Invalid value for lat_1 and lat_2: \|lat_1 \+ lat_2\| should be > 0\.",
-    "+proj=utm +zone=99": r"PROJ says: utm: Invalid value for zone\.",
-    "+proj=merc +datum=nosuch": r"PROJ says: Unknown value for datum\.",
-    "+proj=merc +units=cubits": r"PROJ says: merc: Invalid value for units\.",
-    "+proj=merc +to_meter=0": r"PROJ says: merc: Invalid value for to_meter\.",
-    "+proj=merc +to_meter=x": r"It must be metres, as a number\.",
-    "+proj=pipeline +step +proj=merc +step +proj=unitconvert +xy_in=m +xy_out=deg": r"not a plane in metres\.",
     "+proj=ob_tran +o_proj=longlat +o_lat_p=30 +o_lon_p=0": r"(plane|is not a map)",
-    "nosuch.prj": r"It cannot be read as text: .*No such file",
     "nul\0.prj": r"It cannot be read as text: embedded null",
     "EPSG:3035\0x": r"It has a null character\.$",
-    'PROJCS["x"]': r"PROJ says: missing CONVERSION node\.$",
-}
-PLANELESS = {"EPSG:4326": "Geographic 2D CRS (WGS 84)", "EPSG:4979": "Geographic 3D CRS (WGS 84)"}
-PLANELESS |= {"EPSG:4978": "Geocentric CRS (WGS 84)", "EPSG:5773": "Vertical CRS (EGM96 height)"}
-PLANELESS |= {"EPSG:9518": "Geographic 2D CRS (WGS 84)", "OGC:CRS84": "Geographic 2D CRS (WGS 84 (CRS84))"}
-NO_MAP = ", which has no map plane; it must be a projected CRS"
-ERRORS |= {code: re.escape(f"It is a {kind}{NO_MAP}") for code, kind in PLANELESS.items()}
-ERRORS |= dict.fromkeys(("", "   ", "complete nonsense", "EPSG:", "EPSG:abc", "{"), EVERYTHING)
-ERRORS |= dict.fromkeys(("+proj=", "+proj=merc +ellps=nosuch", "+proj=pipeline", '{"a": 1}'), r"PROJ says: ")
-NO_PLANE = ("+proj=merc +inv", "+proj=merc +omit_fwd", "+inv +proj=utm +zone=33", "+proj=pipeline +step +proj=noop")
-ERRORS |= dict.fromkeys(
-    (*NO_PLANE, "+proj=pipeline +step +proj=longlat"),
-    r"It must take longitude and latitude and return a plane, as a map does\.",
-)
+    "+proj=briesemeister": r"^(?!.*mean briesemeister).*$",  # PROJ strings have PROJ's names only
+} | dict.fromkeys(("", "   "), EVERYTHING)
 
-ERRORS |= {
-    "s2": "PROJ's s2 gives places on the face of a cube, from 0 to 1, not metres.",
-    "calcofi": "PROJ's calcofi gives lines and stations of a survey off California, not metres.",
-}
-ERRORS |= {"gott-eliptical": r"Did you mean gott-elliptical or gott-mugnolo-elliptical\?"}
-ERRORS |= {"+proj=briesemeister": r"^(?!.*mean briesemeister).*$"}  # PROJ strings have PROJ's names only
-NOT_IN_METRES = ("+proj=s2 +ellps=WGS84", "+proj=pipeline +step +proj=calcofi +ellps=clrk66")
-ERRORS |= dict.fromkeys((*NOT_IN_METRES, "+proj=ob_tran +o_proj=calcofi +o_lat_p=40 +R=6371000"), "not metres")
-# The UTM grid systems have no zone; the others a projection or a variant that PROJ does not have: refused when made.
-IMPOSSIBLE = ["EPSG:32600", "EPSG:32700", "EPSG:2218", "EPSG:2985", "EPSG:2963", "EPSG:3144", "ESRI:53025"]
-ERRORS |= {"WGS 84 / UTM zone 99N": "Did you mean WGS"} | dict.fromkeys((*IMPOSSIBLE, "utm0", "utm61", "utm33x"), "")
+
+def assert_clear(value, text):
+    """The message names what was given, or its parameter that is wrong, and is whole."""
+    assert f"'{value.strip()}'" in text or text.startswith("Invalid parameter '+l"), text
+    assert text.endswith((".", ")", "?")), text
+    assert text.count("(") == text.count(")"), text
 
 
 @each("value", ERRORS)
 def test_errors_say_what_was_given_and_what_is_allowed(value):
     """Text that names no map is refused in one line with the text, the reason and what would do."""
     text = message(value)
-    assert f"'{value.strip()}'" in text
+    assert_clear(value, text)
     assert re.search(ERRORS[value], text), text
-    assert text.endswith((".", ")", "?")), text
-    assert text.count("(") == text.count(")"), text
+
+
+@each(("words", "code", "said"), wrong_words("_projections"))
+def test_texts_of_the_table_are_refused(words, code, said):
+    """In the same way."""
+    value = words.removeprefix("projection ")
+    text = message(value)
+    assert_clear(value, text)
+    assert says(said, text), text
 
 
 @each("value", [None, 1.5, [], object(), b"robin", True])

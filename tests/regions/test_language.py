@@ -2,6 +2,7 @@
 
 import pyproj
 import pytest
+from refusals import says, wrong_words
 from region_texts import area, refused
 from tables import each
 
@@ -122,51 +123,10 @@ def test_names_of_combinations():
 
 
 # ---- refusals -------------------------------------------------------------------------------
-ONCE = "It must be one of @110m, @50m, @10m, @main and @all, once each."
-KILOMETRES = "of a main part. It must be"
-SIDES = "There must be a region on each side of an operator."
-REFUSED = {
-    "country:Swizerland": "Invalid country 'Swizerland'. Did you mean Switzerland? It must be a name in English or",
-    "country:Korea": "Invalid country 'Korea'. Did you mean North Korea or South Korea? It must be a name",
-    "country:": "Invalid country ''. It must be a name in English or the country's own language, or an ISO 3166 code.",
-    "country:Texas": "Invalid country 'Texas'. Did you mean state:Texas? It must be a name in English or",
-    **{
-        f"country:VA@{at}": f"Invalid country 'VA' at {at}. It is too small for this data: ask for 50m."
-        for at in ("110m", "10m")
-    },
-    "continent:Europa": "Invalid continent 'Europa'. Did you mean Europe? It must be one of Africa, Antarctica,",
-    "continent:NZ": "Invalid continent 'NZ'. Did you mean country:New Zealand? It must be one of Africa,",
-    "state:Californa": "Invalid state 'Californa'. Did you mean California? It must be the name or postal code of a "
-    "state or territory of the USA.",
-    "state:North": "Invalid state 'North'. Did you mean North Carolina, North Dakota or Northern Mariana Islands? ",
-    "state:": "Invalid state ''. It must be the name or postal code of a state or territory of the USA.",
-    "state:CA@50m": "Invalid suffix '@50m' of a state. It must be one of @10m, @main and @all.",
-    "state:Canada": "Invalid state 'Canada'. Did you mean country:Canada? It must be the name or postal",
-    "state:CA + country:MX": "Invalid region 'state:CA + country:MX'. Its parts are of different detail, 10m and 50m",
-    "Fijy": "Invalid region 'Fijy'. Did you mean country:Fiji? It must be globe, land, ocean,",
-    "Californa": "Invalid region 'Californa'. Did you mean state:California? It must be globe,",
-    "056": "Invalid region '056'. Did you mean country:Belgium? It must be globe, land, ocean,",
-    "./chad": "Invalid region './chad'. Did you mean country:Chad? It must be globe, land, ocean,",
-    "Georgia": "Invalid region 'Georgia'. Did you mean country:Georgia or state:Georgia? It must be globe,",
-    "lnad": "Invalid region 'lnad'. Did you mean land? It must be globe, land, ocean,",
-    "land@110m - continent:Antarctica": "Invalid region 'land@110m - continent:Antarctica'. Its parts are of different "
-    "detail, 110m and 50m, and would leave slivers along coasts: give all of them the same suffix.",
-    **{f"land@{some}": f"Invalid suffix '@{some}'. {ONCE}" for some in ("1m", "mainland")},
-    "country:FR@main@main": f"Invalid suffix '@main'. {ONCE}",
-    **{f"country:FR@main:{km}": f"Invalid distance '{km}' {KILOMETRES} a number of kilometres." for km in ("x", "")},
-    **{f"country:FR@main:{km}": f"Invalid distance '{km}' {KILOMETRES} 10 to 20015 km." for km in ("0", "nan")},
-    "country:FR@all:5": "Invalid region 'country:FR@all:5'. Polygons may be followed by @main, @main:KM or @all",
-    "crs:EPSG:0": "Invalid CRS 'EPSG:0'. It must be a CRS that PROJ knows.",
-    **{text: f"Invalid region '{text}'. {SIDES}" for text in ("globe -", "& globe")},
-    **{text: f"Invalid region '{text}'. Its brackets must close what they open." for text in ("(globe", "globe)")},
-    "land@110m - land@110m": "Invalid region 'land@110m - land@110m'. Nothing is left of it.",
-}
-
-
-@each("text", REFUSED)
-def test_refusals(text):
-    said = refused(text)
-    assert said.startswith(REFUSED[text])
+@each(("words", "code", "message"), wrong_words("_regions"))
+def test_refusals(words, code, message):
+    said = refused(words.removeprefix("region "))
+    assert says(message, said)
     assert "\n" not in said
 
 
