@@ -101,14 +101,11 @@ def goldberg_gott_score(values: Mapping[str, float], normalisers: Mapping[str, f
 # ---- the indices ---------------------------------------------------------------------------------
 
 
-def _of_figure(
-    name: str, best_scale: Callable[[ScaleField], float] | None = None, factor: float = 1.0, **options: Any
-) -> dict[str, Any]:
+def _of_figure(name: str, factor: float = 1.0, **options: Any) -> dict[str, Any]:
     """Fields of an index that is a figure of `FIGURES`, times a factor."""
     figure = FIGURES[name]
     resolved = () if figure.measure.name in _RESOLVED else (terms.term_of(figure),)
-    value = terms.value_of(figure, factor)
-    return {"figure": figure, "value": value, "best_scale": best_scale, "terms": resolved} | options
+    return {"figure": figure, "value": terms.value_of(figure, factor), "terms": resolved} | options
 
 
 _RESOLVED = ("fisher", "kavrayskiy")  # measures that all samples resolve
@@ -125,29 +122,18 @@ def _score(field: ScaleField, scale: float) -> numerics.Estimate:
     return numerics.Estimate(goldberg_gott_score({symbol: one.value for symbol, one in found.items()}), error)
 
 
-# How each index of published/indices.csv is computed. The definition and source of a figure are its own unless stated.
+# How indices of published/indices.csv are computed that are not just a figure.
 _COMPUTED: dict[str, dict[str, Any]] = {
-    "airy": _of_figure("airy", terms.BEST_SCALES["airy"]),
-    "airy_balance": _of_figure("airy_balance", terms.BEST_SCALES["areas"]),
-    "jordan": _of_figure("jordan", terms.best_for_jordan),
-    "jordan_kavrayskiy": _of_figure("jordan_kavrayskiy", terms.BEST_SCALES["directions"]),
-    "airy_kavrayskiy": _of_figure("airy_kavrayskiy", terms.BEST_SCALES["logarithms"]),
-    "airy_kavrayskiy_half": _of_figure("kavrayskiy", terms.BEST_SCALES["logarithms"]),
-    "airy_kavrayskiy_double": _of_figure("airy_kavrayskiy", terms.BEST_SCALES["logarithms"], 2.0**0.5),
-    "klingatsch_angles": _of_figure("klingatsch_angles", terms.BEST_SCALES["logarithms"]),
-    "klingatsch_areas": _of_figure("klingatsch_areas", terms.BEST_SCALES["logarithms"]),
+    "jordan": _of_figure("jordan", best_scale=terms.best_for_jordan),
+    "airy_kavrayskiy_double": _of_figure("airy_kavrayskiy", 2.0**0.5),
     "chebyshev": {"value": terms.largest_error, "best_scale": terms.best_for_largest},
     "chebyshev_ratio": {"value": terms.scale_ratio},
     "milnor": {"value": terms.log_scale_ratio},
-    "canters_ab": _of_figure("canters_ab", terms.searched(FIGURES["canters_ab"]), kinked=True),
-    "canters_ar": _of_figure("canters_ar", terms.searched(FIGURES["canters_ar"]), kinked=True),
-    "canters_an": _of_figure("mean_omega"),
+    "canters_ab": _of_figure("canters_ab", best_scale=terms.searched(FIGURES["canters_ab"]), kinked=True),
+    "canters_ar": _of_figure("canters_ar", best_scale=terms.searched(FIGURES["canters_ar"]), kinked=True),
     "capek": {"value": terms.share_above_smallest, "terms": (terms.omega,)},
     "capek_nominal": {"value": terms.share_near_nominal, "best_scale": terms.best_for_share, "terms": (terms.omega,)},
-    "francula": _of_figure("airy", terms.BEST_SCALES["airy"]),
     "kunimune_area": {"value": terms.deviation_of_log_area, "terms": (terms.log_area_squared,)},
-    "kunimune_shape": _of_figure("kunimune_shape"),
-    "isotropy": _of_figure("isotropy"),
     "area": {"value": terms.deviation_of_log_area, "terms": (terms.log_area_squared,)},
     "flexion": {"value": _FLEXION, "second_order": ("flexion",)},
     "skewness": {"value": _SKEWNESS, "second_order": ("skewness",)},
@@ -158,17 +144,16 @@ _COMPUTED: dict[str, dict[str, Any]] = {
         "terms": (terms.term_of(FIGURES["isotropy"]), terms.log_area_squared),
         "second_order": ("flexion", "skewness"),
     },
-    "peters_distance": {
-        "value": lambda field, scale: field.once(terms.pairs, scale)[1],
-        "best_scale": terms.BEST_SCALES["distances"],
-    },
-    "canters_finite": {"value": terms.finite_scale_factor, "best_scale": terms.BEST_SCALES["distances"]},
+    "peters_distance": {"value": lambda field, scale: field.once(terms.pairs, scale)[1]},
+    "canters_finite": {"value": terms.finite_scale_factor},
     "great_circle_bending": {"value": terms.bending},
 }
 
 
 def _index(row: dict[str, str]) -> Index:
-    parts = {key: row[key] for key in ("name", "symbol", "group", "normalisation")} | _COMPUTED[row["name"]]
+    parts: dict[str, Any] = {key: row[key] for key in ("name", "symbol", "group", "normalisation")}
+    parts["best_scale"] = terms.BEST_SCALES.get(row["best_scale"])
+    parts |= _COMPUTED.get(row["name"]) or _of_figure(row["figure"])
     figure: Figure | None = parts.get("figure")
     return Index(
         definition=row["definition"] or (figure.description if figure else ""),

@@ -15,18 +15,8 @@ from projdist.answers.distances import distance_distortion
 from projdist.answers.points_and_lines import factors
 from projdist.answers.published_indices import goldberg_gott_score, indices
 
-TABLES: dict[str, str] = {
-    "goldberg-gott": "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth",
-    "gott-goldberg-vanderbei": "Gott, Goldberg & Vanderbei 2021, Flat Maps that improve on the Winkel Tripel",
-    "gott-mugnolo-colley": "Gott, Mugnolo & Colley 2007, Map projections minimizing distance errors",
-    "canters-decleir": "Canters & Decleir 1989, The World in Perspective: their indices, from later papers",
-    "capek": "Capek 2001, Which is the best projection for the world map?",
-    "francula": "Francula 1971, Die vorteilhaftesten Abbildungen in der Atlaskartographie",
-    "kunimune": "Kunimune, Map-Projections, output/parameters.txt",
-    "snyder": "Snyder 1987, Map Projections: A Working Manual, USGS Professional Paper 1395: its worked tables",
-    "proj": "The test suites of PROJ and pyproj",
-}
-"""The published tables by name."""
+TABLES = {row["name"]: row["source"] for row in earth.data_rows("published/tables.csv")}
+"""The sources of the published tables, by name."""
 
 
 @dataclass(frozen=True, kw_only=True)
