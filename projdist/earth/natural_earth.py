@@ -214,13 +214,6 @@ Bounds = tuple[float, float, float, float]
 _MARGIN = 0.5  # degrees: the gap between arcs and the antimeridian is smaller
 
 
-class CountryBorder(NamedTuple):
-    """A piece of land border."""
-
-    countries: frozenset[str]  # keys of the countries on both sides, as for `country`
-    line: FloatArray  # (n, 2), longitudes and latitudes in degrees
-
-
 @functools.cache
 def land(resolution: str = "110m") -> shapely.MultiPolygon:
     """The land as polygons in degrees, longitudes -180 to 180; 10m takes some seconds."""
@@ -312,15 +305,15 @@ def _arcs(what: str, resolution: str) -> list[FloatArray]:
 
 
 @functools.cache
-def borders(resolution: str = "50m") -> tuple[CountryBorder, ...]:
-    """Land borders, in the form of `coastlines`: the arcs shared by two countries."""
+def borders(resolution: str = "50m") -> tuple[tuple[frozenset[str], FloatArray], ...]:
+    """The keys of two countries, as for `country`, and an arc that they share, in the form of `coastlines`."""
     outlines, arcs = topology("countries", resolution)
     users: dict[int, set[str]] = {}
     for one in outlines:
         for index in one.arcs:
             users.setdefault(index, set()).add(one.key)
     shared = ((frozenset(keys), arcs[index]) for index, keys in sorted(users.items()) if len(keys) > 1)
-    return tuple(CountryBorder(keys, part) for keys, arc in shared for part in _without_cuts(arc))
+    return tuple((keys, part) for keys, arc in shared for part in _without_cuts(arc))
 
 
 _ON_CUT = 1e-6  # degrees from the antimeridian

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Real
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 import pyproj.database
@@ -143,16 +143,8 @@ _METRE_AXES = {
 }
 
 
-class CfAttributes(NamedTuple):
-    """Attributes of a grid mapping and of its coordinates x and y, in GIS order."""
-
-    mapping: dict[str, Any]
-    x: dict[str, str]
-    y: dict[str, str]
-
-
-def cf_attributes(wkt: str) -> CfAttributes:
-    """Attributes of a CRS by CF 1.11, section 5.6, with GDAL's `spatial_ref`."""
+def cf_attributes(wkt: str) -> tuple[dict[str, Any], ...]:
+    """Attributes by CF 1.11, section 5.6, of a CRS, with GDAL's `spatial_ref`, and of its x and y in GIS order."""
     crs = CRS.from_wkt(wkt)
     mapping = crs.to_cf() | {"spatial_ref": wkt}
     if crs.is_geographic:
@@ -161,7 +153,7 @@ def cf_attributes(wkt: str) -> CfAttributes:
     else:
         names, units = ("projection_x_coordinate", "projection_y_coordinate"), (str(crs.cs_to_cf()[0]["units"]),) * 2
     coordinates = zip("XY", names, units, strict=True)
-    return CfAttributes(mapping, *({"axis": axis, "standard_name": name, "units": u} for axis, name, u in coordinates))
+    return mapping, *({"axis": axis, "standard_name": name, "units": u} for axis, name, u in coordinates)
 
 
 def grid_mapping_in(value: Any) -> dict[str, Any] | None:

@@ -288,5 +288,5 @@ def _available(kind: str, resolution: str) -> str:
 def _all_lines(kind: str, resolution: str) -> NDArray[np.object_]:
     """All lines of a kind, "coast", "shores" or "borders"."""
     if kind == "borders":
-        return np.array([shapely.linestrings(border.line) for border in borders(resolution)])
+        return np.array([shapely.linestrings(line) for _, line in borders(resolution)])
     return np.array([shapely.linestrings(line) for line in _AREAS[kind][2](resolution)])
