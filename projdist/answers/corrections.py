@@ -362,7 +362,7 @@ def local_corrections(
         matrix[known] = (U / scales[:, None, :]) @ np.swapaxes(U, 1, 2)
         error[known] = _change(T, J, weights)
     matrix = matrix.reshape(*lon.shape, 2, 2)
-    parts, places = matrices.decompose(matrix), {"lon": lon, "lat": lat}
+    parts, places = matrices.decompose(matrix), {"lon": lon.copy(), "lat": lat.copy()}
     return LocalCorrections(
         projection=projection, radius_km=radius_km, **places, matrix=matrix, parts=parts, error=error.reshape(lon.shape)
     )

@@ -127,12 +127,12 @@ def factors(
     labels = np.array([quality.label for quality in Quality if quality <= worst])
     return Factors(
         projection=projection,
-        lon=lon,
-        lat=lat,
+        lon=lon.copy(),
+        lat=lat.copy(),
         x=found.x,
         y=found.y,
         **matrices.factors_of(J),
-        quality=labels[found.quality],
+        quality=labels[found.quality] if worst else np.full(lon.shape, labels[0]),
         error=found.error,
         jacobian=J,
         extra={name: measure_at(projection, measure, lon, lat, J) for name, measure in chosen.items()},

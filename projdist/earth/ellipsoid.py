@@ -129,8 +129,10 @@ def unit_vectors(lon: ArrayLike, lat: ArrayLike) -> FloatArray:
 
 def wrapped(lon: ArrayLike) -> FloatArray:
     """Longitudes moved by whole turns into -180 to 180 degrees; those already there keep every digit."""
-    lon = np.asarray(lon, dtype=float)
-    return np.where(np.abs(lon) <= 180.0, lon, np.mod(lon + 180.0, 360.0) - 180.0)
+    lon = np.array(lon, dtype=float)
+    outside = np.abs(lon) > 180.0
+    lon[outside] = np.mod(lon[outside] + 180.0, 360.0) - 180.0
+    return lon
 
 
 def chord_angle(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -154,7 +154,7 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
     hard = np.flatnonzero(~done)
     if hard.size:
         _hard_stage(projection, lon, lat, found, hard)
-    _flag_lost_digits(found)
+    _flag_lost_digits(found, rest)
     return found.reshaped(shape)
 
 
@@ -169,17 +169,17 @@ def _parts_of(count: int) -> Iterator[slice]:
     return (slice(start, start + _TOGETHER) for start in range(0, count, _TOGETHER))
 
 
-def _flag_lost_digits(found: Derivatives) -> None:
-    """Mark derivatives ROUGH if they are good against a but not against a much smaller b, and SINGULAR if b is lost."""
+def _flag_lost_digits(found: Derivatives, rest: IntArray) -> None:
+    """Mark those of an index ROUGH if good against a but not against a much smaller b, SINGULAR if b is lost."""
     J, error, quality = found.jacobian, found.error, found.quality
     parts = []
-    for part in _parts_of(error.size):
+    for part in _parts_of(rest.size):
         # a / b is at most (a^2 + b^2) / |det J|, which is quick to compute.
-        (xx, xy), (yx, yy) = J[part].transpose(1, 2, 0)
+        (xx, xy), (yx, yy) = J[rest[part]].transpose(1, 2, 0)
         with np.errstate(invalid="ignore"):
             square = xx * xx + xy * xy + yx * yx + yy * yy
-            parts.append(error[part] * square >= 0.9 * _POOR * np.abs(xx * yy - xy * yx))
-    suspect = np.flatnonzero(np.concatenate(parts))
+            parts.append(error[rest[part]] * square >= 0.9 * _POOR * np.abs(xx * yy - xy * yx))
+    suspect = rest[np.concatenate(parts)]
     suspect = suspect[quality[suspect] < Quality.SEAM]
     if not suspect.size:
         return

@@ -14,7 +14,6 @@ from projdist.matrices.flexion import flexion, skewness
 from projdist.support import Registry, check_numbers, quoted
 
 _SMALL, _LARGE = 1e-290, 1e300  # squares between these have all their digits
-_FAR = 1e100  # scales between 1 / this and this have such squares
 _DEGREES = 180.0 / np.pi
 _CHUNK = 8192  # Jacobians at a time, so that results stay in the cache
 
@@ -80,10 +79,11 @@ def _length(x: FloatArray, y: FloatArray) -> FloatArray:
     """sqrt(x^2 + y^2), ten times faster than by `np.hypot`, which is used where squares are out of range."""
     with np.errstate(over="ignore", under="ignore"):
         square = x * x + y * y
+    length: FloatArray = np.asarray(np.sqrt(square))
     odd = (square < _SMALL) | (square > _LARGE)
     if np.any(odd):
-        return np.asarray(np.where(odd, np.hypot(x, y), np.sqrt(square)))
-    return np.sqrt(square)
+        np.hypot(x, y, out=length, where=odd)
+    return length
 
 
 def _log(value: FloatArray) -> FloatArray:
@@ -96,41 +96,47 @@ def _where(defined: NDArray[np.bool_], value: FloatArray) -> FloatArray:
     return value if np.all(defined) else np.where(defined, value, np.nan)
 
 
+def _angle(y: FloatArray, x: FloatArray) -> FloatArray:
+    """Angle in degrees from the x axis to (x, y), NaN at (0, 0); half the time of `arctan2` if no x is negative."""
+    if np.any(np.signbit(x)):
+        return _where((x != 0.0) | (y != 0.0), _DEGREES * np.arctan2(y, x))
+    with np.errstate(all="ignore"):
+        return _DEGREES * np.arctan(y / x)
+
+
 def _omega(total: FloatArray, difference: FloatArray) -> FloatArray:
     """Maximum angular deformation in degrees by a + b and a - b."""
     # tan(omega / 2) = (a - b) / (2 sqrt(a b)) is safe near 0 and near 180 degrees alike.
-    omega = (2.0 * _DEGREES) * np.arctan2(difference, np.sqrt((total - difference) * (total + difference)))
-    return _where(total > 0, omega)
-
-
-def _theta(J: FloatArray, h: FloatArray, k: FloatArray, s: FloatArray) -> FloatArray:
-    dot = J[..., 0, 0] * J[..., 0, 1] + J[..., 1, 0] * J[..., 1, 1]
-    return _where((h > 0) & (k > 0), _DEGREES * np.arctan2(s, np.abs(dot)))
-
-
-def _convergence(J: FloatArray, h: FloatArray) -> FloatArray:
-    return _where(h > 0, _DEGREES * np.arctan2(-J[..., 0, 1], J[..., 1, 1]))
-
-
-def _fisher(a: FloatArray, b: FloatArray) -> FloatArray:
-    log_a, log_b = _log(a), _log(b)
-    return np.sqrt(log_a * log_a + log_b * log_b)
+    return 2.0 * _angle(difference, np.sqrt((total - difference) * (total + difference)))
 
 
 def factors_of(J: FloatArray) -> dict[str, FloatArray]:
     """h, k, a, b, s, omega, theta, convergence and fisher of Jacobians (..., 2, 2), sharing intermediate results."""
     flat = J.reshape(-1, 2, 2)
-    found = np.empty((len(FACTORS), len(flat)))  # one array: allocating many is slow
+    found: FloatArray = np.empty((len(FACTORS), len(flat)))  # one array: allocating many is slow
     for start in range(0, len(flat), _CHUNK):
         part = slice(start, start + _CHUNK)
-        some = flat[part]
-        h, k, s = meridional_scale(some), parallel_scale(some), areal_scale(some)
-        total, difference = _sum_and_difference(some)
-        a, b = 0.5 * (total + difference), 0.5 * (total - difference)
-        angles = _omega(total, difference), _theta(some, h, k, s), _convergence(some, h)
-        for row, values in zip(found, (h, k, a, b, s, *angles, _fisher(a, b)), strict=True):
+        some: FloatArray = flat[part]
+        h, s = meridional_scale(some), areal_scale(some)
+        if _are_similar(some):
+            k = a = b = h
+            omega, theta, both = np.zeros_like(h), np.full_like(h, 90.0), np.sqrt(2.0) * np.abs(np.log(h))
+        else:
+            k = parallel_scale(some)
+            total, difference = _sum_and_difference(some)
+            a, b = 0.5 * (total + difference), 0.5 * (total - difference)
+            omega, theta = _omega(total, difference), meridian_parallel_angle(some)
+            both = np.sqrt(np.square(_log(a)) + np.square(_log(b)))
+        factors = h, k, a, b, s, omega, theta, meridian_convergence(some), both
+        for row, values in zip(found, factors, strict=True):
             row[part] = values
     return dict(zip(FACTORS, found.reshape(len(FACTORS), *J.shape[:-2]), strict=True))
+
+
+def _are_similar(J: FloatArray) -> bool:
+    """True if all are similarities to the last digit that keep orientation, as by formulas of conformal maps."""
+    (xx, xy), (yx, yy) = J.transpose(1, 2, 0)
+    return np.array_equal(xx, yy) and np.array_equal(xy, -yx) and bool(np.all((xx != 0.0) | (xy != 0.0)))
 
 
 def meridional_scale(J: FloatArray) -> FloatArray:
@@ -165,7 +171,7 @@ def angular_distortion(J: FloatArray) -> FloatArray:
 
 def meridian_parallel_angle(J: FloatArray) -> FloatArray:
     """Angle theta' between the meridian and the parallel on the map, 0 to 90 degrees (Snyder 1987, 4-14)."""
-    return _theta(J, meridional_scale(J), parallel_scale(J), areal_scale(J))
+    return _angle(areal_scale(J), np.abs(J[..., 0, 0] * J[..., 0, 1] + J[..., 1, 0] * J[..., 1, 1]))
 
 
 def meridian_convergence(J: FloatArray) -> FloatArray:
@@ -173,7 +179,7 @@ def meridian_convergence(J: FloatArray) -> FloatArray:
 
     The surveyors' sign, and PROJ's: positive east of the central meridian of UTM in the northern hemisphere.
     """
-    return _convergence(J, meridional_scale(J))
+    return _angle(-J[..., 0, 1], J[..., 1, 1])
 
 
 def fisher(J: FloatArray) -> FloatArray:
@@ -182,7 +188,7 @@ def fisher(J: FloatArray) -> FloatArray:
     D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications".
     """
     if J.shape[-1] == 2:
-        return _fisher(*_principal(J))
+        return np.sqrt(log_scales(J)[0])
     return np.sqrt(np.sum(_log(principal_scales(J)) ** 2, axis=-1))
 
 
@@ -199,15 +205,7 @@ def log_areal_scale(J: FloatArray) -> FloatArray:
 
 def log_scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
     """ln^2 a + ln^2 b and ln(a b) together, NaN where the map is singular."""
-    east_x, north_x, east_y, north_y = J[..., 0, 0], J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
-    with np.errstate(over="ignore", invalid="ignore"):
-        one, other = (np.sqrt((east_x + k * north_y) ** 2 + (east_y - k * north_x) ** 2) for k in (1.0, -1.0))
-        a, b = 0.5 * (one + other), 0.5 * np.abs(one - other)
-    # Squares in the range of doubles take half the time of `hypot`; NaN compares as false.
-    if not (a.max(initial=1.0) < _FAR and b.min(initial=1.0) > 1.0 / _FAR):
-        a, b = _principal(J)
-        a, b = (np.where(value > 0, value, np.nan) for value in (a, b))
-    log_a, log_b = np.log(a), np.log(b)
+    log_a, log_b = map(_log, _principal(J))
     return log_a * log_a + log_b * log_b, log_a + log_b
 
 

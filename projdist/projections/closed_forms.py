@@ -10,12 +10,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.polynomial import chebyshev, polynomial
 
 from projdist._typing import BoolArray, ComplexArray, FloatArray
 from projdist.earth import Ellipsoid, wrapped
 from projdist.projections.operations import CrsOperation, Function, Pipeline
 
-_EPS = float(np.finfo(float).eps)
+_EPS, _RADIAN = float(np.finfo(float).eps), math.radians(1.0)
 
 
 Second = tuple[ComplexArray, ComplexArray, ComplexArray]
@@ -29,26 +30,37 @@ class Place(NamedTuple):
     lon: Any
     sin: Any
     cos: Any
+    w2: Any  # 1 - e^2 sin^2
     parallel: Any  # radius in metres
 
     @classmethod
     def of(cls, ellipsoid: Ellipsoid, lon: Any, lat: Any) -> Place:
         """The points of longitudes and latitudes in degrees."""
-        sin, cos = np.sin(np.radians(lat)), np.cos(np.radians(lat))
-        return cls(ellipsoid, np.radians(lon), sin, cos, ellipsoid.radii(lat)[1] * cos)
+        phi = _RADIAN * lat  # `np.radians` takes four times as long
+        sin, cos = np.sin(phi), np.cos(phi)
+        w2 = 1.0 - ellipsoid.eccentricity_squared * sin * sin
+        return cls(ellipsoid, _RADIAN * lon, sin, cos, w2, ellipsoid.a * cos / np.sqrt(w2))
+
+    @property
+    def flattened(self) -> Any:
+        """artanh(e sin) / e, by its series; it lessens isometric latitudes by e^2 times itself."""
+        e2 = self.ellipsoid.eccentricity_squared
+        terms = math.ceil(math.log(_EPS) / math.log(e2)) if e2 else 1
+        return self.sin * polynomial.polyval(e2 * self.sin * self.sin, 1.0 / (2.0 * np.arange(terms) + 1.0))
 
     @property
     def isometric(self) -> Any:
-        """Isometric latitude in radians."""
-        e = math.sqrt(self.ellipsoid.eccentricity_squared)
-        return np.arcsinh(self.sin / self.cos) - e * np.arctanh(e * self.sin)
+        """Isometric latitude in radians, to rounding of 1; `arcsinh` of the tangent takes three times as long."""
+        spherical = np.copysign(np.log((1.0 + np.abs(self.sin)) / self.cos), self.sin)
+        return spherical - self.ellipsoid.eccentricity_squared * self.flattened
 
     @property
     def below(self) -> Any:
         """Area from the equator per radian of longitude, in half squares of the semi-major axis: Snyder's q (3-12)."""
-        e2 = self.ellipsoid.eccentricity_squared
-        e, sin = math.sqrt(e2), self.sin
-        return (1.0 - e2) * (sin / (1.0 - e2 * sin * sin) + (np.arctanh(e * sin) / e if e else sin))
+        return (1.0 - self.ellipsoid.eccentricity_squared) * (self.sin / self.w2 + self.flattened)
+
+
+_HIGHEST, _NEAR_POLE = 88.0, 89.99  # degrees; beyond, formulas lose digits, those of straight conformal maps later
 
 
 class Plane(NamedTuple):
@@ -59,6 +71,7 @@ class Plane(NamedTuple):
     north: ComplexArray
     good: BoolArray | bool = True
     second: Callable[[], Second] | None = None  # computed when asked for
+    highest: float = _HIGHEST
 
     @property
     def jacobian(self) -> FloatArray:
@@ -85,8 +98,8 @@ class ClosedForm:
         with np.errstate(all="ignore"):
             plane = self.formula(place)
             plane = plane._replace(w=plane.w + self.origin)
-            good = plane.good & (np.abs(lat) <= _HIGHEST) & (np.abs(lon) <= _WIDEST)
-            error = np.where(good, _ROUNDINGS * _EPS / (place.cos * place.cos), np.nan)
+            good = plane.good & (np.abs(lat) <= plane.highest) & (np.abs(lon) <= _WIDEST)
+            error = np.where(good, _ROUNDINGS * _EPS / np.maximum(place.cos * place.cos, _LEAST), np.nan)
         return plane, error
 
     def checked(self, lon: FloatArray, lat: FloatArray, x: FloatArray, y: FloatArray) -> tuple[Plane, FloatArray]:
@@ -97,7 +110,8 @@ class ClosedForm:
         return plane, error
 
 
-_HIGHEST, _WIDEST = 88.0, 179.9  # degrees; beyond, formulas lose digits, and seams are near
+_WIDEST = 179.9  # degrees; beyond, seams are near
+_LEAST = math.cos(math.radians(_HIGHEST)) ** 2
 _ROUNDINGS = 8.0
 _DISAGREEMENT = 1e-13  # of coordinates: what cone constants of two near parallels lose, by a hundred roundings
 # From the central meridian and the equator, in degrees: parameters that a formula does not know are seen from afar.
@@ -152,10 +166,6 @@ class Stated:
         """The value of the first parameter that is stated; raises ValueError for what is no number."""
         return next((float(self.texts[key]) for key in keys if key in self.texts), default)
 
-    def radians(self, key: str) -> float:
-        """An angle that is stated in degrees, 0 by default."""
-        return math.radians(self.number(key))
-
     @property
     def scale(self) -> float:
         """k_0."""
@@ -192,16 +202,17 @@ Spacing = Literal["angles", "areas"] | Callable[[Place], Any]
 def _straight(n: float, width: float, distance: Callable[[Place], FloatArray], spacing: Spacing) -> Formula:
     """Maps with straight meridians, at `distance` from the apex by the cone constant n, or from the equator (n = 0)."""
     # A map with n = 0 has the scale `width` / radius along parallels.
+    highest = _NEAR_POLE if spacing == "angles" else _HIGHEST
 
     def formula(place: Place) -> Plane:
         away = distance(place)
-        turn: ComplexArray = np.cos(n * place.lon) + 1j * np.sin(n * place.lon)
+        turn: Any = np.cos(n * place.lon) + 1j * np.sin(n * place.lon) if n else 1.0 + 0.0j
         k = (n * away if n else width) / place.parallel
-        w = -1j * away * turn if n else width * place.lon + 1j * away
+        w = away * turn * -1j if n else width * place.lon + 1j * away
         h = k if spacing == "angles" else 1.0 / k
         if callable(spacing):
-            w2 = 1.0 - place.ellipsoid.eccentricity_squared * place.sin**2
-            h = spacing(place) / place.ellipsoid.a * w2**1.5 / (1.0 - place.ellipsoid.eccentricity_squared)
+            a, e2 = place.ellipsoid.a, place.ellipsoid.eccentricity_squared
+            h = spacing(place) / a * place.w2 * np.sqrt(place.w2) / (1.0 - e2)
 
         def second() -> Second:
             k_n = (k * place.sin - n * h) / place.parallel
@@ -209,7 +220,9 @@ def _straight(n: float, width: float, distance: Callable[[Place], FloatArray], s
             by_east = (n * k - place.sin * h) / place.parallel
             return 1j * by_east * turn, k_n * turn, 1j * h_n * turn
 
-        return Plane(w, k * turn, 1j * h * turn, second=None if callable(spacing) else second)
+        east = k * turn
+        north = 1j * (east if spacing == "angles" else h * turn)
+        return Plane(w, east, north, True, None if callable(spacing) else second, highest)
 
     return formula
 
@@ -283,20 +296,24 @@ def _transverse_mercator(stated: Stated) -> Formula:
     size = stated.ellipsoid.a / (1.0 + n) * (1.0 + n**2 / 4.0 + n**4 / 64.0 + n**6 / 256.0) * scale
     series = np.array([np.polyval([*reversed(row), *[0.0] * (k + 1)], n) for k, row in enumerate(_KRUEGER)])
     order = 2.0 * np.arange(1, 7)
+    # In powers of cos(t): the sum of order series cos(k t), and of series and order^2 series sin(k t), over sin(t).
+    cosines: FloatArray = chebyshev.cheb2poly([0.0, *series * order])
+    sines, bends = (polynomial.polyder(chebyshev.cheb2poly([0.0, *2.0 * series * order**power])) for power in (-1, 1))
 
     def formula(place: Place) -> Plane:
-        sinh = np.sinh(place.isometric)
-        cosh, sin, cos = np.sqrt(1.0 + sinh * sinh), np.sin(place.lon), np.cos(place.lon)
-        # The map of the sphere is the Gudermannian of -i z, and the series is in twice that.
-        sphere = np.arctan2(sinh, cos) - 1j * np.arcsinh(sin / np.hypot(sinh, cos))
+        growth = np.exp(place.isometric)
+        sinh, cosh = 0.5 * (growth - 1.0 / growth), 0.5 * (growth + 1.0 / growth)
+        sin, cos = np.sin(place.lon), np.cos(place.lon)
+        # The map of the sphere is i times the Gudermannian of -i z, and the series is in twice that.
+        away = np.copysign(np.log((np.abs(sin) + cosh) / np.sqrt(sinh * sinh + cos * cos)), sin)
         sine, slope = cosh * sin + 1j * (sinh * cos), 1.0 / (cosh * cos - 1j * (sinh * sin))
         square = slope * slope
-        double = 2.0 * square - 1.0, -2j * (sine * square)
-        factor = 1.0 + _clenshaw(series * order, *double)[1]
-        w = 1j * size * (sphere + _clenshaw(series, *double)[0])
+        double, by_sine = 2.0 * square - 1.0, 2.0 * (square * sine)
+        factor = 1.0 + polynomial.polyval(double, cosines)
+        w = size * (away + 1j * np.arctan(sinh / cos) + by_sine * polynomial.polyval(double, sines))
 
         def second() -> ComplexArray:
-            return size * square * (factor * sine + 1j * _clenshaw(series * order * order, *double)[0])
+            return size * square * (factor * sine + by_sine * polynomial.polyval(double, bends))
 
         return _conformal(place, w, size * factor * slope, second, np.abs(place.lon) <= _FROM_CENTRE)
 
@@ -313,14 +330,6 @@ _KRUEGER = (
     (34729 / 80640, -3418889 / 1995840),
     (212378941 / 319334400,),
 )
-
-
-def _clenshaw(series: FloatArray, cosine: ComplexArray, sine: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Sums of the series times sin(k t) and cos(k t), k = 1.., by cos(t) and sin(t)."""
-    before, last = np.zeros_like(cosine), np.zeros_like(cosine)
-    for value in series[::-1]:
-        before, last = last, value + 2.0 * cosine * last - before
-    return sine * last, cosine * last - before
 
 
 _Sphere = tuple[float, float, float]
@@ -341,22 +350,21 @@ def _turned(
         lon, psi = stretch * place.lon + east, stretch * place.isometric + shift
         zeta = np.exp(-psi) * (np.cos(lon) + 1j * np.sin(lon))  # stereographic about the old pole
         inverse = 1.0 / (1.0 + t * zeta)
-        m, m_1 = (zeta - t) * inverse, (1.0 + t * t) * inverse * inverse
-        far, ratio, turn = np.abs(m), m_1 / m, 1j * stretch * zeta
-        good = far <= _FROM_POLE
+        m, m_1, turn = (zeta - t) * inverse, (1.0 + t * t) * inverse * inverse, 1j * stretch * zeta
+        far = np.square(m.real) + np.square(m.imag)
+        good, w, slope = far <= _FROM_POLE**2, m, m_1
+        if seam:
+            ahead = m * complex(math.cos(middle), -math.sin(middle))
+            angle = 2.0 * np.arctan(ahead.imag / (np.sqrt(far) + ahead.real))  # in half the time of `arctan2`
+            good &= (far >= 1.0 / _FROM_POLE**2) & (np.abs(angle) <= seam)
+            w, slope = angle - 0.5j * np.log(far), -1j * m_1 / m
 
         def second() -> ComplexArray:
             m_2 = -2.0 * t * m_1 * inverse
-            if not seam:
-                return size * (m_2 * turn + 1j * stretch * m_1) * turn
-            return -1j * size * ((m_2 / m - ratio * ratio) * turn + 1j * stretch * ratio) * turn
+            bend = -1j * (m_2 / m + slope * slope) if seam else m_2
+            return size * (bend * turn + 1j * stretch * slope) * turn
 
-        if not seam:
-            return _conformal(place, size * m, size * m_1 * turn, second, good)
-        ahead = m * complex(math.cos(middle), -math.sin(middle))
-        angle = np.arctan2(ahead.imag, ahead.real)
-        good &= (far >= 1.0 / _FROM_POLE) & (np.abs(angle) <= seam)
-        return _conformal(place, size * (angle - 1j * np.log(far)), -1j * size * ratio * turn, second, good)
+        return _conformal(place, size * w, size * slope * turn, second, good)
 
     return formula
 
@@ -406,7 +414,9 @@ def _oblique_mercator(stated: Stated) -> Formula:
     stretch, ratio = math.sqrt(1.0 + e2 / (1.0 - e2) * centre.cos**4), math.sqrt(1.0 - e2) / (1.0 - e2 * centre.sin**2)
     d = max(1.0, stretch * ratio * a / float(centre.parallel))
     f = d + math.copysign(math.sqrt(d * d - 1.0), centre.sin)
-    alpha = stated.radians("alpha") if "alpha" in stated.texts else math.asin(d * math.sin(stated.radians("gamma")))
+    alpha = math.radians(stated.number("alpha"))
+    if "alpha" not in stated.texts:
+        alpha = math.asin(d * math.sin(math.radians(stated.number("gamma"))))
     gamma = math.asin(math.sin(alpha) / d)
     # From the point, where the central line has the azimuth alpha, back to where it meets the equator of the sphere.
     back = math.asin(0.5 * (f - 1.0 / f) * math.tan(gamma))
@@ -444,9 +454,8 @@ def _lambert_azimuthal(stated: Stated) -> Formula:
         east = widened * (cos_b * cos_l + by_lon * right) + 1j / widened * (sin_0 * right + by_lon * up)
         rise = cos_0 * cos_b + sin_0 * sin_b * cos_l
         north = widened * (by_lat * right - sin_b * sin_l) + 1j / widened * (rise + by_lat * up)
-        return Plane(
-            far * (widened * right + 1j / widened * up), per_east * east, per_north * north, ahead > _FROM_ANTIPODE
-        )
+        w = far * (widened * right + 1j / widened * up)
+        return Plane(w, per_east * east, per_north * north, ahead > _FROM_ANTIPODE)
 
     return formula
 
@@ -466,6 +475,7 @@ def _equal_area_world(stated: Stated, share: Curve, width: Curve, height: Curve,
     # x = radius * longitude * width(t), y = radius * height(t).
     a, whole = stated.ellipsoid.a, float(Place.of(stated.ellipsoid, 0.0, 90.0).below)
     radius = a * math.sqrt(0.5 * whole) if authalic else a
+    meridian = a * (1.0 - stated.ellipsoid.eccentricity_squared)  # times w^-3, the radius of curvature
     shares = share(_ANGLES)[0]
 
     def formula(place: Place) -> Plane:
@@ -478,11 +488,8 @@ def _equal_area_world(stated: Stated, share: Curve, width: Curve, height: Curve,
             if np.nanmax(np.abs(step), initial=0.0) < _SQUARE_IS_ROUNDING:
                 break
         (x, x_t), (y, y_t), slope = width(t), height(t), share(t)[1]
-        e2 = place.ellipsoid.eccentricity_squared
         # By metres to the north: the authalic sphere has the ellipsoid's areas.
-        by_metre = (
-            place.parallel / radius**2 if authalic else place.cos * (1.0 - e2 * place.sin**2) ** 1.5 / a / (1.0 - e2)
-        )
+        by_metre = place.parallel / radius**2 if authalic else place.cos * place.w2 * np.sqrt(place.w2) / meridian
         north = radius * by_metre / slope
         lon = place.lon
         return Plane(radius * (lon * x + 1j * y), radius * x / place.parallel + 0j, north * (lon * x_t + 1j * y_t))

@@ -350,14 +350,11 @@ def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str], country: _Co
         tier = 2
     else:
         tier = _LAST if _BEGINS_ELSEWHERE in worth else 3
-    at_sea, edition = "offshore" in area and "onshore" not in area, _edition(hit.name)
+    at_sea = "offshore" in area and "onshore" not in area
+    # The latest year in the name of a map (2008 of Belgian Lambert 2008), 0 without one, -1 for what is called old.
+    edition = -1 if _OLD.search(hit.name) else max(map(int, _YEAR.findall(hit.name.rpartition(" / ")[2])), default=0)
     behind = (not named, authority, one.is_variant, not itself, at_sea)
     return (tier, *fit, *behind, size, -edition, len(spelt), *number)
-
-
-def _edition(name: str) -> int:
-    """The latest year in the name of a map (2008 of Belgian Lambert 2008), 0 without one, -1 for what is called old."""
-    return -1 if _OLD.search(name) else max(map(int, _YEAR.findall(name.rpartition(" / ")[2])), default=0)
 
 
 def _phrase(words: Iterable[str]) -> str:

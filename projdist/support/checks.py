@@ -64,10 +64,11 @@ def check_pair(thing: str, value: Any) -> tuple[float, float]:
 
 
 def check_degrees(lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes as arrays of one shape; infinite values become NaN."""
+    """Longitudes and latitudes as arrays of one shape, copies only where needed; infinite values become NaN."""
     pair = check_numbers("longitudes", lon), check_numbers("latitudes", lat)
+    finite = (np.where(np.isinf(values), np.nan, values) if np.isinf(values).any() else values for values in pair)
     try:
-        lons, lats = np.broadcast_arrays(*(np.where(np.isfinite(values), values, np.nan) for values in pair))
+        lons, lats = np.broadcast_arrays(*finite)
     except ValueError as error:
         shapes = " and ".join(str(values.shape) for values in pair)
         raise ValueError(f"Invalid points. Longitudes and latitudes of shapes {shapes} do not pair.") from error
@@ -140,6 +141,4 @@ def check_instance(thing: str, value: Any, kind: type[_Kind], what: str) -> _Kin
 
 def listed_values(values: Any, one: tuple[type, ...] = (str,)) -> list[Any]:
     """The values of an iterable as a list; a value of the types `one`, or not iterable, as a list of itself."""
-    if isinstance(values, (*one, bytes)) or not isinstance(values, Iterable):
-        return [values]
-    return list(values)
+    return list(values) if isinstance(values, Iterable) and not isinstance(values, (*one, bytes)) else [values]

@@ -10,7 +10,16 @@ from matrix_samples import MATRICES, MIRROR, POINTWISE, SECOND_ORDER, jacobians,
 from refusals import refuses
 from tables import each
 
-from projdist.matrices.measures import ALIASES, MEASURES, Measure, decompose, get_measure, log_scales, principal_scales
+from projdist.matrices.measures import (
+    ALIASES,
+    MEASURES,
+    Measure,
+    decompose,
+    factors_of,
+    get_measure,
+    log_scales,
+    principal_scales,
+)
 
 EPS = np.finfo(float).eps
 RNG = np.random.default_rng(20240229)
@@ -60,6 +69,19 @@ def test_similarities_and_isometries():
         result = value(name, rotation(np.linspace(0, 6, 50)))
         # Only rounding of the rotation itself is left.
         np.testing.assert_allclose(result, 0.0, atol=1e-15 * (1e6 if "ppm" in name else 1.0), err_msg=name)
+
+
+def test_factors_of_similarities():
+    """In any direction; numpy's arc tangent says which. Beside other matrices they have the same."""
+    angles = RNG.uniform(-np.pi, np.pi, 50)
+    J = 1.3 * rotation(angles)
+    alone, beside = factors_of(J), factors_of(np.concatenate([J, MATRICES]))
+    np.testing.assert_allclose(alone["convergence"], np.degrees(angles), rtol=1e-14)
+    for name, truth in {"h": 1.3, "k": 1.3, "a": 1.3, "b": 1.3, "s": 1.69, "omega": 0.0, "theta": 90.0}.items():
+        np.testing.assert_allclose(alone[name], truth, rtol=4 * EPS)
+    for name, values in beside.items():
+        np.testing.assert_allclose(values[:50], alone[name], rtol=4 * EPS, atol=1e-14)
+        np.testing.assert_allclose(values, value(name, np.concatenate([J, MATRICES])), rtol=4 * EPS, atol=1e-14)
 
 
 @each("name", POINTWISE)
