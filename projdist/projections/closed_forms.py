@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev, polynomial
 
 from projdist._typing import BoolArray, ComplexArray, FloatArray
 from projdist.earth import Ellipsoid, wrapped
 from projdist.projections.operations import CrsOperation, Function, Pipeline
 
 _EPS, _RADIAN = float(np.finfo(float).eps), math.radians(1.0)
+_HIGHEST, _NEAR_POLE = 88.0, 89.99  # degrees; beyond, formulas lose digits, those of straight conformal maps later
+_chebyshev, _polynomial = np.polynomial.chebyshev, np.polynomial.polynomial
 
 
 Second = tuple[ComplexArray, ComplexArray, ComplexArray]
@@ -46,7 +47,7 @@ class Place(NamedTuple):
         """artanh(e sin) / e, by its series; it lessens isometric latitudes by e^2 times itself."""
         e2 = self.ellipsoid.eccentricity_squared
         terms = math.ceil(math.log(_EPS) / math.log(e2)) if e2 else 1
-        return self.sin * polynomial.polyval(e2 * self.sin * self.sin, 1.0 / (2.0 * np.arange(terms) + 1.0))
+        return self.sin * _polynomial.polyval(e2 * self.sin * self.sin, 1.0 / (2.0 * np.arange(terms) + 1.0))
 
     @property
     def isometric(self) -> Any:
@@ -58,9 +59,6 @@ class Place(NamedTuple):
     def below(self) -> Any:
         """Area from the equator per radian of longitude, in half squares of the semi-major axis: Snyder's q (3-12)."""
         return (1.0 - self.ellipsoid.eccentricity_squared) * (self.sin / self.w2 + self.flattened)
-
-
-_HIGHEST, _NEAR_POLE = 88.0, 89.99  # degrees; beyond, formulas lose digits, those of straight conformal maps later
 
 
 class Plane(NamedTuple):
@@ -205,14 +203,13 @@ def _straight(n: float, width: float, distance: Callable[[Place], FloatArray], s
     highest = _NEAR_POLE if spacing == "angles" else _HIGHEST
 
     def formula(place: Place) -> Plane:
-        away = distance(place)
+        away, e2 = distance(place), place.ellipsoid.eccentricity_squared
         turn: Any = np.cos(n * place.lon) + 1j * np.sin(n * place.lon) if n else 1.0 + 0.0j
         k = (n * away if n else width) / place.parallel
         w = away * turn * -1j if n else width * place.lon + 1j * away
         h = k if spacing == "angles" else 1.0 / k
         if callable(spacing):
-            a, e2 = place.ellipsoid.a, place.ellipsoid.eccentricity_squared
-            h = spacing(place) / a * place.w2 * np.sqrt(place.w2) / (1.0 - e2)
+            h = spacing(place) * place.w2 * np.sqrt(place.w2) / place.ellipsoid.a / (1.0 - e2)
 
         def second() -> Second:
             k_n = (k * place.sin - n * h) / place.parallel
@@ -297,8 +294,8 @@ def _transverse_mercator(stated: Stated) -> Formula:
     series = np.array([np.polyval([*reversed(row), *[0.0] * (k + 1)], n) for k, row in enumerate(_KRUEGER)])
     order = 2.0 * np.arange(1, 7)
     # In powers of cos(t): the sum of order series cos(k t), and of series and order^2 series sin(k t), over sin(t).
-    cosines: FloatArray = chebyshev.cheb2poly([0.0, *series * order])
-    sines, bends = (polynomial.polyder(chebyshev.cheb2poly([0.0, *2.0 * series * order**power])) for power in (-1, 1))
+    cosines: FloatArray = _chebyshev.cheb2poly([0.0, *series * order])
+    sines, bends = (_polynomial.polyder(_chebyshev.cheb2poly([0.0, *2.0 * series * order**power])) for power in (-1, 1))
 
     def formula(place: Place) -> Plane:
         growth = np.exp(place.isometric)
@@ -309,11 +306,11 @@ def _transverse_mercator(stated: Stated) -> Formula:
         sine, slope = cosh * sin + 1j * (sinh * cos), 1.0 / (cosh * cos - 1j * (sinh * sin))
         square = slope * slope
         double, by_sine = 2.0 * square - 1.0, 2.0 * (square * sine)
-        factor = 1.0 + polynomial.polyval(double, cosines)
-        w = size * (away + 1j * np.arctan(sinh / cos) + by_sine * polynomial.polyval(double, sines))
+        factor = 1.0 + _polynomial.polyval(double, cosines)
+        w = size * (away + 1j * np.arctan(sinh / cos) + by_sine * _polynomial.polyval(double, sines))
 
         def second() -> ComplexArray:
-            return size * square * (factor * sine + by_sine * polynomial.polyval(double, bends))
+            return size * square * (factor * sine + by_sine * _polynomial.polyval(double, bends))
 
         return _conformal(place, w, size * factor * slope, second, np.abs(place.lon) <= _FROM_CENTRE)
 
