@@ -6,7 +6,7 @@ import os
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike as ArrayLike, NDArray as NDArray
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int_]

@@ -15,10 +15,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from projdist import earth, matrices, projections, regions, support
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray
 from projdist.field import Spread, field_resolving, jacobian, sample
 
 # The matrix is as good as the integrals: near the minimum the cost changes in second order, its gradient in first.

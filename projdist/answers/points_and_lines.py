@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from projdist import earth, matrices, numerics, projections, regions, support
-from projdist._typing import AnyArray, FloatArray, IntArray
+from projdist._typing import AnyArray, ArrayLike, FloatArray, IntArray
 from projdist.field import Quality, check_declared_property, derivatives, measure_at, named_measures
 from projdist.projections import Projection, ProjectionLike
 

@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from projdist import answers, earth, matrices, projections, regions, support
-from projdist._typing import AnyPath, FloatArray
+from projdist._typing import AnyPath, ArrayLike, FloatArray
 from projdist.field import Nodes, nodes_at, nodes_of
 
 _GEOID = 120.0  # metres: the Earth's geoid lies -107 to 86 m above the ellipsoid

@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from projdist import answers, earth, numerics, projections, regions, support
-from projdist._typing import AnyPath, FloatArray
+from projdist._typing import AnyPath, ArrayLike, FloatArray
 from projdist.decisions import ground as on_ground
 from projdist.decisions.families import Extent, ellipsoid_text, extent_of, get_family, usual_crs
 from projdist.decisions.family_search import Objective

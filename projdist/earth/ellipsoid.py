@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import FloatArray
+from projdist._typing import ArrayLike, FloatArray
 
 _EARTHLY = 6.35e6, 6.45e6  # metres
 _LARGEST_GLOBE = 100.0  # metres; the smallest body that PROJ knows, Itokawa, has 173

@@ -13,9 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import BoolArray, FloatArray, IntArray, NDArray
 from projdist.earth.ellipsoid import unit_vectors
 
 _HALF_TURN, _TURN = 180.0, 360.0

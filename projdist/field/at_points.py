@@ -14,9 +14,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray, IntArray, NDArray
 from projdist.field.stencils import TANGENT_LATITUDE, StencilPoints, fourth_order, hessian, is_torn, refine
 from projdist.matrices import Measure, principal_scales
 from projdist.projections import Projection, ProjectionLike

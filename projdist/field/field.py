@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from projdist import matrices, regions, support
-from projdist._typing import FloatArray
+from projdist._typing import ArrayLike, FloatArray
 from projdist.field.extreme_bounds import Goal
 from projdist.field.extremes import Extreme, find_extremes
 from projdist.field.figures import AiryKavrayskiy, AnyFigure, GeometricMedian, Spread, get_figure

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from projdist import earth
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray, IntArray
 from projdist.field.at_points import derivatives, jacobian
 from projdist.field.cubature import STENCIL, Integrand, Mesh, MeshGoal
 from projdist.field.field import AnyMeasure, Field

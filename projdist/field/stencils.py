@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray, IntArray
 from projdist.earth import Ellipsoid
 from projdist.projections import Projection, ProjectionLike
 from projdist.support import check_degrees

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import FloatArray
+from projdist._typing import ArrayLike, FloatArray
 from projdist.matrices.mean_transformation import check_matrices, check_weights, field_mdt, mdt
 from projdist.matrices.whitened_sets import logarithms
 from projdist.support import Answer, check_numbers

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import FloatArray
+from projdist._typing import ArrayLike, FloatArray
 from projdist.matrices import frechet, whitened_sets
 from projdist.matrices.whitened_sets import EPS, logarithms, lower_factor, pieces, place, symmetric_exp, transposed
 from projdist.support import Answer, check_choice, check_numbers

@@ -7,9 +7,8 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from projdist._typing import FloatArray
+from projdist._typing import ArrayLike, FloatArray, NDArray
 from projdist.matrices.flexion import flexion, skewness
 from projdist.support import Registry, check_numbers, quoted
 

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray
 from projdist.matrices.mean_transformation import check_matrices, check_weights, mdt
 from projdist.matrices.whitened_sets import lq, refuse, transposed
 from projdist.support import Answer, check_choice, check_numbers

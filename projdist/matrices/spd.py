@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import FloatArray
+from projdist._typing import ArrayLike, FloatArray
 from projdist.matrices.mean_transformation import mdt
 from projdist.matrices.measures import principal_scales
 from projdist.matrices.whitened_sets import check_square, lq, refuse, solve, symmetric_exp, transposed

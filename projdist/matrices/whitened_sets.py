@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray
 
 
 def lq(A: ArrayLike) -> tuple[FloatArray, FloatArray]:

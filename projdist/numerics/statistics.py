@@ -9,9 +9,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import FloatArray
+from projdist._typing import ArrayLike, FloatArray
 from projdist.support import Registry
 
 

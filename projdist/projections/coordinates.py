@@ -14,11 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyproj.datadir
 import pyproj.exceptions
-from numpy.typing import ArrayLike
 from pyproj import CRS, Geod, Transformer
 from pyproj.enums import TransformDirection
 
-from projdist._typing import AnyPath, BoolArray, FloatArray
+from projdist._typing import AnyPath, ArrayLike, BoolArray, FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS, WGS84, Ellipsoid
 from projdist.projections import catalogue, operations
 from projdist.projections.crs import bounds_of, read_crs

@@ -13,10 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pyproj.exceptions
-from numpy.typing import ArrayLike
 from pyproj import CRS, Transformer
 
-from projdist._typing import FloatArray
+from projdist._typing import ArrayLike, FloatArray
 from projdist.earth import WGS84, Ellipsoid, wrapped
 from projdist.projections import catalogue, operations, proj_strings
 from projdist.projections.crs import read_crs

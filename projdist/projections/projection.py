@@ -15,12 +15,11 @@ from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 import pyproj.list
-from numpy.typing import ArrayLike
 from pyproj import CRS, Proj
 from pyproj.database import query_crs_info
 from pyproj.enums import PJType
 
-from projdist._typing import FloatArray
+from projdist._typing import ArrayLike, FloatArray
 from projdist.earth import SPHERE, Ellipsoid, wrapped
 from projdist.projections import catalogue, crs_search, operations, proj_strings
 from projdist.projections.closed_forms import ClosedForm, closed_form

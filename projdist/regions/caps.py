@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebder, chebval
-from numpy.typing import ArrayLike
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray, IntArray
 from projdist.earth import SMOOTH, Discontinuities, Ellipsoid
 from projdist.projections import geodesic_direct, geodesic_inverse
 from projdist.regions.region import ChartPoints, Unclipped

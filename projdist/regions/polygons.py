@@ -21,9 +21,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray, IntArray
 from projdist.earth import SMOOTH, WGS84, Discontinuities, Ellipsoid, wrapped
 from projdist.numerics import LEGENDRE, NODES, ORDER, PLANE_WEIGHTS, WEIGHTS
 from projdist.regions.region import SLIVER, Clips, Square, height_of, latitude_of, patch_chart, patch_panels, tightened

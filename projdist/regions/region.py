@@ -14,9 +14,8 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray, IntArray
 from projdist.earth import SMOOTH, WGS84, Discontinuities, Ellipsoid, unit_vectors
 from projdist.numerics import PLANE_WEIGHTS
 

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import FloatArray
+from projdist._typing import ArrayLike, FloatArray
 from projdist.support.messages import close_words, did_you_mean, shown
 
 _Kind = TypeVar("_Kind")

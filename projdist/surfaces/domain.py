@@ -8,9 +8,8 @@ from typing import NamedTuple, TypeGuard
 
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray, IntArray
 from projdist.earth import wrapped
 from projdist.field import drawn, evaluate, find_tears
 from projdist.numerics import quantile

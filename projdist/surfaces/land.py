@@ -9,9 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import BoolArray, FloatArray, IntArray, NDArray
 from projdist.earth import GEOS_ARITHMETIC, borders, coastlines, lakes, land, polygons_within, shores, wrapped
 from projdist.regions import Polygons
 from projdist.surfaces.domain import Bounds, ground_size, longitude_width, project_lines

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from projdist import answers, earth, field, matrices, projections, surfaces
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import BoolArray, FloatArray, NDArray
 from projdist.surfaces import Surface
 
 _STEPS = 65535

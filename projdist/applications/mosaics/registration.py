@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray
 from projdist.applications.mosaics import bundle_adjustment, canvases, homographies
 from projdist.applications.mosaics.bundle_adjustment import Chart, Link, ModelFit, Pair, adjust
 from projdist.applications.mosaics.correspondences import Correspondences

@@ -19,9 +19,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray
 from projdist.matrices import Affine, principal_scales
 from projdist.support import check_choice
 

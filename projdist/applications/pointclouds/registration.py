@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import ArrayLike, BoolArray, FloatArray, IntArray
 from projdist.applications.pointclouds import affine, correspondences
 from projdist.matrices import Affine, Modes, mdt, mean_rotation, modes
 from projdist.support import Answer, check_bool, check_choice, listed
