@@ -17,8 +17,6 @@ from projdist.surfaces import Surface
 
 Levels = int | Sequence[float] | None
 
-_TITLES = {name: f"{name.capitalize()} distortion" for name in ("fisher", "airy", "kavrayskiy", "jordan")}
-
 _TAIL = 0.02  # of the weights at either end may be off the colours
 _FEW = 0.001  # of the weights, for which no half of a diverging map is shown
 _WHOLE = 0.9  # of a half: where as much is used, all of it is shown
@@ -30,6 +28,14 @@ _ALMOST_NEUTRAL = 2e-6  # of a ratio: PROJ's own noise in the areal scale, a few
 _FLAT = {"magnitude": (0.0, 1.0), "signed": (-1.0, 1.0), "ratio": (-0.1, 0.1)}  # where nothing is distorted
 _MOST_LEVELS = 100
 _COLOURS = 256
+
+
+def words_of_measure(measure: matrices.Measure) -> tuple[str, str]:
+    """Name of a measure and its unit, as labels of colour bars and axes have them; either may be empty."""
+    name = measure.name.replace("_", " ").removesuffix(" ppm")
+    name += " distortion" if measure.name in ("fisher", "airy", "kavrayskiy", "jordan") else ""
+    unit = "degrees" if measure.unit == "deg" else measure.unit
+    return name[:1].upper() + name[1:], f"({unit})" if unit else ""
 
 
 @dataclass(frozen=True)
@@ -126,11 +132,9 @@ class ColourScale:
     @property
     def label(self) -> str:
         """Name of the measure with symbol and unit."""
-        name = _TITLES.get(self.measure.name, self.measure.name.replace("_", " ").removesuffix(" ppm").capitalize())
-        known = self.measure.symbol in ("", self.measure.unit) or self.measure.symbol in name
-        symbol = "" if known else f" {self.measure.symbol}"
-        unit = {"deg": "degrees"}.get(self.measure.unit, self.measure.unit)
-        return f"{name}{symbol}" + (f" ({unit})" if unit else "")
+        name, unit = words_of_measure(self.measure)
+        symbol = self.measure.symbol
+        return " ".join(filter(None, (name, "" if symbol in (*name.split(), self.measure.unit) else symbol, unit)))
 
 
 def _from_neutral(measure: matrices.Measure, values: FloatArray) -> FloatArray:

@@ -15,8 +15,8 @@ from projdist import answers, matrices, numerics, regions, support
 from projdist._typing import FloatArray, IntArray
 from projdist.field import Field, sample
 from projdist.plots import layouts, map_drawing
-from projdist.plots.colours import ColourScale, level_labels, round_values
-from projdist.plots.style import FigureStyle, Look, StyledFigure, look_for, scale_for, style_of, titles_for
+from projdist.plots.colours import ColourScale, level_labels, round_values, words_of_measure
+from projdist.plots.style import FigureStyle, Look, StyledFigure, look_for, scale_for, style_of, titles_for, wrapped
 from projdist.projections import Projection, ProjectionLike, listed_projections
 
 
@@ -43,6 +43,8 @@ _STYLES: tuple[Any, ...] = ("-", *((0, dashes) for dashes in _DASHES))
 _MOST = 24
 _TAIL = 0.01  # of the area at an end may be off the axis, where values run off
 _ROOM = 0.015  # of an axis, at its ends
+_AROUND = (0.6, 0.7)  # inches: of labels beside and below axes with letters of the usual size
+_NARROWEST = (2.4, 1.1)  # inches: of a graph with letters of the usual size
 _BINS = 60
 _STEPS = 1500  # of a cumulative curve
 _TOLERANCE = 1e-5  # pictures show no more
@@ -117,6 +119,8 @@ def distribution_figure(
     with look.applied():
         style = FigureStyle(look, scale_for(look, room), has_heading=True)
         content = style.content(room or _SIZES[kind])
+        has_room = min(np.divide(content, _NARROWEST)) >= style.scale
+        layouts.check_room(has_room, room or _SIZES[kind], "a graph")
         figure = StyledFigure(style, content, layouts.check_dpi(dpi), layout="constrained")
         ax = figure.add_subplot()
         if kind == "pareto":
@@ -129,7 +133,7 @@ def distribution_figure(
 def _draw_distribution(
     ax: Axes, fields: list[Field], names: list[str], measure: matrices.Measure, kind: str, over: str
 ) -> None:
-    colours, letters = style_of(ax).colours, style_of(ax).letters
+    colours = style_of(ax).colours
     many = [_sorted(*field.many(measure)) for field in fields]
     low, high = _range(measure, many)
     logarithmic = measure.kind == "ratio" and high > 1.6 * low
@@ -160,13 +164,21 @@ def _draw_distribution(
     ax.xaxis.set_minor_locator(ticker.NullLocator())
     ax.set_xticks(levels, level_labels(levels))
     ax.yaxis.set_major_locator(ticker.MaxNLocator(6))
-    ax.set_xlabel(scale.label, **letters(9))
     _dress(ax, 8)
     ax.set_ylim(0.0, 103.0 if kind == "cumulative" else None)
     share = "Share of the area" if kind == "histogram" else "Share of the area with no more"
-    ax.set_ylabel(f"{share}{over} (%)", **letters(9))
+    _label_axes(ax, scale.label, f"{share}{over} (%)")
     ground: dict[str, Any] = {"facecolor": colours.background, "edgecolor": colours.background, "framealpha": 0.9}
     ax.legend(fontsize=style_of(ax).scale * 8, labelcolor=colours.text, **ground)
+
+
+def _label_axes(ax: Axes, below: str, beside: str) -> None:
+    """Label axes that fill a figure, in several lines where one has no room."""
+    figure: Any = ax.figure
+    style = figure.style
+    width, height = np.array(figure.content) - style.scale * np.array(_AROUND)
+    ax.set_xlabel(wrapped(below, style.scale * 9, width), **style.letters(9))
+    ax.set_ylabel(wrapped(beside, style.scale * 9, height), **style.letters(9))
 
 
 def _sorted(values: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -213,8 +225,7 @@ def _draw_pareto(
     ax.plot(*shown[first].T, color=colours.curves[1], linewidth=1.0, zorder=2.0)
     ax.scatter(shown[:, 0], shown[:, 1], s=20, color=colours.curves[0], zorder=3.0)
     ax.scatter(shown[first, 0], shown[first, 1], s=26, color=colours.curves[1], zorder=3.1)
-    ax.set_xlabel("Angular error, RMS of ln(a/b) / √2", **style.letters(9))
-    ax.set_ylabel("Areal error, RMS of ln(ab) / √2 at the best scale", **style.letters(9))
+    _label_axes(ax, "Angular error, RMS of ln(a/b) / √2", "Areal error, RMS of ln(ab) / √2 at the best scale")
     lost = [name for name, known in zip(names, finite, strict=True) if not known]
     said = f"Arcs: equal Airy–Kavrayskiy error{over}. Joined: no other map has less of both."
     if lost:
@@ -300,6 +311,7 @@ def _gaps(places: FloatArray, boxes: FloatArray) -> FloatArray:
 
 _WIDTH, _PANEL, _GAP = 8.0, 1.45, 0.16  # inches
 _LEFT, _RIGHT, _TOP, _FOOT = 0.95, 0.75, 0.62, 0.5
+_EDGE = 0.03  # between labels and the figure's edge
 _LEGEND = 0.32  # above the panels where there is no title
 _NEARLY_ONE = 0.02  # of 1: scales as near to it have an axis of ppm, too
 _ROUNDING = 1e-7  # of the values: differences below it are rounding
@@ -383,9 +395,8 @@ def profile_figure(
     fixed, style = top + foot + _GAP * (len(panels) - 1), FigureStyle(look, letters)
     width, height = style.content(size) if size else (_WIDTH, fixed + _PANEL * len(panels))
     each = (height - fixed) / len(panels)
-    if each < 0.3 or width < left + right + 0.5:
-        width, height = size or (width, height)
-        raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {len(panels)} panels.")
+    has_room = each >= 0.3 and width >= left + right + 0.5
+    layouts.check_room(has_room, size or (width, height), f"{len(panels)} panels")
     factor, unit = (1.0, "km") if found.distance_km[-1] >= 2.0 else (1e3, "m")
     across = width - left - right
     with look.applied():
@@ -398,10 +409,21 @@ def profile_figure(
         legend: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2, "ncols": 2}
         figure.axes[0].legend(frameon=False, fontsize=letters * 7.5, labelcolor=look.colours.text, **legend)
         words, high = style.letters(10.5), 1.0 - letters * 0.12 / figure.get_figheight()
-        head = figure.text(left / width, high, name, ha="left", va="top", **words)
+        _widen_margins(figure)
+        head = figure.text(figure.axes[0].get_position().x0, high, name, ha="left", va="top", **words)
         share = across * figure.dpi / max(head.get_window_extent().width, 1.0)
         head.set_fontsize(words["fontsize"] * min(1.0, share))
     return figure
+
+
+def _widen_margins(figure: StyledFigure) -> None:
+    """Narrow all axes by what their labels reach beyond the figure, or nearly so."""
+    figure.draw_without_rendering()
+    box, width = figure.get_tightbbox(), figure.get_figwidth()
+    left, right = max(_EDGE - box.x0, 0.0) / width, max(box.x1 + _EDGE - width, 0.0) / width
+    for ax in figure.axes:
+        place = ax.get_position()
+        ax.set_position((place.x0 + left, place.y0, max(place.width - left - right, 0.1), place.height))
 
 
 def _panels(found: answers.Profile) -> list[_Panel]:
@@ -411,13 +433,13 @@ def _panels(found: answers.Profile) -> list[_Panel]:
         scales.append(_Curve(found.combined_factor, "combined factor", 1, found.mean_combined_factor))
         if found.height is not None and np.ptp(found.height) > 0.0:
             panels.append(_Panel("Height\n(m)", [_Curve(found.height, "height", None)]))
+    known = {name: one for one in matrices.MEASURES.values() for name in (one.name, one.symbol)}
     for name, values in found.measures.items():
-        measure = next((one for one in matrices.MEASURES.values() if name in (one.name, one.symbol)), None)
-        label = (name if measure is None else measure.name).replace("_", " ").removesuffix(" ppm").replace(" ", "\n", 1)
-        unit = {"deg": "degrees"}.get(measure.unit, measure.unit) if measure else ""
-        is_scale = name.startswith("scale@") or (measure is not None and measure.kind == "ratio")
-        text = f"{label[:1].upper()}{label[1:]}" + (f"\n({unit})" if unit else "")
-        panels.append(_Panel(text, [_Curve(values, name)], is_scale=is_scale))
+        kind: Any = "ratio" if name.startswith("scale@") else "magnitude"
+        measure = known.get(name, matrices.Measure(name, np.asarray, kind=kind))
+        label, unit = words_of_measure(measure)
+        text = "\n".join(filter(None, (label.replace(" ", "\n", 1), unit)))
+        panels.append(_Panel(text, [_Curve(values, name)], is_scale=measure.kind == "ratio"))
     return panels
 
 

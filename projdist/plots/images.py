@@ -384,9 +384,7 @@ def _layout(
     usual = 7.0 if columns == 1 else 11.0, 9.0 if len(in_rows) == 1 else 12.0
     width, height = style.content(usual if size is None else size)
     w = min((width - _GAP) / columns - _GAP, (height - fixed) / len(in_rows) / shape)
-    if not w > _NARROWEST:
-        width, height = usual if size is None else size
-        raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {count} panels.")
+    layouts.check_room(w > _NARROWEST, usual if size is None else size, f"{count} panels")
     if size is None:
         width, height = columns * max(w + _GAP, letters * _TEXT) + _GAP, len(in_rows) * w * shape + fixed
     spare = (height - fixed - len(in_rows) * w * shape) / len(in_rows)

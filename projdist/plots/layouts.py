@@ -78,6 +78,7 @@ class _Grid:
         columns: int,
         words: Sequence[tuple[str, str]],
         *,
+        legend: float = 0.0,
         is_one_line: bool = False,
     ) -> None:
         count, is_tight = len(shapes), size is not None
@@ -93,7 +94,7 @@ class _Grid:
         self.style = FigureStyle(look, letters, is_tight=is_tight, is_one_line=is_one_line, has_heading=count > 1)
         size = self.style.content(size) if size else None
         beside, below = letters * labels[0], letters * labels[1]
-        fixed = letters * foot + highest.size * (self.title + self.gap + below)
+        fixed = letters * (foot + legend) + highest.size * (self.title + self.gap + below)
         width = size[0] if size else (8.0 if count == 1 else _WIDEST)
         height = size[1] if size else (_HIGHEST if count == 1 else 3.0 + 3.0 * highest.size)
         across = width - self.gap * (columns + 1) - beside * columns
@@ -131,12 +132,14 @@ def arranged(
     foot: float,
     words: list[tuple[str, str]],
     labels: tuple[float, float] = (0.0, 0.0),
+    legend: float = 0.0,
     look: Look = USUAL,
 ) -> tuple[StyledFigure, list[Axes], float]:
     """Figure with a foot, axes of `shapes`, widths and heights (n, 2), as large as possible, and room for titles."""
-    # Columns are as wide as titles and subtitles, `words`, if possible; `labels` is room left of and below the axes.
+    # Columns are as wide as titles and subtitles, `words`, if possible; `labels` is room left of and below the axes,
+    # `legend` below all of them, in inches.
     size, dpi, count = check_size(size), check_dpi(dpi), len(shapes)
-    make = functools.partial(_Grid, shapes, size, foot, labels, look)
+    make = functools.partial(_Grid, shapes, size, foot, labels, look, legend=legend)
     # In a figure of a stated size titles and subtitles share a line if they fit.
     merged = [(" · ".join(filter(None, line)), "") for line in words]
     options: list[_Grid] = []
@@ -150,10 +153,7 @@ def arranged(
     readable = [one for one in options if one.unit > 0 and one.pitch - one.gap >= _LEAST_TEXT * one.title_width - 1e-9]
     # The largest maps, in a figure that is not much higher than wide.
     grid = max(readable or options, key=lambda option: option.unit * min(1.0, 1.1 * option.width / option.height))
-    if not grid.unit > 0:
-        width, height = size or (grid.width, grid.height)
-        maps_text = "a map" if count == 1 else f"{count} maps"
-        raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {maps_text}.")
+    check_room(grid.unit > 0, size or (grid.width, grid.height), "a map" if count == 1 else f"{count} maps")
     figure = StyledFigure(grid.style, (grid.width, grid.height), dpi)
     axes = [figure.panel(*grid.place(k, count, shape)) for k, shape in enumerate(shapes)]
     return figure, axes, grid.pitch - grid.gap - grid.labels[0]
@@ -177,6 +177,12 @@ def check_size(size: Any) -> tuple[float, float] | None:
         must = "It must be a width and a height in inches, both positive."
         raise ValueError(f"Invalid size {support.quoted(size)}. {must}")
     return pair
+
+
+def check_room(has_room: bool, size: tuple[float, float], content: str) -> None:
+    """Raise ValueError unless a figure of a size in inches has room for its content."""
+    if not has_room:
+        raise ValueError(f"Invalid size '{size[0]:g},{size[1]:g}'. It has no room for {content}.")
 
 
 def check_dpi(dpi: Any) -> float:

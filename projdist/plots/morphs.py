@@ -279,8 +279,7 @@ def morph(
     if not 0.1 <= length <= _LONGEST:
         raise ValueError(f"Invalid number of seconds '{seconds}'. It must be 0.1 to {_LONGEST:g}.")
     room = layouts.check_size(size) or _SIZE
-    if room[0] < 1.0 or room[1] < 1.5:
-        raise ValueError(f"Invalid size {support.quoted(size)}. It has no room for an animation.")
+    layouts.check_room(room[0] >= 1.0 and room[1] >= 1.5, room, "an animation")
     maps = Projection.from_user_input(first), Projection.from_user_input(second)
     blend = blend_of(*maps, regions.region_for(region, list(maps)))
     with support.replacing(path, overwrite=overwrite) as new:

@@ -7,6 +7,7 @@ angular deformation; at twice the angle that the direction of the largest scale 
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,13 +16,14 @@ import numpy as np
 from matplotlib import patches
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from projdist import matrices, regions
 from projdist._typing import AnyArray, FloatArray
 from projdist.field import Field, sample
 from projdist.plots import layouts, map_drawing
 from projdist.plots.colours import ColourScale, level_labels
-from projdist.plots.style import Look, add_lines, look_for, set_view, style_of, title_of, titles_for
+from projdist.plots.style import Look, StyledFigure, add_lines, look_for, set_view, style_of, title_of, titles_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 
 _POINTS = 4000  # of equal area each
@@ -33,6 +35,7 @@ _WHOLE = 0.7  # a reach from which on the whole disc is drawn
 _RINGS = (3, 5)  # at least and at most
 _GLYPHS = 8
 _LABELS = np.radians(202.5)  # half-way between two glyphs
+_LEGEND, _WITH_LEGEND = 0.4, 2.7  # inches: of a legend below the panels, and of panels that have it in a corner
 
 
 @dataclass(frozen=True)
@@ -122,11 +125,15 @@ def space_figure(
     over = "" if place == regions.GLOBE else f", over {regions.region_title(place)}"
     with look.applied():
         words, shapes = [(name, "") for name in names], np.ones((len(maps), 2))
-        figure, panes, room = layouts.arranged(shapes, size, dpi, foot=layouts.BAR, words=words, look=look)
+        arranged = functools.partial(layouts.arranged, shapes, size, dpi, foot=layouts.BAR, words=words, look=look)
+        figure, panes, room = arranged()
+        is_below = panes[0].get_window_extent().width / figure.dpi < _WITH_LEGEND * figure.style.scale
+        if is_below:
+            figure, panes, room = arranged(legend=_LEGEND)
         for ax, cloud, name in zip(panes, clouds, names, strict=True):
             _draw(ax, cloud, scale, reach)
             layouts.draw_title(ax, name, "")
-        _draw_legend(panes[0])
+        _draw_legend(figure, panes, is_below=is_below)
         layouts.fit_titles(panes, room)
         if look.colourbar:
             map_drawing.draw_colourbar(figure, scale, cax=layouts.bar_axes(figure), label=f"{scale.label}{over}")
@@ -220,12 +227,19 @@ def draw_glyphs(ax: Axes, reach: float) -> None:
         ax.add_patch(ellipse)
 
 
-def _draw_legend(ax: Axes) -> None:
-    style = style_of(ax)
+def _draw_legend(figure: StyledFigure, panes: Sequence[Axes], *, is_below: bool) -> None:
+    """Draw a legend in the lower corners of the first panel, or below all."""
+    ax, style = panes[0], figure.style
     handles: list[Any] = [one for one in ax.get_lines() if one.get_label() in ("mean (MDT)", "median")]
     handles += [one for one in ax.collections if str(one.get_label()).startswith("geodesics")]
-    place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (-0.02, -0.02), "borderaxespad": 0.0}
-    words: dict[str, Any] = {"fontsize": style.scale * 7.0, "labelcolor": style.colours.text}
-    ax.legend(handles=handles, frameon=False, handlelength=1.4, **place, **words)
+    shape: dict[str, Any] = {"frameon": False, "handlelength": 1.4, "borderaxespad": 0.0}
+    shape |= {"fontsize": style.scale * 7.0, "labelcolor": style.colours.text}
+    if is_below:
+        dot: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": style.colours.quiet, "linestyle": "none"}
+        handles.append(Line2D([], [], marker="o", label="circles: angular deformation ω", **dot))
+        place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, panes[-1].get_position().y0)}
+        figure.legend(handles=handles, ncols=2, **place, **shape)
+        return
+    ax.legend(handles=handles, loc="lower left", bbox_to_anchor=(-0.02, -0.02), **shape)
     text = "Circles: angular\ndeformation ω"
     ax.text(1.0, 0.0, text, transform=ax.transAxes, ha="right", va="bottom", **style.letters(7.0))

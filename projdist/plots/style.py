@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import re
+import textwrap
 from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, fields, replace
@@ -106,8 +107,10 @@ def with_minus(text: str) -> str:
 _FONT = 9.0  # points: the usual size of a colour bar's label, to which all others are in proportion
 _HEADING, _FOOT, _CREDITS = 12.0, 7.5, 6.5
 _HEAD_ROOM, _TIGHT_HEAD_ROOM, _CREDITS_ROOM = 0.36, 0.26, 0.16  # inches
+_LINE = 0.12  # inches, of each line of credits after the first
 _MARGINS = 8.0  # points, of a line across a figure
 _LEAST, _FEWEST = 0.75, 12  # of its size, and letters
+_FITS = 1.0 + 1e-6  # of the room, which rounding may exceed
 _NOT_OF_PICTURES = frozenset(
     "backend backend_fallback interactive toolbar timezone savefig.directory webagg.port".split()
 )
@@ -232,18 +235,21 @@ class FigureStyle:
     is_one_line: bool = False  # subtitles stand beside titles
     has_heading: bool = False  # the look's title is a heading above all
 
-    @property
-    def margins(self) -> tuple[float, float]:
-        """Inches above and below the content of a figure, for what all figures may have: a heading, and credits."""
+    def margins(self, width: float) -> tuple[float, float]:
+        """Inches above and below the content of a figure of a width, for a heading and for credits."""
         heading = _TIGHT_HEAD_ROOM if self.is_tight else _HEAD_ROOM
         return (
             self.scale * heading if self.has_heading and self.look.title else 0.0,
-            self.scale * _CREDITS_ROOM if self.look.credits else 0.0,
+            self.scale * (_CREDITS_ROOM + self.credits(width).count("\n") * _LINE) if self.look.credits else 0.0,
         )
+
+    def credits(self, width: float) -> str:
+        """The credits in lines for a figure of a width in inches."""
+        return wrapped(" ".join((self.look.credits or "").split()), self.scale * _CREDITS, width - _MARGINS / 72.0)
 
     def content(self, size: tuple[float, float]) -> tuple[float, float]:
         """Width and height in inches between the margins of a figure of a size."""
-        return size[0], size[1] - sum(self.margins)
+        return size[0], size[1] - sum(self.margins(size[0]))
 
     @property
     def colours(self) -> Theme:
@@ -265,16 +271,16 @@ class StyledFigure(Figure):
         super().__init__(dpi=dpi, facecolor=background, layout=layout)
         self.style = style
         FigureCanvasAgg(self)
+        self.margins = above, below = style.margins(content[0])
         self.resize(content)
-        above, below = style.margins
         if above:
             self._write(str(style.look.title), -0.1, style.letters(_HEADING))
         if below:
-            self._write(" ".join(str(style.look.credits).split()), 0.05, style.letters(_CREDITS, quiet=True))
+            self._write(style.credits(content[0]), 0.05, style.letters(_CREDITS, quiet=True))
 
     def resize(self, content: tuple[float, float]) -> None:
-        """Give the content another size in inches."""
-        above, below = self.style.margins
+        """Give the content another size in inches, its width the same."""
+        above, below = self.margins
         self.content = content
         width, height = content[0], content[1] + above + below
         self.set_size_inches(width, height)
@@ -284,7 +290,7 @@ class StyledFigure(Figure):
     def panel(self, left: float, bottom: float, width: float, height: float, **options: Any) -> Axes:
         """Axes at a place in the content, in inches from its lower left corner."""
         whole = self.get_size_inches()
-        place = np.array([left, bottom + self.style.margins[1], width, height]) / [*whole, *whole]
+        place = np.array([left, bottom + self.margins[1], width, height]) / [*whole, *whole]
         return self.add_axes(tuple(place.tolist()), **options)
 
     def draw(self, renderer: Any) -> None:
@@ -294,27 +300,39 @@ class StyledFigure(Figure):
 
     def foot(self, text: str) -> None:
         """Write a line at the foot of the content."""
-        above = self.style.margins[1] / self.style.scale
+        above = self.margins[1] / self.style.scale
         self._write(text, above + (0.05 if self.style.is_tight else 0.08), self.style.letters(_FOOT, quiet=True))
 
     def _write(self, text: str, inches: float, letters: dict[str, Any]) -> None:
-        """Write a centred line so far above the figure's lower edge, or below its upper edge if negative."""
+        """Write centred lines so far above the figure's lower edge, or below its upper edge if negative."""
         offset = transforms.ScaledTranslation(0.0, self.style.scale * inches, self.dpi_scale_trans)
         edge, anchor = (1.0, "top") if inches < 0.0 else (0.0, "bottom")
         place: dict[str, Any] = {"ha": "center", "va": anchor, "transform": self.transFigure + offset}
         self.fit(self.text(0.5, edge, text, **place, **letters))
 
     def fit(self, text: Text) -> None:
-        """Shrink a centred line to fit the figure's width, then shorten it."""
+        """Shrink centred lines to fit the figure's width, then shorten them."""
         room = 72.0 * self.get_figwidth() - _MARGINS
         words, size = text.get_text(), float(text.get_fontsize())
-        width = text_width(words, size)
-        if width > room:
-            text.set_fontsize(max(size * room / width, _LEAST * size))
+        least = _LEAST * size
+        while (excess := self._width(text) / room) > _FITS and size > least:
+            size = max(size / excess, least)
+            text.set_fontsize(size)
         longest = len(words)
-        while text_width(text.get_text(), float(text.get_fontsize())) > room and longest > _FEWEST:
+        while self._width(text) > _FITS * room and longest > _FEWEST:
             longest -= 1
             text.set_text(shortened(words, longest))
+
+    def _width(self, text: Text) -> float:
+        """Width of a text in points: in pixels, to which letters are rounded, or without, whichever is more."""
+        widths = [text_width(line, float(text.get_fontsize())) for line in text.get_text().split("\n")]
+        return max(*widths, text.get_window_extent().width * 72.0 / self.dpi)
+
+
+def wrapped(text: str, points: float, inches: float) -> str:
+    """Text in lines about as long as there is room for."""
+    share = 72.0 * inches / max(text_width(text, points), 1.0)
+    return "\n".join(textwrap.wrap(text, max(int(share * len(text)), 1)))
 
 
 def text_width(text: str, points: float) -> float:

@@ -231,7 +231,7 @@ def test_the_region_is_named_once():
     assert "over" not in figure.texts[-1].get_text()
     # What it is compared with; one map by its name, which has the place above it.
     labels = [("omega", "Angular distortion omega (degrees): Robinson less Mollweide")]
-    labels += [("s", "Areal scale: each map over Mollweide, over 0° to 40°E, 0° to 40°N")]
+    labels += [("s", "Areal scale s: each map over Mollweide, over 0° to 40°E, 0° to 40°N")]
     for (measure, label), names in zip(labels, (["robin"], ["robin", "eqearth"]), strict=True):
         figure = plots.heatmap_figure(names, measure=measure, against="moll", region="box:0,0,40,40")
         assert figure.axes[-1].get_xlabel() == label

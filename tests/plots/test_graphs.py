@@ -211,6 +211,22 @@ def test_figures_of_shape_space():
     assert np.sin(np.radians(max(angles)) / 2) < rim
 
 
+@pytest.mark.usefixtures("few_cells")
+@pytest.mark.parametrize(("size", "entries"), [((4.0, 3.0), 4), ((9.0, 4.0), 3)])
+def test_legends_lie_on_no_circle(size, entries):
+    """In a corner of the first panel, or, of small panels, below all."""
+    figure = plots.space_figure(["robin", "moll", "eqearth"], region=SMALL, size=size)
+    figure.canvas.draw()
+    (legend,) = [*figure.legends, *(ax.get_legend() for ax in figure.axes if ax.get_legend())]
+    assert len(legend.get_texts()) == entries
+    words = [text.get_window_extent() for text in legend.get_texts()]
+    circles = [(ax, ax.transData.transform([(0, 0), (ax.patches[0].radius, 0)])) for ax in figure.axes[:3]]
+    for _, ((x, y), (right, _)) in circles:
+        for box in words:
+            assert np.hypot(x - np.clip(x, box.x0, box.x1), y - np.clip(y, box.y0, box.y1)) > right - x
+            assert box.y0 > figure.axes[3].get_tightbbox().y1
+
+
 @pytest.mark.slow
 def test_modes_figure():
     """A panel a mode with its share and words; modes without a share are left out; one colour bar."""

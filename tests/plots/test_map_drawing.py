@@ -306,6 +306,15 @@ def test_levels_and_their_labels() -> None:
         assert bool(shown_levels(scale_of("s", low, high), np.linspace(low, high, 100)).size) == shown
 
 
+@each(("measure", "label"), [
+    ("s", "Areal scale s"), ("fisher", "Fisher distortion"), ("omega", "Angular distortion omega (degrees)"),
+    ("convergence", "Meridian convergence (degrees)"), ("ppm", "Scale error (ppm)"), ("a", "Tissot semimajor a"),
+])  # fmt: skip
+def test_labels_have_symbols(measure: str, label: str) -> None:
+    """Unless the symbol is a word of the name, or its unit."""
+    assert scale_of(measure, 1.0, 2.0).label == label
+
+
 def isolines_of(figure: Figure) -> list[TriContourSet]:
     return [child for child in figure.axes[0].get_children() if isinstance(child, TriContourSet)]
 

@@ -132,6 +132,14 @@ def test_films_begin_and_end_slowly(monkeypatch: pytest.MonkeyPatch) -> None:
     assert steps.sum() == pytest.approx(1.0)
     assert (np.diff(steps)[:4] > 0).all()
     np.testing.assert_allclose(steps, steps[::-1])
+    refuses(
+        r"^Invalid size '1,0\.5'\. It has no room for an animation\.$",
+        plots.morph,
+        "robin",
+        "moll",
+        "a.gif",
+        size=(1, 0.5),
+    )
     monkeypatch.setattr("projdist.plots.morphs.FFMpegWriter.isAvailable", lambda: False)
     refuses(
         r"Invalid animation 'a\.mp4'\. An \.mp4 needs ffmpeg, which is not found", plots.morph, "robin", "moll", "a.mp4"

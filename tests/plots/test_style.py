@@ -205,6 +205,44 @@ def test_themes_of_other_figures(theme: str) -> None:
             assert -1.0 <= box.y0 <= box.y1 <= height + 1.0, (name, text)
 
 
+LONG_CREDITS = (
+    "Sources: Natural Earth (public domain), GeoNames (CC BY 4.0), PROJ and its grids, map by A. N. Other " * 3
+)
+GRAPHS = {
+    "histogram": lambda **words: plots.distribution_figure("robin", region=EUROPE, **words),
+    "pareto": lambda **words: plots.distribution_figure(FOUR[:2], "pareto", region=EUROPE, **words),
+    "profile": lambda **words: plots.profile_figure(
+        profile("merc", "0,0,9,9", measures=["omega", "areal_scale"]), **words
+    ),
+}
+
+
+@each("name", GRAPHS)
+@each(("size", "points"), [(None, None), (None, 14.0), ((6.0, 5.0), 9.0), ((3.0, 2.4), None)])
+def test_words_of_graphs_are_inside(name: str, size: tuple[float, float] | None, points: float | None) -> None:
+    """Credits of any length stand in lines, and so do labels that are longer than an axis; nothing is left out."""
+    figure = GRAPHS[name](size=size, look=plots.Look(font_size=points, credits=LONG_CREDITS), dpi=100)
+    figure.canvas.draw()
+    (credits,) = (text.get_text() for text in figure.texts if "Sources" in text.get_text())
+    assert credits.split() == LONG_CREDITS.split()
+    words = [*figure.texts, *(text for ax in figure.axes for text in (ax.title, ax.xaxis.label, ax.yaxis.label))]
+    for box in (text.get_window_extent() for text in words if text.get_text()):
+        assert -1.0 <= box.x0 <= box.x1 <= figure.bbox.width + 1.0
+        assert -1.0 <= box.y0 <= box.y1 <= figure.bbox.height + 2.0  # with the room above letters
+    lowest = min(ax.get_tightbbox().y0 for ax in figure.axes)
+    assert credits.count("\n") > 0
+    assert lowest > max(text.get_window_extent().y1 for text in figure.texts if "Sources" in text.get_text()) - 1.0
+
+
+@each(("name", "size", "points"), [
+    ("histogram", (3.0, 2.0), 40.0), ("pareto", (3.0, 0.5), None), ("histogram", (0.5, 3.0), None),
+    ("profile", (3.0, 0.5), None), ("pareto", (2.0, 1.5), 14.0),
+])  # fmt: skip
+def test_graphs_without_room_are_refused(name: str, size: tuple[float, float], points: float | None) -> None:
+    said = rf"^Invalid size '{size[0]:g},{size[1]:g}'\. It has no room for (a graph|\d panels)\.$"
+    refuses(said, GRAPHS[name], size=size, look=plots.Look(font_size=points, title="T", credits="C"))
+
+
 @pytest.mark.slow
 def test_cities_and_scale_bars_follow_the_letters() -> None:
     for points in (5.0, 9.0, 14.0):
