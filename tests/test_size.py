@@ -24,7 +24,7 @@ BUDGET = {
     "gis": (1_610, 7),
     "matrices": (2_515, 10),
     "numerics": (670, 4),
-    "plots": (4_055, 12),
+    "plots": (4_040, 12),
     "projections": (5_310, 18),
     "regions": (2_880, 10),
     "support": (1_000, 7),

@@ -14,7 +14,7 @@ from matplotlib.path import Path
 
 from projdist import earth, field, matrices, projections, regions, surfaces
 from projdist._typing import FloatArray, IntArray
-from projdist.plots.style import add_lines, set_view, style_of
+from projdist.plots.styled_figure import add_lines, set_view, style_of
 from projdist.surfaces import Surface
 
 CONTEXTS = ("none", "coast", "borders", "full")
@@ -24,11 +24,15 @@ CONTEXTS = ("none", "coast", "borders", "full")
 def draw_basemap(
     ax: Axes, surface: Surface, context: str = CONTEXTS[-1], step: float | None = None, *, over_colours: bool = False
 ) -> None:
-    """Set the view and draw sea and land, paler outside of the region; graticule, coast, borders and outline."""
+    """Set the view and draw sea and land, paler outside of the region; graticule, coast, borders, outline, frame."""
     # The region of a field of colours, `over_colours`, has no land; the lines have a pale halo there.
     colours = style_of(ax).colours
     lakes = context in ("borders", "full") and surface.is_local  # and borders, as on maps of parts of the world
-    _set_view(ax, surface)
+    set_view(ax, *surface.view)
+    if surface.goes_on:
+        frame = patches.Rectangle((0.0, 0.0), 1.0, 1.0, transform=ax.transAxes, fill=False, clip_on=False)
+        frame.set(edgecolor=colours.outline, linewidth=0.8, zorder=5.0, label="frame")
+        ax.add_patch(frame)
     if surface.ground is not None and context != "none":
         _draw_land(ax, surface, surface.ground, colours.neighbours, 0.2, lakes=lakes)
     if not over_colours:
@@ -64,15 +68,6 @@ def map_size(surface: Surface) -> float:
     return max(east - west, north - south)
 
 
-def _set_view(ax: Axes, surface: Surface) -> None:
-    """Set the view with equal scales in x and y; the frame is drawn if the map continues beyond it."""
-    set_view(ax, *surface.view)
-    if surface.goes_on:
-        frame = patches.Rectangle((0.0, 0.0), 1.0, 1.0, transform=ax.transAxes, fill=False, clip_on=False)
-        frame.set(edgecolor=style_of(ax).colours.outline, linewidth=0.8, zorder=5.0, label="frame")
-        ax.add_patch(frame)
-
-
 def triangulation(surface: Surface, triangles: IntArray) -> tuple[tri.Triangulation, IntArray]:
     """Triangulation of a surface for matplotlib, and the vertices in use."""
     used = np.zeros(surface.x.size, dtype=bool)
@@ -81,23 +76,14 @@ def triangulation(surface: Surface, triangles: IntArray) -> tuple[tri.Triangulat
     return tri.Triangulation(surface.x[kept], surface.y[kept], (np.cumsum(used) - 1)[triangles]), kept
 
 
-def region_clip(ax: Axes, surface: Surface) -> transforms.TransformedPath | None:
-    """Clip path of the region; None if its triangles are exactly the region."""
-    if not surface.pieces:
-        return None
-    return transforms.TransformedPath(closed_path(surface.pieces), ax.transData)
+def region_clip(ax: Axes, surface: Surface) -> Any:
+    """Clip path of the region: the axes if its triangles are exactly the region."""
+    return transforms.TransformedPath(closed_path(surface.pieces), ax.transData) if surface.pieces else ax.patch
 
 
 def closed_path(pieces: Sequence[FloatArray]) -> Path:
     """Closed polygons of (x, y) as one path."""
-    ends = np.cumsum([len(piece) for piece in pieces])
-    points = np.concatenate(pieces)
-    vertices = np.insert(points, ends, points[np.append(0, ends[:-1])], axis=0)
-    ends += np.arange(len(ends))
-    codes = np.full(len(vertices), Path.LINETO, dtype=Path.code_type)
-    codes[ends] = Path.CLOSEPOLY
-    codes[np.append(0, ends[:-1] + 1)] = Path.MOVETO
-    return Path(vertices, codes)
+    return Path.make_compound_path(*(Path(np.vstack([piece, piece[:1]]), closed=True) for piece in pieces))
 
 
 def _draw_land(
@@ -111,7 +97,8 @@ def _draw_land(
     def fill(triangles: IntArray, face: str, above: float) -> None:
         mapped, kept = triangulation(surface, triangles)
         # Of matplotlib's ways to fill many triangles, this one leaves no hairlines between them.
-        draw_triangles(ax, mapped, np.zeros(kept.size), clip, cmap=colors.ListedColormap([face]), zorder=above)
+        shades: dict[str, Any] = {"cmap": colors.ListedColormap([face]), "zorder": above, "clip_path": clip}
+        draw_triangles(ax, mapped, np.zeros(kept.size), **shades)
 
     fill(surface.covering(), sea if has_sea else colour, zorder)
     if not has_sea:
@@ -128,17 +115,12 @@ def _draw_land(
             # A thin edge of the same colour closes the joints between the pieces.
             drawn = patches.PathPatch(closed_path(pieces), color=face, linewidth=0.3, rasterized=True, zorder=above)
             ax.add_artist(drawn)
-            if clip is not None:
-                drawn.set_clip_path(clip)
+            drawn.set_clip_path(clip)
 
 
-def draw_triangles(
-    ax: Axes, mesh: tri.Triangulation, values: FloatArray, clip: transforms.TransformedPath | None = None, **style: Any
-) -> None:
+def draw_triangles(ax: Axes, mesh: tri.Triangulation, values: FloatArray, **style: Any) -> None:
     """Draw values at the vertices of triangles as colours between them."""
-    filled = ax.tripcolor(mesh, values, shading="gouraud", rasterized=True, **style)
-    if clip is not None:
-        filled.set_clip_path(clip)
+    ax.tripcolor(mesh, values, shading="gouraud", rasterized=True, **style)
 
 
 # ---- graticules ----------------------------------------------------------------------------------
@@ -160,64 +142,52 @@ class GraticuleLine(NamedTuple):
     pieces: Sequence[FloatArray]
 
 
-class _Label(NamedTuple):
-    """A text at an edge of the frame or "inside": its middle from the lower left, and half its size, in points."""
+_Box = tuple[float, float, float, float]  # left, bottom, right and top of a text, in points from the lower left
 
-    text: str
-    edge: str
-    x: float
-    y: float
-    width: float
-    height: float
 
-    @classmethod
-    def at(cls, text: str, edge: str, place: Sequence[float], size: float) -> _Label:
-        """The label of a place on an edge: below and left of the frame outside, above and right inside."""
-        x, y = place
-        width, height = 0.5 * len(text) * _WIDTH * size, 0.5 * _HEIGHT * size
-        if edge == "inside":
-            return cls(text, edge, x, y, width, height)
+def _meet(one: _Box, other: _Box) -> bool:
+    """True if two boxes have a part in common."""
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+
+
+def _label_box(text: str, edge: str, place: Sequence[float], size: float) -> _Box:
+    """Box of a label at a place on an edge of the frame, outside of it below and left; or on a place "inside"."""
+    x, y = place
+    width, height = 0.5 * len(text) * _WIDTH * size, 0.5 * _HEIGHT * size
+    if edge != "inside":
         width += _AIR
         x, y = (x - width, y) if edge in ("left", "right") else (x, y - (_AIR + height))
-        return cls(text, edge, x, y, width, height)
-
-    def overlaps(self, other: _Label) -> bool:
-        """True if two labels touch."""
-        beside = abs(self.x - other.x) < self.width + other.width
-        return beside and abs(self.y - other.y) < self.height + other.height
+    return x - width, y - height, x + width, y + height
 
 
 def label_graticule(ax: Axes, lines: Sequence[GraticuleLine]) -> None:
     """Label lines where they cross the frame, below or left of it, or else parallels inside at their lowest point."""
     ax.apply_aspect()
-    box = ax.get_window_extent()
-    points, style = 72.0 / ax.figure.dpi, style_of(ax)
-    size = _SIZE * style.scale
-    width, height = box.width * points, box.height * points
-    placed: list[_Label] = []
+    frame, points, style = ax.get_window_extent(), 72.0 / ax.figure.dpi, style_of(ax)
+    width, height = frame.width * points, frame.height * points
+    size, colours = _SIZE * style.scale, style.colours
+    placed: list[_Box] = []
     for line in lines:
-        pieces = [(ax.transData.transform(piece) - [box.x0, box.y0]) * points for piece in line.pieces]
-        candidates = [
-            _Label.at(line.text, edge, place, size)
-            for edge in _EDGES[line.is_meridian]
-            for place in crossings(pieces, edge, width, height)
-        ]
+        pieces = [(ax.transData.transform(piece) - frame.p0) * points for piece in line.pieces]
+        edges = _EDGES[line.is_meridian]
+        candidates = [(edge, place) for edge in edges for place in crossings(pieces, edge, width, height)]
         if not line.is_meridian and not candidates:
             xy = np.concatenate([np.empty((0, 2)), *pieces])
             xy = xy[((xy > 0.0) & (xy < [width, height])).all(axis=1)]
-            candidates = [_Label.at(line.text, "inside", xy[np.argmin(xy[:, 1])].tolist(), size)] if len(xy) else []
-        for label in candidates:
-            right = width + (_BEYOND if label.edge == "bottom" else 0.0)
-            if label.x + label.width < right and not any(label.overlaps(other) for other in placed):
-                placed.append(label)
-                break
-    for label in placed:
-        outside = label.edge in ("bottom", "left")
-        place: dict[str, Any] = {"transform": ax.transAxes, "ha": "center", "va": "center", "zorder": 4.0}
-        words = style.letters(_SIZE, quiet=not outside)
-        text = ax.text(label.x / width, label.y / height, label.text, label="graticule label", **place, **words)
-        if not outside:
-            text.set_path_effects([patheffects.withStroke(linewidth=1.5, foreground=f"{style.colours.background}b0")])
+            candidates = [("inside", xy[np.argmin(xy[:, 1])].tolist())] if len(xy) else []
+        for edge, place in candidates:
+            box = _label_box(line.text, edge, place, size)
+            right = width + (_BEYOND if edge == "bottom" else 0.0)
+            if box[2] >= right or any(_meet(box, other) for other in placed):
+                continue
+            placed.append(box)
+            outside, x, y = edge in ("bottom", "left"), 0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3])
+            middle: dict[str, Any] = {"transform": ax.transAxes, "ha": "center", "va": "center", "zorder": 4.0}
+            middle |= style.letters(_SIZE, quiet=not outside)
+            text = ax.text(x / width, y / height, line.text, label="graticule label", **middle)
+            if not outside:
+                text.set_path_effects([patheffects.withStroke(linewidth=1.5, foreground=f"{colours.background}b0")])
+            break
 
 
 def crossings(pieces: Sequence[FloatArray], edge: str, width: float, height: float) -> list[tuple[float, float]]:
@@ -251,8 +221,6 @@ def graticule_lines(surface: Surface, step: float | None) -> list[GraticuleLine]
 
 def _joined(segments: FloatArray) -> list[FloatArray]:
     """Segments (m, 2, 2) joined to lines: drawn one by one, they leave dots at the joints."""
-    if not len(segments):
-        return []
     lines = shapely.get_parts(shapely.line_merge(shapely.multilinestrings(shapely.linestrings(segments))))
     return [shapely.get_coordinates(line) for line in lines]
 
@@ -265,7 +233,6 @@ _LETTER, _LINE = 0.6, 1.25  # of a letter and a line, in the size
 _NEARLY_ONE = 0.03
 _SAMPLE = 200  # nodes at which scales are looked at
 _BAR = 0.22  # of a picture's width, at most
-_ROUND = tuple(m * 10.0**k for k in range(0, 7) for m in (1, 2, 5))
 
 _PLACED_AT_ONCE = 8.0  # degrees: a smaller region has a globe that tells where it is
 _LEAST_FOR_LOCATOR = 170.0  # points; in a smaller picture it would be in the way
@@ -286,21 +253,17 @@ class _Texts:
     ax: Axes
     width: float
     height: float
-    boxes: list[tuple[float, float, float, float]]
+    boxes: list[_Box]
     letters: float
 
     @classmethod
     def of(cls, ax: Axes) -> _Texts:
         """The frame of axes, in which the boxes of existing labels are occupied."""
         ax.apply_aspect()
-        box, points = ax.get_window_extent(), 72.0 / ax.figure.dpi
-        found = cls(ax, box.width * points, box.height * points, [], style_of(ax).scale)
-        for text in ax.texts:
-            if text.get_text():
-                extent = text.get_window_extent()
-                x, y = (extent.x0 - box.x0) * points, (extent.y0 - box.y0) * points
-                found.boxes.append((x, y, x + extent.width * points, y + extent.height * points))
-        return found
+        frame, points = ax.get_window_extent(), 72.0 / ax.figure.dpi
+        extents = [text.get_window_extent().get_points() for text in ax.texts if text.get_text()]
+        boxes = [tuple(((extent - frame.p0) * points).ravel().tolist()) for extent in extents]
+        return cls(ax, frame.width * points, frame.height * points, boxes, style_of(ax).scale)
 
     @property
     def size(self) -> float:
@@ -316,10 +279,9 @@ class _Texts:
 
     def is_free(self, x: float, y: float, width: float, height: float) -> bool:
         """True if a box is free and within the frame."""
-        right, top = x + width, y + height
-        if x < 2.0 or y < 2.0 or right > self.width - 2.0 or top > self.height - 2.0:
-            return False
-        return not any(x < b[2] and b[0] < right and y < b[3] and b[1] < top for b in self.boxes)
+        box = x, y, x + width, y + height
+        is_within = x >= 2.0 and y >= 2.0 and box[2] <= self.width - 2.0 and box[3] <= self.height - 2.0
+        return is_within and not any(_meet(box, other) for other in self.boxes)
 
     def write(self, text: str, x: float, y: float, ha: str, label: str) -> None:
         """Write a text with a halo."""
@@ -403,9 +365,15 @@ def _is_true_to_scale(surface: Surface) -> bool:
     return bool(off.size and np.quantile(off, 0.95) < _NEARLY_ONE)
 
 
+def round_down(length: float) -> float:
+    """Largest of 1, 2, 5 times a power of ten that does not exceed a length."""
+    power = 10.0 ** np.floor(np.log10(length))
+    return float(power * max(m for m in (1.0, 2.0, 5.0) if m * power <= length * (1 + 1e-9)))
+
+
 def _draw_scale_bar(ax: Axes, surface: Surface, texts: _Texts) -> None:
     west, east, *_ = surface.view
-    metres = max(length for length in _ROUND if length <= _BAR * (east - west))
+    metres = round_down(_BAR * (east - west))
     bar = metres / (east - west) * texts.width
     text = f"{metres / 1000.0:g} km" if metres >= 1000.0 else f"{metres:g} m"
     letters = texts.letters

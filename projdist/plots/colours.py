@@ -12,7 +12,7 @@ from matplotlib import colors, ticker
 
 from projdist import matrices, numerics, support
 from projdist._typing import FloatArray
-from projdist.plots.style import THEMES, Theme, with_minus
+from projdist.plots.style import THEMES, Theme
 from projdist.surfaces import Surface
 
 Levels = int | Sequence[float] | None
@@ -53,14 +53,14 @@ class ColourScale:
         cls,
         measure: matrices.Measure,
         values: Sequence[FloatArray],
-        weights: Sequence[FloatArray],
+        weights: Sequence[FloatArray] | None = None,
         *,
         levels: Levels = None,
         cmap: str | colors.Colormap | None = None,
         limits: tuple[float, float] | None = None,
         colours: Theme = THEMES["light"],
     ) -> ColourScale:
-        """Colour scale for the values of all panels; the weights are shares.
+        """Colour scale for the values of all panels; the weights are shares, by default equal.
 
         The limits leave out the last 2 % of the weights at an end where the values run off, and take in the neutral
         value (1 of a ratio, else 0) where the values come near to it. About it the colours of a "ratio" are even in the
@@ -71,7 +71,8 @@ class ColourScale:
             said = support.quoted(cmap)
             raise ValueError(f"Invalid colour map {said}. It must be a name of matplotlib or a Colormap.")
         wanted = _check_levels(levels)
-        data, area = np.concatenate(values), np.concatenate(weights)
+        equal = [np.full(one.size, 1.0 / one.size) for one in values] if weights is None else weights
+        data, area = np.concatenate(values), np.concatenate(equal)
         usable = np.isfinite(data) & (area > 0)
         data, area = data[usable], area[usable]
         if not data.size:
@@ -84,7 +85,7 @@ class ColourScale:
         missed = chosen[(chosen < data.min()) | (chosen > data.max())]
         if missed.size and not isinstance(wanted, int):
             few = [f"{level:g}" for level in missed[:5]]
-            few += [f"{missed.size - len(few)} more"] if missed.size > len(few) else []
+            few += [f"{missed.size - 5} more"] if missed.size > 5 else []
             has = "level {} has no isoline: it is" if missed.size == 1 else "levels {} have no isolines: they are"
             beyond = has.format(support.listed(few, "and"))
             support.tell(f"The {beyond} beyond the values, {data.min():.6g} to {data.max():.6g}.")
@@ -95,8 +96,7 @@ class ColourScale:
             cmap = colours.diverging if start <= 0 <= stop else colours.rising if start > 0 else colours.falling
         norm = colors.LogNorm(low, high) if measure.kind == "ratio" else colors.Normalize(low, high)
         slack = _SLACK * (high - low)
-        ends = bool(data.min() < low - slack), bool(data.max() > high + slack)
-        extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[ends]
+        extend = ("neither", "min", "max", "both")[(data.min() < low - slack) + 2 * (data.max() > high + slack)]
         return cls(measure, norm, cmap, chosen, extend)
 
     @classmethod
@@ -217,8 +217,7 @@ def _round_levels(measure: matrices.Measure, low: float, high: float, intervals:
             levels = levels[(levels >= low * (1 - 1e-9)) & (levels <= high * (1 + 1e-9))]
             if levels.size > 0.6 * intervals:
                 return levels
-    slack = 1e-9 * (high - low)
-    return round_values(low, high, intervals, slack)
+    return round_values(low, high, intervals, slack=1e-9 * (high - low))
 
 
 def round_values(low: float, high: float, intervals: int, slack: float = 0.0) -> FloatArray:
@@ -235,4 +234,5 @@ def level_labels(levels: FloatArray) -> list[str]:
         spacing = np.diff(levels).min(initial=np.inf) if levels.size > 1 else np.abs(levels).max(initial=1.0)
         if (np.abs(read - levels) <= 1e-3 * spacing).all():
             break
-    return [with_minus(f"{float(label):,.0f}" if "e+" in label else label) for label in labels]
+    labels = [f"{float(label):,.0f}" if "e+" in label else label for label in labels]
+    return [label.replace("-", "\N{MINUS SIGN}") for label in labels]

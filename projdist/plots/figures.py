@@ -15,12 +15,12 @@ from matplotlib import colors, rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from projdist import answers, decisions, field, matrices, regions, support, surfaces
+from projdist import answers, decisions, earth, field, matrices, regions, support, surfaces
 from projdist._typing import AnyPath, FloatArray
-from projdist.plots import SUFFIXES, basemap, layouts, map_drawing
+from projdist.plots import SUFFIXES, basemap, map_drawing, styled_figure
 from projdist.plots.colours import ColourScale, Levels
-from projdist.plots.style import Look, StyledFigure, look_for
-from projdist.projections import Projection, ProjectionLike, listed_projections
+from projdist.plots.style import Look, look_for
+from projdist.projections import Projection, ProjectionLike
 
 
 def field_against(surface: surfaces.Surface, measure: matrices.Measure, other: Projection | None) -> FloatArray:
@@ -47,7 +47,7 @@ def _against(values: FloatArray, others: FloatArray, measure: matrices.Measure) 
             found = values / others
         return np.where(np.isfinite(found), found, np.nan)
     found = values - others
-    return map_drawing.turned(found) if measure.name == "meridian_convergence" else found
+    return earth.wrapped(found) if measure.name == "meridian_convergence" else found
 
 
 # ---- figures -------------------------------------------------------------------------------------
@@ -262,12 +262,11 @@ def ldp_figure(
 
 def save(figure: Figure, path: AnyPath, *, dpi: float | None = None, overwrite: bool = True) -> Path:
     """Write a figure as .png, .svg or .pdf; an existing file is replaced when the new one is complete, or an error."""
-    support.check_instance("figure", figure, Figure, "a Figure of matplotlib")
     path = support.check_path("picture file", path)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"Invalid picture file '{path}'. Its suffix must be .png, .svg or .pdf.")
-    dots = figure.dpi if dpi is None else layouts.check_dpi(dpi)
+    dots = figure.dpi if dpi is None else styled_figure.check_dpi(dpi)
     content = encoded(figure, suffix, dpi=dots)  # matplotlib's PDFs cannot end on a disk that is full
     with support.replacing(path, overwrite=overwrite) as new:
         new.write_bytes(content)
@@ -281,7 +280,7 @@ def encoded(figure: Figure, suffix: str, *, dpi: float) -> bytes:
     content = io.BytesIO()
     # Without a date, and one thread at a time, as the salt is global to matplotlib.
     with _SAVING, rc_context({"svg.hashsalt": "projdist"}):
-        figure.savefig(content, format=suffix[1:], dpi=layouts.check_dpi(dpi), metadata=_UNDATED[suffix])
+        figure.savefig(content, format=suffix[1:], dpi=styled_figure.check_dpi(dpi), metadata=_UNDATED[suffix])
     return content.getvalue()
 
 
@@ -312,20 +311,15 @@ def _maps(
     other: Projection | None = None,
 ) -> list[_Map]:
     """Panels of a figure, all of one region, for one projection or several."""
-    listed = listed_projections(projections)
-    if not listed:
-        raise ValueError("Invalid list of projections '[]'. It must name at least one.")
-    chosen = [Projection.from_user_input(one) for one in listed]
-    place = regions.region_for(region, chosen if other is None else [*chosen, other])
-    if look.title and len(listed) == 1:
+    chosen, place = styled_figure.maps_over(projections, region, [] if other is None else [other])
+    count, shown = len(chosen), surfaces.shown_part(place)
+    if look.title and count == 1:
         titles = [look.title]
-    above = zip(chosen, _each(titles, len(listed)), _each(airy_kavrayskiy, len(listed)), strict=True)
-    shown = surfaces.shown_part(place)
-    # Of several maps it is at the foot, once for all.
-    words = regions.region_title(place) if len(listed) == 1 and place != regions.GLOBE else ""
+    each = [styled_figure.one_each(given, count) for given in (titles, airy_kavrayskiy)]
+    words = styled_figure.over(place, "") if count == 1 else ""  # of several maps it is at the foot, once for all
     return [
         _Map(surfaces.surface_of(projection, shown), place, title, figure, place=words)
-        for projection, title, figure in above
+        for projection, title, figure in zip(chosen, *each, strict=True)
     ]
 
 
@@ -335,16 +329,7 @@ def _over(maps: list[_Map]) -> str:
     if region == regions.GLOBE:
         return ""
     away = "" if maps[0].surface.domain.region == region else "; parts far away are not drawn"
-    return away if maps[0].place else f", over {regions.region_title(region)}{away}"
-
-
-def _each(values: Sequence[Any] | None, count: int) -> Sequence[Any]:
-    if values is None:
-        return [None] * count
-    if not isinstance(values, list | tuple | np.ndarray) or len(values) != count:
-        must = f"There must be one for each of {count} maps."
-        raise ValueError(f"Invalid titles or figures {support.quoted(values)}. {must}")
-    return values
+    return away if maps[0].place else f"{styled_figure.over(region)}{away}"
 
 
 def _figure(
@@ -355,7 +340,7 @@ def _figure(
     look: Look,
     text: str,
     scale: ColourScale | None = None,
-) -> StyledFigure:
+) -> styled_figure.StyledFigure:
     """Figure with a panel for each map, which `draw` fills."""
     # With a colour scale maps are as large as possible, and the text is the bar's label; else in one scale, and a foot.
     views = np.array([one.surface.view for one in maps])
@@ -363,14 +348,14 @@ def _figure(
     if scale is not None:
         shapes = shapes / shapes.max(axis=1, keepdims=True)
     labels = (_BESIDE, _BELOW) if any(one.surface.is_local for one in maps) else (0.0, 0.0)
-    words, foot = [one.words for one in maps], layouts.FOOT if scale is None else layouts.BAR
+    words, foot = [one.words for one in maps], styled_figure.FOOT if scale is None else styled_figure.BAR
     with look.applied():
-        figure, axes, room = layouts.arranged(shapes, size, dpi, foot=foot, words=words, labels=labels, look=look)
+        figure, axes, room = styled_figure.arranged(shapes, size, dpi, foot=foot, words=words, labels=labels, look=look)
         for k, ax in enumerate(axes):
             draw(ax, k)
-        layouts.fit_titles(axes, room)
+        styled_figure.fit_titles(axes, room)
         if scale is None:
             figure.foot(text)
         elif look.colourbar:
-            map_drawing.draw_colourbar(figure, scale, cax=layouts.bar_axes(figure), label=text)
+            map_drawing.draw_colourbar(figure, scale, cax=styled_figure.bar_axes(figure), label=text)
     return figure

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 from matplotlib import colors
 
-from projdist import earth, field, matrices, projections, regions, support, surfaces
+from projdist import earth, projections, regions, support, surfaces
 from projdist._typing import FloatArray
 from projdist.plots import map_drawing
 from projdist.plots.colours import ColourScale, Levels
@@ -187,12 +187,9 @@ def add_heatmap(
     (0.0, 90.0)
     """
     projection, from_metres = _of_axes(ax)
-    chosen = matrices.get_measure(measure)
     surface = surfaces.surface_of(projection, region)
-    values = surfaces.field(surface, chosen)
-    scale = ColourScale.of_surfaces(chosen, [surface], [values], levels=levels, cmap=cmap, limits=limits)
+    values, scale, values_at = map_drawing.measured(surface, measure, levels=levels, cmap=cmap, limits=limits)
     with ax.hold_limits():
-        values_at = functools.partial(field.measure_at, projection, chosen)
         map_drawing.draw_field(ax, _in_unit(surface, from_metres), values, scale, values_at)
     if colourbar:
         map_drawing.draw_bar_below(ax, scale)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib import patches, ticker
@@ -14,10 +14,11 @@ from matplotlib.figure import Figure
 from projdist import answers, matrices, numerics, regions, support
 from projdist._typing import FloatArray, IntArray
 from projdist.field import Field, sample
-from projdist.plots import layouts, map_drawing
+from projdist.plots import map_drawing, styled_figure
 from projdist.plots.colours import ColourScale, level_labels, round_values, words_of_measure
-from projdist.plots.style import FigureStyle, Look, StyledFigure, look_for, scale_for, style_of, titles_for, wrapped
-from projdist.projections import Projection, ProjectionLike, listed_projections
+from projdist.plots.style import Look, look_for
+from projdist.plots.styled_figure import FigureStyle, StyledFigure, scale_for, style_of, wrapped
+from projdist.projections import ProjectionLike
 
 
 def _dress(ax: Axes, points: float, *, grid: bool = True) -> None:
@@ -25,9 +26,7 @@ def _dress(ax: Axes, points: float, *, grid: bool = True) -> None:
     style, colours = style_of(ax), style_of(ax).colours
     ax.set_facecolor("none" if style.look.transparent else colours.background)
     ax.tick_params(labelsize=style.scale * points, colors=colours.text, length=3, width=0.7)
-    for side in ax.spines.values():
-        side.set_color(colours.graticule)
-        side.set_linewidth(0.7)
+    ax.spines[:].set(color=colours.graticule, linewidth=0.7)
     if grid:
         ax.grid(color=colours.graticule, alpha=0.4, linewidth=0.6)
         ax.set_axisbelow(True)
@@ -106,27 +105,22 @@ def distribution_figure(
     """
     support.check_choice("kind of distribution", kind, DISTRIBUTIONS)
     chosen = matrices.get_measure(measure)
-    listed = listed_projections(projections)
-    if not listed or (kind != "pareto" and len(listed) > _MOST):
-        raise ValueError(f"Invalid list of {len(listed)} projections. It must name 1 to {_MOST}.")
-    maps = [Projection.from_user_input(one) for one in listed]
-    place = regions.region_for(region, maps)
-    names = titles_for(titles, [one.name for one in maps])
+    maps, place = styled_figure.maps_over(projections, region, most=None if kind == "pareto" else _MOST)
+    names = styled_figure.titles_for(titles, [one.name for one in maps])
     measures: list[Any] = [] if kind == "pareto" else [chosen]
     fields = [sample(one, place, measures=measures, tolerance=_TOLERANCE) for one in maps]
-    look, room = look_for(look), layouts.check_size(size)
-    name = "" if place == regions.GLOBE else regions.region_title(place)
+    look, room = look_for(look), styled_figure.check_size(size)
     with look.applied():
         style = FigureStyle(look, scale_for(look, room), has_heading=True)
         content = style.content(room or _SIZES[kind])
         has_room = min(np.divide(content, _NARROWEST)) >= style.scale
-        layouts.check_room(has_room, room or _SIZES[kind], "a graph")
-        figure = StyledFigure(style, content, layouts.check_dpi(dpi), layout="constrained")
+        styled_figure.check_room(has_room, room or _SIZES[kind], "a graph")
+        figure = StyledFigure(style, content, styled_figure.check_dpi(dpi), layout="constrained")
         ax = figure.add_subplot()
         if kind == "pareto":
-            _draw_pareto(figure, ax, fields, names, f", over {name}" if name else "", is_free=size is None)
+            _draw_pareto(figure, ax, fields, names, styled_figure.over(place), is_free=size is None)
         else:
-            _draw_distribution(ax, fields, names, chosen, kind, f" of {name}" if name else "")
+            _draw_distribution(ax, fields, names, chosen, kind, styled_figure.over(place, " of "))
     return figure
 
 
@@ -137,12 +131,9 @@ def _draw_distribution(
     many = [_sorted(*field.many(measure)) for field in fields]
     low, high = _range(measure, many)
     logarithmic = measure.kind == "ratio" and high > 1.6 * low
-    edges = np.geomspace(low, high, _BINS + 1) if logarithmic else np.linspace(low, high, _BINS + 1)
-    if logarithmic:
-        room = (high / low) ** _ROOM
-        ax.set_xlim(low / room, high * room)
-    else:
-        ax.set_xlim(low - _ROOM * (high - low), high + _ROOM * (high - low))
+    edges = (np.geomspace if logarithmic else np.linspace)(low, high, _BINS + 1)
+    room = (high / low) ** _ROOM if logarithmic else _ROOM * (high - low)
+    ax.set_xlim((low / room, high * room) if logarithmic else (low - room, high + room))
     for k, (name, (values, weights)) in enumerate(zip(names, many, strict=True)):
         beyond = float(weights[(values < edges[0]) | (values > edges[-1])].sum())
         label = name if beyond < 5e-4 else f"{name} ({100.0 * beyond:.2g} % beyond)"
@@ -156,13 +147,11 @@ def _draw_distribution(
             up_to = 100.0 * np.cumsum(weights)[at]
             x, y = np.append(values[at], max(high, values[-1])), np.append(up_to, 100.0)
             ax.plot(np.append(x[0], x), np.append(0.0, y), color=colour, linewidth=1.5, linestyle=style, label=label)
-    if logarithmic:
-        ax.set_xscale("log")
-    scale = ColourScale.of(measure, [np.array([low, high])], [np.ones(2)], limits=(low, high))
+    ax.set_xscale("log" if logarithmic else "linear")
+    scale = ColourScale.of(measure, [np.array([low, high])], limits=(low, high))
     levels = scale.levels[(scale.levels >= low) & (scale.levels <= high)]
-    ax.xaxis.set_major_locator(ticker.FixedLocator(levels.tolist()))
-    ax.xaxis.set_minor_locator(ticker.NullLocator())
     ax.set_xticks(levels, level_labels(levels))
+    ax.xaxis.set_minor_locator(ticker.NullLocator())
     ax.yaxis.set_major_locator(ticker.MaxNLocator(6))
     _dress(ax, 8)
     ax.set_ylim(0.0, 103.0 if kind == "cumulative" else None)
@@ -174,8 +163,7 @@ def _draw_distribution(
 
 def _label_axes(ax: Axes, below: str, beside: str) -> None:
     """Label axes that fill a figure, in several lines where one has no room."""
-    figure: Any = ax.figure
-    style = figure.style
+    figure, style = cast(StyledFigure, ax.figure), style_of(ax)
     width, height = np.array(figure.content) - style.scale * np.array(_AROUND)
     ax.set_xlabel(wrapped(below, style.scale * 9, width), **style.letters(9))
     ax.set_ylabel(wrapped(beside, style.scale * 9, height), **style.letters(9))
@@ -386,7 +374,7 @@ def profile_figure(
     ['Scale along\\nthe line', 'ppm', 'Meridian\\nconvergence\\n(degrees)']
     """
     support.check_instance("profile", found, answers.Profile, "a Profile of projdist")
-    look, size, dpi = look_for(look), layouts.check_size(size), layouts.check_dpi(dpi)
+    look, size, dpi = look_for(look), styled_figure.check_size(size), styled_figure.check_dpi(dpi)
     name = found.projection.name if title is None else support.check_text("title", title)
     name = name if look.title is None else look.title
     panels = _panels(found)
@@ -396,7 +384,7 @@ def profile_figure(
     width, height = style.content(size) if size else (_WIDTH, fixed + _PANEL * len(panels))
     each = (height - fixed) / len(panels)
     has_room = each >= 0.3 and width >= left + right + 0.5
-    layouts.check_room(has_room, size or (width, height), f"{len(panels)} panels")
+    styled_figure.check_room(has_room, size or (width, height), f"{len(panels)} panels")
     factor, unit = (1.0, "km") if found.distance_km[-1] >= 2.0 else (1e3, "m")
     across = width - left - right
     with look.applied():

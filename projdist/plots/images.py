@@ -17,15 +17,14 @@ from projdist import support, surfaces
 from projdist._typing import AnyArray, AnyPath, BoolArray, FloatArray
 from projdist.applications import mosaics
 from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap, scan_extent
-from projdist.plots import basemap, layouts, map_drawing
+from projdist.plots import basemap, map_drawing, styled_figure
 from projdist.plots.colours import ColourScale, level_labels, shown_levels
-from projdist.plots.style import (
+from projdist.plots.style import Look, look_for
+from projdist.plots.styled_figure import (
     FigureStyle,
-    Look,
     StyledFigure,
     add_lines,
     add_polygons,
-    look_for,
     scale_for,
     set_view,
     style_of,
@@ -123,7 +122,7 @@ def old_map_figure(
         raise ValueError(f"Invalid panels '{', '.join(draw)}'. They must be of {', '.join(OLD_MAP_PANELS)}.")
     if support.check_text("measure", measure) not in OLD_MAP_MEASURES:
         raise ValueError(f"Invalid measure '{measure}' of an old map. It must be {' or '.join(OLD_MAP_MEASURES)}.")
-    size, dpi = layouts.check_size(size), layouts.check_dpi(dpi)
+    size, dpi = styled_figure.check_size(size), styled_figure.check_dpi(dpi)
     sheet = _sheet(found, None if image is None else read_scan(image, found))
     look = look_for(look)
     with look.applied():
@@ -204,17 +203,16 @@ class _OldMapPanel:
         folds = mesh.triangles[sheet.folded[mesh.triangles].any(axis=1)]
         if len(folds):
             places = np.stack([mesh.x, mesh.y], axis=-1)[folds]
-            colours = {"facecolors": _FOLD, "edgecolors": _FOLD}
-            add_polygons(self.ax, places, **colours, linewidths=0.5, zorder=2.6, label="folds")
+            add_polygons(self.ax, places, color=_FOLD, linewidths=0.5, zorder=2.6, label="folds")
 
     def show_title(self, title: str, below: str) -> None:
         """Draw a title and a subtitle, which mentions folds."""
-        layouts.draw_title(self.ax, title, below + ("; pink: the fit folds" if self.sheet.folded.any() else ""))
+        styled_figure.draw_title(self.ax, title, below + ("; pink: the fit folds" if self.sheet.folded.any() else ""))
 
     def show_grid(self, *, strong: bool = False) -> float:
         """Draw lines of equal true x and y at a round distance; returns it in metres."""
         sheet, colours = self.sheet, style_of(self.ax).colours
-        step = _round_down(float(np.ptp(sheet.truth, axis=0).max()) / _LINES)
+        step = basemap.round_down(float(np.ptp(sheet.truth, axis=0).max()) / _LINES)
         colour = "#00000066" if sheet.scan is not None else f"{colours.text}66" if strong else colours.graticule
         for values in sheet.truth.T:
             levels = step * np.arange(np.ceil(values.min() / step), np.floor(values.max() / step) + 1.0)
@@ -227,11 +225,10 @@ class _OldMapPanel:
         sheet, mesh = self.sheet, self.sheet.mesh
         values = LOCAL_MEASURES[name](sheet.J)
         present = values[~sheet.folded]
-        weights = np.full(present.size, 1.0 / present.size)
-        scale = ColourScale.of(LOCAL_MEASURES[name], [present], [weights], colours=style_of(self.ax).colours)
+        scale = ColourScale.of(LOCAL_MEASURES[name], [present], colours=style_of(self.ax).colours)
         if denominator is not None:  # levels are round denominators
             low, high = (denominator / end for end in reversed(scale.limits))
-            step = _round_down(1.5 * (high - low) / _LINES)
+            step = basemap.round_down(1.5 * (high - low) / _LINES)
             rounded = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1.0)
             scale = replace(scale, levels=denominator / rounded[::-1]) if rounded.size else scale
         if sheet.scan is not None:
@@ -358,12 +355,6 @@ OLD_MAP_PANELS: dict[str, Callable[[_OldMapPanel, str], None]] = {
 _WITH_BAR = ("heatmap", "rotation", "scale")
 
 
-def _round_down(length: float) -> float:
-    """Largest of 1, 2, 5 times a power of ten that does not exceed a value."""
-    power = 10.0 ** np.floor(np.log10(length))
-    return float(power * max(m for m in (1.0, 2.0, 5.0) if m * power <= length * (1 + 1e-9)))
-
-
 def _length(metres: float) -> str:
     return f"{metres / 1e3:,.6g} km" if metres >= 1e3 else f"{metres:.6g} m"
 
@@ -384,7 +375,7 @@ def _layout(
     usual = 7.0 if columns == 1 else 11.0, 9.0 if len(in_rows) == 1 else 12.0
     width, height = style.content(usual if size is None else size)
     w = min((width - _GAP) / columns - _GAP, (height - fixed) / len(in_rows) / shape)
-    layouts.check_room(w > _NARROWEST, usual if size is None else size, f"{count} panels")
+    styled_figure.check_room(w > _NARROWEST, usual if size is None else size, f"{count} panels")
     if size is None:
         width, height = columns * max(w + _GAP, letters * _TEXT) + _GAP, len(in_rows) * w * shape + fixed
     spare = (height - fixed - len(in_rows) * w * shape) / len(in_rows)
@@ -440,13 +431,13 @@ def mosaic_figure(
     if len(words) == 1 and look.title:
         words = [(look.title, words[0][1])]
     with look.applied():
-        figure, axes, room = layouts.arranged(shapes, size, dpi, foot=_MOSAIC_FOOT, words=words, look=look)
+        figure, axes, room = styled_figure.arranged(shapes, size, dpi, foot=_MOSAIC_FOOT, words=words, look=look)
         for ax, panel, (title, below) in zip(axes, panels, words, strict=True):
             ax.set_axis_off()
             if panel is not None:
                 _draw_mosaic(ax, found, *panel)
-            layouts.draw_title(ax, title, below)
-        layouts.fit_titles(axes, room)
+            styled_figure.draw_title(ax, title, below)
+        styled_figure.fit_titles(axes, room)
     return figure
 
 

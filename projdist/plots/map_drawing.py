@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from matplotlib import colorbar, colors, contour, patheffects, transforms, tri
+from matplotlib import colorbar, colors, contour, patheffects, tri
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 
-from projdist import answers, decisions, field, matrices, projections, regions, support, surfaces
+from projdist import answers, decisions, earth, field, matrices, projections, regions, support, surfaces
 from projdist._typing import FloatArray, IntArray
-from projdist.plots import basemap, layouts
+from projdist.plots import basemap, styled_figure
 from projdist.plots.colours import ColourScale, Levels, level_labels, shown_levels
-from projdist.plots.style import FigureStyle, StyledFigure, add_lines, add_polygons, style_of, text_width, title_of
+from projdist.plots.styled_figure import FigureStyle, StyledFigure, add_lines, add_polygons, style_of, text_width
 from projdist.surfaces import Surface
 
 _SIZE = 6.5  # points
@@ -31,30 +31,25 @@ def label_isolines(ax: Axes, lines: contour.ContourSet, labels: Mapping[float, s
     edge = ax.transData.transform(outline.reshape(-1, 2))
     size = _SIZE * style_of(ax).scale
     height = size / 72.0 * ax.figure.dpi
-    places = np.empty((0, 2))
-    reaches = np.empty(0)
+    places, reaches = np.empty((0, 2)), np.empty(0)
     for level, path in zip(lines.levels, lines.get_paths(), strict=True):
         # Half the label's width, in any rotation, and a margin.
         reach = 0.5 * height * (_WIDTH * len(labels[level]) + 0.4)
         for piece in path.to_polygons(closed_only=False):
             points = ax.transData.transform(piece)
-            along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-            if along[-1] < 2.0 * _SHORTEST * reach:
-                continue
-            for share in _SHARES:
+            along = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
+            for share in _SHARES if along[-1] >= 2.0 * _SHORTEST * reach else ():
                 place = np.array([np.interp(share * along[-1], along, column) for column in points.T])
                 clear = (np.hypot(*(places - place).T) > reaches + reach).all()
                 if clear and (np.hypot(*(edge - place).T) > reach).all():
                     places, reaches = np.vstack([places, place]), np.append(reaches, reach)
                     break
-    if not reaches.size:
-        return
     manual = ax.transData.inverted().transform(places).tolist()
-    for text in ax.clabel(lines, fontsize=size, fmt=dict(labels), inline_spacing=2, manual=manual):
+    for text in ax.clabel(lines, fontsize=size, fmt=dict(labels), inline_spacing=2, manual=manual) if manual else ():
         text.set_path_effects([patheffects.withStroke(linewidth=1.5, foreground=style_of(ax).colours.halo)])
 
 
-# ---- pictures ------------------------------------------------------------------------------------
+# ---- Tissot's indicatrices -----------------------------------------------------------------------
 
 _VERTICES, _FEW_VERTICES, _MANY = 72, 24, 2000
 _TICK, _AIR = 8.0, 0.6  # points, and of them between labels
@@ -63,21 +58,13 @@ _EDGE, _EDGE_SHARE = 0.6, 0.06  # points, and of the width of the ellipses
 AnyMeasure = str | matrices.Measure | Callable[[FloatArray], FloatArray]
 
 
-def check_axes(ax: Any) -> None:
-    """Check that an object is matplotlib axes, before the work."""
-    support.check_instance("axes", ax, Axes, "Axes of matplotlib")
-
-
 def words_of(
     projection: projections.Projection, title: str | None, airy_kavrayskiy: float | None = None, below: str = ""
 ) -> tuple[str, str]:
     """Title and subtitle of a map: its name by default, and its Airy-Kavrayskiy error if known."""
     if airy_kavrayskiy is not None and not below:
         below = f"Airy–Kavrayskiy {support.check_number('Airy-Kavrayskiy figure', airy_kavrayskiy):.4g}"
-    return title_of(projection) if title is None else support.check_text("title", title), below
-
-
-# ---- Tissot's indicatrices ------------------------------------------------------------------
+    return styled_figure.title_of(projection) if title is None else support.check_text("title", title), below
 
 
 def check_exaggeration(factor: float | str) -> float | str:
@@ -102,7 +89,7 @@ def tissot(
     context: str = basemap.CONTEXTS[-1],
 ) -> float:
     """Draw indicatrices on `ax`, as by `plots.tissot`; returns the radius in metres of their circles on the ground."""
-    check_axes(ax)
+    support.check_instance("axes", ax, Axes, "Axes of matplotlib")
     exaggeration = check_exaggeration(exaggeration)
     surface = surfaces.surface_of(projection, region)
     words = words_of(surface.domain.projection, title, airy_kavrayskiy)
@@ -131,15 +118,13 @@ def draw_tissot(
         edge = style_of(ax).colours.edge
         add_lines(ax, crosses, colors=edge, linewidths=0.5, zorder=2.1, label="principal directions")
     basemap.draw_places(ax, surface, context)
-    layouts.draw_title(ax, *words)
+    styled_figure.draw_title(ax, *words)
 
 
 def draw_ellipses(ax: Axes, panel: surfaces.Indicatrices, radius: float, matrix: FloatArray | None = None) -> None:
     """Draw ellipses only, in metres, or transformed by a matrix (2, 2)."""
     vertices = _FEW_VERTICES if panel.lon.size > _MANY else _VERTICES
-    polygons = surfaces.ellipses(panel, radius, vertices)
-    if matrix is not None:
-        polygons = polygons @ matrix.T
+    polygons = surfaces.ellipses(panel, radius, vertices) @ (np.eye(2) if matrix is None else matrix.T)
     width = _EDGE
     if len(polygons):
         points = ax.get_window_extent().width * 72.0 / ax.figure.dpi / np.ptp(ax.get_xlim())
@@ -167,18 +152,25 @@ def heatmap(
     context: str = basemap.CONTEXTS[-1],
 ) -> ColourScale:
     """Draw a measure as colours with isolines on `ax`, as by `plots.heatmap`; returns the colour scale."""
-    check_axes(ax)
-    chosen = matrices.get_measure(measure)
+    support.check_instance("axes", ax, Axes, "Axes of matplotlib")
+    support.check_choice("context", context, basemap.CONTEXTS)
     surface = surfaces.surface_of(projection, region)
     words = words_of(surface.domain.projection, title, airy_kavrayskiy)
-    values = surfaces.field(surface, chosen)
-    scale = ColourScale.of_surfaces(chosen, [surface], [values], levels=levels, cmap=cmap, limits=limits)
-    values_at = functools.partial(field.measure_at, surface.domain.projection, chosen)
-    support.check_choice("context", context, basemap.CONTEXTS)
+    values, scale, values_at = measured(surface, measure, levels=levels, cmap=cmap, limits=limits)
     draw_heatmap(ax, surface, values, scale, words, context, values_at, step=step)
     if colourbar:
         draw_bar_below(ax, scale)
     return scale
+
+
+def measured(
+    surface: Surface, measure: AnyMeasure, **options: Any
+) -> tuple[FloatArray, ColourScale, surfaces.ValuesAt]:
+    """A measure at the vertices of a surface, its colours, and the function of places that gives it."""
+    chosen = matrices.get_measure(measure)
+    values = surfaces.field(surface, chosen)
+    values_at = functools.partial(field.measure_at, surface.domain.projection, chosen)
+    return values, ColourScale.of_surfaces(chosen, [surface], [values], **options), values_at
 
 
 def draw_heatmap(
@@ -197,7 +189,7 @@ def draw_heatmap(
     kept = basemap.main_cities(ax, surface) if context == "full" else None
     draw_field(ax, surface, values, scale, values_at, kept)
     basemap.draw_places(ax, surface, context)
-    layouts.draw_title(ax, *words)
+    styled_figure.draw_title(ax, *words)
 
 
 def draw_field(
@@ -219,7 +211,8 @@ def draw_field(
     levels = shown_levels(scale, values[~missing])
     values = np.where(missing, scale.limits[0], values)
     clip = basemap.region_clip(ax, surface)
-    basemap.draw_triangles(ax, mapped, values, clip, norm=scale.norm, cmap=scale.colours, zorder=0.5)
+    shades: dict[str, Any] = {"norm": scale.norm, "cmap": scale.colours, "zorder": 0.5, "clip_path": clip}
+    basemap.draw_triangles(ax, mapped, values, **shades)
     if levels.size:
         traced = surfaces.crosses(values[mapped.triangles], levels) & ~unknown
         if values_at is not None:
@@ -238,13 +231,12 @@ def draw_isolines(
     values: FloatArray,
     labels: Mapping[float, str],
     edges: FloatArray,
-    clip: transforms.TransformedPath | None = None,
+    clip: Any = None,
 ) -> None:
     """Draw isolines of values at the vertices of triangles, and their labels clear of edges, (n, 2, 2) segments."""
     style = {"colors": style_of(ax).colours.ink, "linewidths": 0.6, "linestyles": "solid", "zorder": 2.0}
     lines = ax.tricontour(mesh, values, levels=list(labels), **style)
-    if clip is not None:
-        lines.set_clip_path(clip)
+    lines.set_clip_path(clip or ax.patch)
     label_isolines(ax, lines, labels, edges)
 
 
@@ -268,7 +260,8 @@ def draw_bar_below(ax: Axes, scale: ColourScale) -> None:
 
 def draw_colourbar(figure: Any, scale: ColourScale, *, label: str | None = None, **place: Any) -> colorbar.Colorbar:
     """Draw a horizontal colour bar with the levels as ticks; its label is by default the measure's name."""
-    style = figure.style if isinstance(figure, StyledFigure) else FigureStyle()
+    is_ours = isinstance(figure, StyledFigure)
+    style = figure.style if is_ours else FigureStyle()
     letters, colours = style.scale, style.colours
     place |= {"orientation": "horizontal", "extend": scale.extend}
     bar: colorbar.Colorbar = figure.colorbar(ScalarMappable(scale.norm, scale.colours), **place)
@@ -276,13 +269,11 @@ def draw_colourbar(figure: Any, scale: ColourScale, *, label: str | None = None,
     bar.set_ticks(ticks, labels=level_labels(np.array(ticks)))
     bar.minorticks_off()
     pad, below = (2.0, 1.0) if style.is_tight else (3.5, 4.0)
-    bar.ax.tick_params(labelsize=letters * _TICK, length=letters * 3.0, pad=letters * pad)
-    bar.ax.tick_params(color=colours.text, labelcolor=colours.text)
+    bar.ax.tick_params(labelsize=letters * _TICK, length=letters * 3.0, pad=letters * pad, colors=colours.text)
     bar.set_label(scale.label if label is None else label, labelpad=letters * below, **style.letters(9.0))
-    bar.outline.set(linewidth=0.5, edgecolor="black")
-    if isinstance(figure, StyledFigure):
+    bar.outline.set(linewidth=0.5, edgecolor=colours.outline if is_ours else "black")
+    if is_ours:
         figure.fit(bar.ax.xaxis.label)
-        bar.outline.set_edgecolor(colours.outline)
     return bar
 
 
@@ -357,11 +348,10 @@ class GroundMap:
         if not self.is_field:
             basemap.draw_basemap(ax, surface)
             x, y = found.projection(found.lon, found.lat)
+            dots: dict[str, Any] = {"edgecolors": "#00000055", "linewidths": 0.3, "zorder": 2.0, "label": "points"}
             size = float(np.clip(2e4 / x.size, _SMALLEST, _LARGEST))
-            colours = scale.colours(scale.norm(self.ppm))
-            edge: dict[str, Any] = {"edgecolors": "#00000055", "linewidths": 0.3}
-            ax.scatter(x, y, c=colours, s=size, zorder=2.0, label="points", **edge)
-            layouts.draw_title(ax, *words_of(found.projection, title, below=self.below()))
+            ax.scatter(x, y, c=scale.colours(scale.norm(self.ppm)), s=size, **dots)
+            styled_figure.draw_title(ax, *words_of(found.projection, title, below=self.below()))
             return
         mapped, used = basemap.triangulation(surface, surface.triangles)
         values, target = self.ppm[used], found.target_ppm
@@ -371,9 +361,7 @@ class GroundMap:
         if levels:
             style = {"colors": "#1a7f37", "linewidths": 1.6, "linestyles": "solid", "zorder": 2.1}
             lines = ax.tricontour(mapped, values, levels=levels, **style)
-            clip = basemap.region_clip(ax, surface)
-            if clip is not None:
-                lines.set_clip_path(clip)
+            lines.set_clip_path(basemap.region_clip(ax, surface))
 
 
 def ground_map(ax: Axes, found: decisions.LDP, *, colourbar: bool = True, title: str | None = None) -> ColourScale:
@@ -381,7 +369,7 @@ def ground_map(ax: Axes, found: decisions.LDP, *, colourbar: bool = True, title:
 
     One height, and heights that cover the region, are a field with isolines and lines of the target; points are dots.
     """
-    check_axes(ax)
+    support.check_instance("axes", ax, Axes, "Axes of matplotlib")
     prepared = GroundMap.of(found)
     prepared.draw(ax, title)
     if colourbar:
@@ -399,26 +387,19 @@ def _heights(surface: Surface, found: decisions.LDP) -> FloatArray | None:
     from scipy.interpolate import LinearNDInterpolator  # slow to load
     from scipy.spatial import cKDTree
 
-    middle = float(np.mean(found.lat))
-    across = np.cos(np.radians(middle))
-    origin = found.lon[0]
-    points = np.column_stack([turned(found.lon - origin) * across, found.lat])
+    origin, across = found.lon[0], np.cos(np.radians(np.mean(found.lat)))
+    points = np.column_stack([earth.wrapped(found.lon - origin) * across, found.lat])
     tree = cKDTree(points)
     spacing = np.asarray(tree.query(points, 2)[0])[:, 1]
     above_geoid = found.height - (0.0 if found.geoid_height is None else found.geoid_height)
     if np.ptp(above_geoid) > _LEVEL and np.quantile(spacing, 0.9) > _EVEN * np.quantile(spacing, 0.1):
         return None
-    nodes = np.column_stack([turned(lon - origin) * across, lat])
+    nodes = np.column_stack([earth.wrapped(lon - origin) * across, lat])
     nearest = found.height[tree.query(nodes)[1]]
     if found.height.size > _MOST_TRIANGULATED:
         return nearest
     between = LinearNDInterpolator(points, found.height)(nodes)
     return np.where(np.isfinite(between), between, nearest)
-
-
-def turned(lon: FloatArray) -> FloatArray:
-    """Differences of longitude, -180 to 180."""
-    return np.mod(lon + 180.0, 360.0) - 180.0
 
 
 # ---- local fields --------------------------------------------------------------------------------
@@ -458,14 +439,13 @@ class LocalField:
         radius = surfaces.even_radius([points])
         # An equal-area map has one scale everywhere: then the discs' colours are the stretches.
         shown = _SCALE if np.ptp(np.log(_SCALE(found.matrix))) > _FLAT else _STRETCH
-        values = shown(found.matrix)
         return cls(
             surface=surface,
             corrections=found,
             xy=points.xy,
             discs=surfaces.ellipses(points, _DISC * radius, _DISC_VERTICES),
             radius=radius,
-            scale=ColourScale.of(shown, [values], [np.full(values.size, 1.0 / values.size)]),
+            scale=ColourScale.of(shown, [shown(found.matrix)]),
         )
 
     @property
@@ -483,7 +463,7 @@ class LocalField:
         add_polygons(ax, self.discs, facecolors=colours, zorder=2.0, label="scales", **edge)
         line = {"colors": _INK, "linewidths": 1.2, "path_effects": [_HALO]}
         add_lines(ax, self.segments()[0], zorder=2.2, label="stretches", **line)
-        layouts.draw_title(ax, *words_of(self.surface.domain.projection, title, below=self.below))
+        styled_figure.draw_title(ax, *words_of(self.surface.domain.projection, title, below=self.below))
 
     def segments(self) -> tuple[FloatArray, float, bool]:
         """Lines (m, 2, 2) along the stretches, the stretch of the longest, and whether some exceed it."""
@@ -513,7 +493,7 @@ def local_field(
     They stand `step` degrees apart. A disc's colour is the correction's scale, or its stretch where all scales are the
     same; a line lies in the direction that is stretched most, its length the logarithm of the stretch.
     """
-    check_axes(ax)
+    support.check_instance("axes", ax, Axes, "Axes of matplotlib")
     field = LocalField.of(surfaces.surface_of(projection, region), radius_km, step)
     field.draw(ax, title)
     if colourbar:

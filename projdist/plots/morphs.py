@@ -15,9 +15,10 @@ from PIL import Image
 
 from projdist import earth, field, matrices, projections, regions, support, surfaces
 from projdist._typing import AnyArray, AnyPath, BoolArray, FloatArray, IntArray
-from projdist.plots import layouts, map_drawing
+from projdist.plots import map_drawing, styled_figure
 from projdist.plots.colours import ColourScale
-from projdist.plots.style import FigureStyle, Look, StyledFigure, add_lines, look_for, scale_for
+from projdist.plots.style import Look, look_for
+from projdist.plots.styled_figure import FigureStyle, StyledFigure, add_lines, scale_for
 from projdist.projections import Projection
 
 _POLE = 89.9  # degrees: nearer to a pole maps may be singular
@@ -65,7 +66,6 @@ class Blend:
 
 def blend_of(first: Projection, second: Projection, region: regions.Place) -> Blend:
     """Blend of two maps; raises ValueError if they have nothing in common."""
-
     turn = _turn(first, second, region)
     cos, sin = np.cos(turn), np.sin(turn)
 
@@ -278,14 +278,14 @@ def morph(
     length = support.check_number("number of seconds", seconds)
     if not 0.1 <= length <= _LONGEST:
         raise ValueError(f"Invalid number of seconds '{seconds}'. It must be 0.1 to {_LONGEST:g}.")
-    room = layouts.check_size(size) or _SIZE
-    layouts.check_room(room[0] >= 1.0 and room[1] >= 1.5, room, "an animation")
+    room = styled_figure.check_size(size) or _SIZE
+    styled_figure.check_room(room[0] >= 1.0 and room[1] >= 1.5, room, "an animation")
     maps = Projection.from_user_input(first), Projection.from_user_input(second)
     blend = blend_of(*maps, regions.region_for(region, list(maps)))
     with support.replacing(path, overwrite=overwrite) as new:
         look = replace(look_for(look), transparent=False)
         with look.applied():
-            stage = _Stage(blend, chosen, room, layouts.check_dpi(dpi), look)
+            stage = _Stage(blend, chosen, room, styled_figure.check_dpi(dpi), look)
             if suffix == ".gif":
                 _write_gif(new, stage.pictures(count, progress), _palette(stage.scale, look), length)
             else:
@@ -328,9 +328,8 @@ class _Stage:
         if look.colourbar:
             bar = min(0.6 * width, 4.5)
             place = self.figure.panel(0.5 * (width - bar), letters * 0.42, bar, letters * 0.11)
-            over = "" if blend.region == regions.GLOBE else f", over {regions.region_title(blend.region)}"
             drawn_bar = map_drawing.draw_colourbar(self.figure, self.scale, cax=place)
-            drawn_bar.set_label(f"{self.scale.label}{over}", fontsize=letters * 8)
+            drawn_bar.set_label(f"{self.scale.label}{styled_figure.over(blend.region)}", fontsize=letters * 8)
 
     def _draw_titles(self) -> None:
         """Draw the names of both maps, and a dot that moves between them, in a strip with coordinates in inches."""

@@ -7,7 +7,6 @@ angular deformation; at twice the angle that the direction of the largest scale 
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,15 +15,15 @@ import numpy as np
 from matplotlib import patches
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from projdist import matrices, regions
 from projdist._typing import AnyArray, FloatArray
 from projdist.field import Field, sample
-from projdist.plots import layouts, map_drawing
+from projdist.plots import map_drawing, styled_figure
 from projdist.plots.colours import ColourScale, level_labels
-from projdist.plots.style import Look, StyledFigure, add_lines, look_for, set_view, style_of, title_of, titles_for
-from projdist.projections import Projection, ProjectionLike, listed_projections
+from projdist.plots.style import Look, look_for
+from projdist.plots.styled_figure import StyledFigure, add_lines, set_view, style_of
+from projdist.projections import ProjectionLike
 
 _POINTS = 4000  # of equal area each
 _RAYS = 60  # points to which geodesics are drawn
@@ -106,37 +105,32 @@ def space_figure(
     >>> sorted(line.get_label() for line in figure.axes[0].get_lines() if line.get_marker() != "None")
     ['mean (MDT)', 'median']
     """
-    listed = listed_projections(projections)
-    if not 1 <= len(listed) <= _MOST:
-        raise ValueError(f"Invalid list of {len(listed)} projections. It must name 1 to {_MOST}.")
-    maps = [Projection.from_user_input(one) for one in listed]
-    place = regions.region_for(region, maps)
-    names = titles_for(titles, [title_of(one) for one in maps])
+    maps, place = styled_figure.maps_over(projections, region, most=_MOST)
+    names = styled_figure.titles_for(titles, [styled_figure.title_of(one) for one in maps])
     look = look_for(look)
     names = [look.title] if look.title and len(maps) == 1 else names
     clouds = [_cloud(sample(one, place, tolerance=1e-6)) for one in maps]
     sizes = [cloud.sizes for cloud in clouds]
-    weights = [np.full(size.size, 1.0 / size.size) for size in sizes]
-    scale = ColourScale.of(matrices.get_measure("areal_scale"), sizes, weights, colours=look.colours)
+    scale = ColourScale.of(matrices.get_measure("areal_scale"), sizes, colours=look.colours)
     # The disc is drawn whole, or as much of it as holds nearly all points.
     far = np.concatenate([np.abs([*cloud.points, cloud.mean, cloud.median]) for cloud in clouds])
     reach = _ROOM * max(float(np.quantile(far, _NEARLY_ALL)), 1e-6)
     reach = 1.0 if reach > _WHOLE else reach
-    over = "" if place == regions.GLOBE else f", over {regions.region_title(place)}"
     with look.applied():
         words, shapes = [(name, "") for name in names], np.ones((len(maps), 2))
-        arranged = functools.partial(layouts.arranged, shapes, size, dpi, foot=layouts.BAR, words=words, look=look)
-        figure, panes, room = arranged()
+        options: dict[str, Any] = {"foot": styled_figure.BAR, "words": words, "look": look}
+        figure, panes, room = styled_figure.arranged(shapes, size, dpi, **options)
         is_below = panes[0].get_window_extent().width / figure.dpi < _WITH_LEGEND * figure.style.scale
         if is_below:
-            figure, panes, room = arranged(legend=_LEGEND)
+            figure, panes, room = styled_figure.arranged(shapes, size, dpi, legend=_LEGEND, **options)
         for ax, cloud, name in zip(panes, clouds, names, strict=True):
             _draw(ax, cloud, scale, reach)
-            layouts.draw_title(ax, name, "")
+            styled_figure.draw_title(ax, name, "")
         _draw_legend(figure, panes, is_below=is_below)
-        layouts.fit_titles(panes, room)
+        styled_figure.fit_titles(panes, room)
         if look.colourbar:
-            map_drawing.draw_colourbar(figure, scale, cax=layouts.bar_axes(figure), label=f"{scale.label}{over}")
+            label = f"{scale.label}{styled_figure.over(place)}"
+            map_drawing.draw_colourbar(figure, scale, cax=styled_figure.bar_axes(figure), label=label)
     return figure
 
 
@@ -163,20 +157,20 @@ def _draw(ax: Axes, cloud: _Cloud, scale: ColourScale, reach: float) -> None:
     far = cloud.points[np.argsort(np.abs(cloud.points - cloud.mean))][:: max(len(cloud.points) // _RAYS, 1)]
     ray = {"colors": colours.quiet, "linewidths": 0.5, "alpha": 0.6, "zorder": 2.0}
     rays = add_lines(ax, [geodesic(cloud.mean, one) for one in far], label="geodesics from the mean", **ray)
-    order = np.argsort(np.abs(np.log(cloud.sizes)))
-    x, y = cloud.points.real[order], cloud.points.imag[order]
+    paler = np.argsort(np.abs(np.log(cloud.sizes)))
+    x, y = cloud.points.real[paler], cloud.points.imag[paler]
     # Darker, larger points beneath, so that those of the background's colour show.
     under = ax.scatter(x, y, s=letters * 9.0, color=colours.quiet, linewidths=0.0, zorder=1.7, rasterized=True)
     field: dict[str, Any] = {"cmap": scale.colours, "vmin": 0.0, "vmax": 1.0, "linewidths": 0.0}
-    shades = scale.norm(cloud.sizes[order])
+    shades = scale.norm(cloud.sizes[paler])
     places = ax.scatter(x, y, s=letters * 5.0, c=shades, zorder=1.8, rasterized=True, label="places", **field)
     for drawn in (rays, under, places):
         drawn.set_clip_path(rim)
-    for z, marker, label, area in ((cloud.mean, "D", "mean (MDT)", 34.0), (cloud.median, "s", "median", 30.0)):
-        face, edge = (colours.background, colours.text) if marker == "D" else (colours.text, colours.background)
-        edges: dict[str, Any] = {"markeredgecolor": edge, "markeredgewidth": 1.2, "linestyle": "none"}
-        dot: dict[str, Any] = {"markersize": letters * np.sqrt(area), "zorder": 4.0 if marker == "D" else 3.9}
-        ax.plot([z.real], [z.imag], marker, color=face, label=label, **dot, **edges)
+    inks, mean = (colours.background, colours.text), (cloud.mean, "D", "mean (MDT)", 34.0, 4.0)
+    for z, marker, label, area, order in (mean, (cloud.median, "s", "median", 30.0, 3.9)):
+        face, edge = inks if marker == "D" else inks[::-1]
+        dot: dict[str, Any] = {"markeredgecolor": edge, "markeredgewidth": 1.2, "markersize": letters * np.sqrt(area)}
+        ax.plot([z.real], [z.imag], marker, color=face, label=label, linestyle="none", zorder=order, **dot)
     _draw_rings(ax, reach)
     draw_glyphs(ax, reach)
 
@@ -195,9 +189,8 @@ def _draw_rings(ax: Axes, reach: float) -> None:
     degrees = _rings(reach)
     for omega, label in zip(degrees, level_labels(degrees), strict=True):
         radius = float(np.sin(np.radians(omega) / 2.0))
-        ring = patches.Circle((0.0, 0.0), radius, facecolor="none", edgecolor=colours.quiet, linewidth=0.5, zorder=1.0)
-        ring.set_linestyle((0, (2, 2)))
-        ax.add_patch(ring)
+        line: dict[str, Any] = {"edgecolor": colours.quiet, "linewidth": 0.5, "linestyle": (0, (2, 2)), "zorder": 1.0}
+        ax.add_patch(patches.Circle((0.0, 0.0), radius, facecolor="none", **line))
         x, y = radius * np.array([np.cos(_LABELS), np.sin(_LABELS)])
         ax.text(x, y, f"{label}°", ha="center", va="center", zorder=5.0, bbox=box, **style.letters(7.0))
 
@@ -236,7 +229,7 @@ def _draw_legend(figure: StyledFigure, panes: Sequence[Axes], *, is_below: bool)
     shape |= {"fontsize": style.scale * 7.0, "labelcolor": style.colours.text}
     if is_below:
         dot: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": style.colours.quiet, "linestyle": "none"}
-        handles.append(Line2D([], [], marker="o", label="circles: angular deformation ω", **dot))
+        handles += ax.plot([], [], "o", label="circles: angular deformation ω", **dot)
         place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, panes[-1].get_position().y0)}
         figure.legend(handles=handles, ncols=2, **place, **shape)
         return

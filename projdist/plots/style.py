@@ -1,29 +1,19 @@
-"""The style of pictures: colours, fonts and titles."""
+"""The style of pictures: themes of colours, and `Look`, the options that all pictures have."""
 
 from __future__ import annotations
 
 import functools
 import os
-import re
-import textwrap
-from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 import matplotlib
 import matplotlib.style
-import numpy as np
-from matplotlib import collections, colors, rc_context, transforms
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.text import Text
-from matplotlib.textpath import TextPath
+from matplotlib import colors, rc_context
 
-from projdist import projections, support
-from projdist._typing import FloatArray
+from projdist import support
 
 # Okabe & Ito 2008, which the colour-blind tell apart; yellow is too pale for lines.
 _OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#222222", "#8c564b")
@@ -69,48 +59,8 @@ THEMES = {name: Theme(**{one.name: one.metadata[name] for one in fields(Theme)})
 """Themes by name."""
 
 
-# ---- titles --------------------------------------------------------------------------------------
+# ---- looks ---------------------------------------------------------------------------------------
 
-_CODE = re.compile(r"\w+:[\w.]+")
-
-
-def title_of(projection: projections.Projection) -> str:
-    """Title of a map: its name, shortened, after the code of a CRS."""
-    code = projection.definition if _CODE.fullmatch(projection.definition) else ""
-    return shortened(f"{code} · {projection.name}" if code else projection.name)
-
-
-def titles_for(given: Any, own: list[str]) -> list[str]:
-    """Titles of maps, None standing for a map's own; raises ValueError unless there is one for each."""
-    if given is None:
-        return own
-    if not isinstance(given, list | tuple) or len(given) != len(own):
-        raise ValueError(f"Invalid titles. There must be one for each of {len(own)} maps.")
-    return [name if title is None else str(title) for name, title in zip(own, given, strict=True)]
-
-
-def shortened(text: str, longest: int = 64) -> str:
-    """Text shortened at a word, with an ellipsis."""
-    if len(text) <= longest:
-        return text
-    cut = text[: longest - 1]
-    return f"{cut.rpartition(' ')[0] or cut}".rstrip(" /,(·-") + "…"
-
-
-def with_minus(text: str) -> str:
-    """Text with the minus sign U+2212 in numbers."""
-    return re.sub(r"(?<![\w.)\]])-(?=\.?\d)|(?<=\de)-(?=\d)", "\N{MINUS SIGN}", text)
-
-
-# ---- style ---------------------------------------------------------------------------------------
-
-_FONT = 9.0  # points: the usual size of a colour bar's label, to which all others are in proportion
-_HEADING, _FOOT, _CREDITS = 12.0, 7.5, 6.5
-_HEAD_ROOM, _TIGHT_HEAD_ROOM, _CREDITS_ROOM = 0.36, 0.26, 0.16  # inches
-_LINE = 0.12  # inches, of each line of credits after the first
-_MARGINS = 8.0  # points, of a line across a figure
-_LEAST, _FEWEST = 0.75, 12  # of its size, and letters
-_FITS = 1.0 + 1e-6  # of the room, which rounding may exceed
 _NOT_OF_PICTURES = frozenset(
     "backend backend_fallback interactive toolbar timezone savefig.directory webagg.port".split()
 )
@@ -225,159 +175,7 @@ class Look:
 USUAL = Look()
 
 
-@dataclass(frozen=True)
-class FigureStyle:
-    """Style of one figure: its look, and the size of letters and margins."""
-
-    look: Look = USUAL
-    scale: float = 1.0  # of letters, relative to the usual one
-    is_tight: bool = False  # the figure's size was stated, so that all margins are small
-    is_one_line: bool = False  # subtitles stand beside titles
-    has_heading: bool = False  # the look's title is a heading above all
-
-    def margins(self, width: float) -> tuple[float, float]:
-        """Inches above and below the content of a figure of a width, for a heading and for credits."""
-        heading = _TIGHT_HEAD_ROOM if self.is_tight else _HEAD_ROOM
-        return (
-            self.scale * heading if self.has_heading and self.look.title else 0.0,
-            self.scale * (_CREDITS_ROOM + self.credits(width).count("\n") * _LINE) if self.look.credits else 0.0,
-        )
-
-    def credits(self, width: float) -> str:
-        """The credits in lines for a figure of a width in inches."""
-        return wrapped(" ".join((self.look.credits or "").split()), self.scale * _CREDITS, width - _MARGINS / 72.0)
-
-    def content(self, size: tuple[float, float]) -> tuple[float, float]:
-        """Width and height in inches between the margins of a figure of a size."""
-        return size[0], size[1] - sum(self.margins(size[0]))
-
-    @property
-    def colours(self) -> Theme:
-        """Colours of the look."""
-        return self.look.colours
-
-    def letters(self, points: float, *, quiet: bool = False) -> dict[str, Any]:
-        """Size and colour of a text that usually has so many points."""
-        return {"fontsize": self.scale * points, "color": self.colours.quiet if quiet else self.colours.text}
-
-
-class StyledFigure(Figure):
-    """A figure in a style: content of a size in inches, between the margins that hold its heading and credits."""
-
-    def __init__(
-        self, style: FigureStyle, content: tuple[float, float], dpi: float, layout: Literal["constrained"] | None = None
-    ) -> None:
-        background = "none" if style.look.transparent else style.colours.background
-        super().__init__(dpi=dpi, facecolor=background, layout=layout)
-        self.style = style
-        FigureCanvasAgg(self)
-        self.margins = above, below = style.margins(content[0])
-        self.resize(content)
-        if above:
-            self._write(str(style.look.title), -0.1, style.letters(_HEADING))
-        if below:
-            self._write(style.credits(content[0]), 0.05, style.letters(_CREDITS, quiet=True))
-
-    def resize(self, content: tuple[float, float]) -> None:
-        """Give the content another size in inches, its width the same."""
-        above, below = self.margins
-        self.content = content
-        width, height = content[0], content[1] + above + below
-        self.set_size_inches(width, height)
-        if self.get_layout_engine() is not None:
-            self.set_layout_engine("constrained", rect=(0.0, below / height, 1.0, content[1] / height))
-
-    def panel(self, left: float, bottom: float, width: float, height: float, **options: Any) -> Axes:
-        """Axes at a place in the content, in inches from its lower left corner."""
-        whole = self.get_size_inches()
-        place = np.array([left, bottom + self.margins[1], width, height]) / [*whole, *whole]
-        return self.add_axes(tuple(place.tolist()), **options)
-
-    def draw(self, renderer: Any) -> None:
-        """Draw in the style."""
-        with self.style.look.applied():
-            super().draw(renderer)
-
-    def foot(self, text: str) -> None:
-        """Write a line at the foot of the content."""
-        above = self.margins[1] / self.style.scale
-        self._write(text, above + (0.05 if self.style.is_tight else 0.08), self.style.letters(_FOOT, quiet=True))
-
-    def _write(self, text: str, inches: float, letters: dict[str, Any]) -> None:
-        """Write centred lines so far above the figure's lower edge, or below its upper edge if negative."""
-        offset = transforms.ScaledTranslation(0.0, self.style.scale * inches, self.dpi_scale_trans)
-        edge, anchor = (1.0, "top") if inches < 0.0 else (0.0, "bottom")
-        place: dict[str, Any] = {"ha": "center", "va": anchor, "transform": self.transFigure + offset}
-        self.fit(self.text(0.5, edge, text, **place, **letters))
-
-    def fit(self, text: Text) -> None:
-        """Shrink centred lines to fit the figure's width, then shorten them."""
-        room = 72.0 * self.get_figwidth() - _MARGINS
-        words, size = text.get_text(), float(text.get_fontsize())
-        least = _LEAST * size
-        while (excess := self._width(text) / room) > _FITS and size > least:
-            size = max(size / excess, least)
-            text.set_fontsize(size)
-        longest = len(words)
-        while self._width(text) > _FITS * room and longest > _FEWEST:
-            longest -= 1
-            text.set_text(shortened(words, longest))
-
-    def _width(self, text: Text) -> float:
-        """Width of a text in points: in pixels, to which letters are rounded, or without, whichever is more."""
-        widths = [text_width(line, float(text.get_fontsize())) for line in text.get_text().split("\n")]
-        return max(*widths, text.get_window_extent().width * 72.0 / self.dpi)
-
-
-def wrapped(text: str, points: float, inches: float) -> str:
-    """Text in lines about as long as there is room for."""
-    share = 72.0 * inches / max(text_width(text, points), 1.0)
-    return "\n".join(textwrap.wrap(text, max(int(share * len(text)), 1)))
-
-
-def text_width(text: str, points: float) -> float:
-    """Width of the visible part of a text, in points."""
-    if not text.strip():
-        return 0.0
-    path = TextPath((0.0, 0.0), text, size=points)
-    # Vertices reach the extremes of letters; exact extents of their curves take fifty times as long.
-    return float(np.ptp(path.vertices[path.codes != TextPath.CLOSEPOLY, 0]))
-
-
 def look_for(look: Look | str | None) -> Look:
     """Look given as itself or as the name of a theme."""
-    if look is None or isinstance(look, str):
-        return USUAL if look is None else Look(theme=look)
-    support.check_instance("look", look, Look, "a Look or the name of a theme")
-    return look
-
-
-def style_of(ax: Axes) -> FigureStyle:
-    """Style of the figure of axes; the default in a figure of the caller's."""
-    figure = getattr(ax.figure, "figure", ax.figure)
-    return figure.style if isinstance(figure, StyledFigure) else FigureStyle()
-
-
-def scale_for(look: Look, room: tuple[float, float] | None) -> float:
-    """Relative font size: as stated, else smaller in a small panel; `room` is its size in inches."""
-    if look.points is not None:
-        return look.points / _FONT
-    return 1.0 if room is None else float(np.clip(min(room[0] / 5.5, room[1] / 3.5), 0.72, 1.0))
-
-
-def set_view(ax: Axes, west: float, east: float, south: float, north: float) -> None:
-    """Set the limits of axes without a frame, with equal scales in x and y."""
-    ax.set(xlim=(west, east), ylim=(south, north), aspect="equal")
-    ax.set_axis_off()
-
-
-def add_lines(ax: Axes, lines: Iterable[FloatArray], **style: Any) -> collections.LineCollection:
-    """Draw lines (n, 2), without a change of the limits of the axes."""
-    drawn = collections.LineCollection(list(lines), **style)
-    ax.add_collection(drawn, autolim=False)
-    return drawn
-
-
-def add_polygons(ax: Axes, polygons: Iterable[FloatArray], **style: Any) -> None:
-    """Draw polygons (n, 2), without a change of the limits of the axes."""
-    ax.add_collection(collections.PolyCollection(list(polygons), **style), autolim=False)
+    given = Look(theme=look) if look is None or isinstance(look, str) else look
+    return support.check_instance("look", given, Look, "a Look or the name of a theme")

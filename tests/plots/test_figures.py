@@ -21,7 +21,7 @@ from projdist.plots import map_drawing
 from projdist.plots.basemap import closed_path
 from projdist.plots.colours import level_labels
 from projdist.plots.figures import field_against
-from projdist.plots.style import shortened, title_of, with_minus
+from projdist.plots.styled_figure import shortened, title_of, with_minus
 from projdist.projections import NAMES, WORLD_MAPS, Projection
 from projdist.projections.catalogue import TITLES
 from projdist.surfaces import surface_of

@@ -218,7 +218,7 @@ GRAPHS = {
 
 
 @each("name", GRAPHS)
-@each(("size", "points"), [(None, None), (None, 14.0), ((6.0, 5.0), 9.0), ((3.0, 2.4), None)])
+@each(("size", "points"), [(None, None), (None, 14.0), ((6.0, 5.0), 9.0), ((3.0, 3.0), None)])
 def test_words_of_graphs_are_inside(name: str, size: tuple[float, float] | None, points: float | None) -> None:
     """Credits of any length stand in lines, and so do labels that are longer than an axis; nothing is left out."""
     figure = GRAPHS[name](size=size, look=plots.Look(font_size=points, credits=LONG_CREDITS), dpi=100)
