@@ -14,21 +14,21 @@ SOURCES = {path: path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rgl
 # Lines and modules, `__init__` included. A feature makes something that is there more general; the budget grows only
 # with a reason in the commit, and shrinks with each simplification.
 BUDGET = {
-    "answers": (3_235, 10),
+    "answers": (3_225, 10),
     "applications": (5_710, 20),
     "cli": (5_785, 17),
     "decisions": (4_820, 14),
     "designs": (3_525, 11),
-    "earth": (560, 3),
-    "field": (3_910, 12),
+    "earth": (555, 3),
+    "field": (3_905, 12),
     "gis": (1_610, 7),
-    "matrices": (2_515, 10),
-    "numerics": (670, 4),
+    "matrices": (2_505, 10),
+    "numerics": (665, 4),
     "plots": (4_040, 12),
-    "projections": (5_310, 18),
-    "regions": (2_880, 10),
-    "support": (1_000, 7),
-    "surfaces": (1_715, 7),
+    "projections": (5_315, 18),
+    "regions": (2_875, 10),
+    "support": (1_005, 7),
+    "surfaces": (1_710, 7),
     "web": (2_840, 11),
 }
 LONGEST = 600  # lines of a module
