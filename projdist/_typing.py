@@ -1,7 +1,5 @@
 """Names for the types of arrays and paths that the signatures use."""
 
-from __future__ import annotations
-
 import os
 from typing import Any
 

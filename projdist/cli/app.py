@@ -1,7 +1,5 @@
 """The command line: its parser, its commands in the order of its help, and completion in shells."""
 
-from __future__ import annotations
-
 import contextlib
 import difflib
 import functools

@@ -1,7 +1,5 @@
 """The commands for people's data: `check` of areas, lengths and bearings in a CRS, and `convert` to another CRS."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """One-line errors with exit codes, progress, and the width of terminals."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

@@ -1,7 +1,5 @@
 """The command `oldmap`: its report, rectified scans and layers."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Iterator, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The candidate CRSs for a region: chosen by area of use and country, and tried at a few nodes."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Collection, Sequence

@@ -17,8 +17,6 @@ scales a >= b. The best c is:
 For other figures, also those of users, ln c is found by a search.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

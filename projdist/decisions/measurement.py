@@ -1,7 +1,5 @@
 """The nodes of a region at which CRSs are tried, and the measurement of CRSs in full."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 

@@ -1,7 +1,5 @@
 """Purposes of maps, which of several CRSs and maps comes first, and the shortlist that is measured in full."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Systems of zones for a region, and the CRSs of its country."""
 
-from __future__ import annotations
-
 import functools
 import operator
 import re

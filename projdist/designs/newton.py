@@ -1,7 +1,5 @@
 """Newton's method with the exact Hessian, for maps that are linear in their coefficients and for maps of elements."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Land, lakes, countries, states of the USA, their borders, and cities, from the shipped data."""
 
-from __future__ import annotations
-
 import csv
 import functools
 import importlib.resources

@@ -1,7 +1,5 @@
 """Adaptive spectral cubature: the panels of a region, evaluated and split where a goal needs it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

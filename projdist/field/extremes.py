@@ -1,7 +1,5 @@
 """Largest and smallest values of measures over a region, their places, and by how much they may be exceeded."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Spectral panels: a projection sampled at Gauss nodes, differentiated and integrated."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field

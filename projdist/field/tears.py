@@ -1,7 +1,5 @@
 """Where a map is torn, and how long its cuts are within a region."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

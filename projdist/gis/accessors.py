@@ -3,8 +3,6 @@
 It is registered when this module is imported, which `import projdist.gis` does if pandas is loaded already.
 """
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from typing import Any
 

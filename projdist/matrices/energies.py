@@ -6,8 +6,6 @@ error. With m = U^T dJ V for J = U diag(a, b) V^T, the Hessian splits into four 
 stretches (m11, m22), the twist (m12 - m21), and the flip (m12 + m21).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Flexion and skewness, the mean bending of great circles on a map, in closed form."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -6,8 +6,6 @@ formed, so that no condition is squared. With r the hyperbolic distance of two p
 line, Dist_F(A^-1 B)^2 = (dv^2 + r^2) / 2, where sinh^2(r / 2) = (dx^2 + dy^2) / (4 y1 y2).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple

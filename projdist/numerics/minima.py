@@ -3,8 +3,6 @@
 Nothing is random: the lattice is that of the generalised golden ratio, evenly spread in any number of dimensions.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Friendly names of textbook map projections, and suggestions for misspelt ones."""
 
-from __future__ import annotations
-
 import contextlib
 import difflib
 import functools

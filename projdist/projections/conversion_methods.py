@@ -4,8 +4,6 @@ PROJ knows a parameter by EPSG's code or name, and in WKT 1 by the name that GDA
 others silently and uses defaults. `data/methods.csv` lists what each method takes.
 """
 
-from __future__ import annotations
-
 import difflib
 import functools
 import math

@@ -1,7 +1,5 @@
 """Coordinates of a map's plane, of its graticule and of data; geodesics, geoid heights, datum transformations."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import os

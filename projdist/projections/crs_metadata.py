@@ -1,7 +1,5 @@
 """Facts about a map known without measuring: CRS metadata, declared properties, discontinuities, native poles."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from typing import Any, NamedTuple

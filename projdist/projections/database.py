@@ -1,7 +1,5 @@
 """Projected CRSs of PROJ's database: index, registry facts, and CRSs that draw the same map."""
 
-from __future__ import annotations
-
 import functools
 import json
 import math

@@ -1,7 +1,5 @@
 """Exports of projections: PROJ pipelines, WKT2, Esri's WKT and derived CRSs."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 import json

@@ -5,8 +5,6 @@ PROJ parameters that are numbers or words, keywords of CRSs in WKT, types of CRS
 that PROJ runs are checked as PROJ strings.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

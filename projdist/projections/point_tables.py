@@ -3,8 +3,6 @@
 pandas and geopandas are not imported: anything with their methods is a frame.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, Self, runtime_checkable

@@ -1,7 +1,5 @@
 """Projections from PROJ strings and pipelines, and checks of their parameters."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence

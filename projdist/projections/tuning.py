@@ -1,7 +1,5 @@
 """Maps with other parameter values or another centre: for optimisers, sliders and dragging."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Collection, Mapping

@@ -4,8 +4,6 @@ They are textbook maps on the sphere of the Earth's mean radius, as all bare nam
 projdist: copy and change any of these functions. `WORLD_MAPS` lists them by name.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Regions combined and taken apart: unions, intersections and differences, the main part, edges."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from typing import Any, overload

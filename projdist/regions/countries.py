@@ -1,7 +1,5 @@
 """Land, ocean, countries, states of the USA, and areas made of countries, as continents, by name."""
 
-from __future__ import annotations
-
 import difflib
 import functools
 import re

@@ -3,8 +3,6 @@
 The regions in them are made in `projdist.regions.shapes`, frames of geopandas in `projdist.gis.reading`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import json

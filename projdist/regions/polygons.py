@@ -11,8 +11,6 @@ polygons and rectangles is ever computed, and degenerate ones do no harm. The in
 becomes one along the chain, and is exact.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 from collections.abc import Callable

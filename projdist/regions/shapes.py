@@ -1,7 +1,5 @@
 """Regions and lines made of shapes: of files, GeoJSON, geometries and numbers."""
 
-from __future__ import annotations
-
 import itertools
 import os
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Checks of public arguments: each returns the normalised value or raises one clear ValueError; names by registry."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Generic, TypeVar

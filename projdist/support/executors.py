@@ -1,7 +1,5 @@
 """Parallel work on any executor of `concurrent.futures`, a pool of processes, or a Dask cluster."""
 
-from __future__ import annotations
-
 import contextlib
 import multiprocessing
 import os

@@ -1,7 +1,5 @@
 """Files: tables in text files, atomic writing, and protection of existing files."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import os

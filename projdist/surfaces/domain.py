@@ -1,7 +1,5 @@
 """The drawn part of a map, the requested region without parts that run off to infinity, and lines within it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeGuard

@@ -1,7 +1,5 @@
 """Values of measures at the vertices of a surface, and the triangles across which they jump, where isolines end."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

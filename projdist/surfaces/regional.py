@@ -1,7 +1,5 @@
 """The surface of a region, exact at its border, with that of its surroundings."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pages of reports: bundled scripts, maps, and HTML."""
 
-from __future__ import annotations
-
 import hashlib
 import html
 import importlib.resources

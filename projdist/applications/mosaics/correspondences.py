@@ -1,7 +1,5 @@
 """Corresponding points of images: read from tables, and found in pictures as SIFT features."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """Affine maps and homographies of images: their fit, their distortion, and the plane with the least distortion."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray

@@ -1,7 +1,5 @@
 """Mosaics: images in one plane by their common points, and the frames that it may have."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

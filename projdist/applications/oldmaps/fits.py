@@ -5,8 +5,6 @@ residual of each point from the fit without it. Polynomials and splines are fitt
 affine fit, so that no result depends on the old map's units and axes.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """From true places back to old maps: rectified scans, and several old maps on their common ground."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from typing import NamedTuple

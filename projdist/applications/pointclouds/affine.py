@@ -13,8 +13,6 @@ of generalised canonical correlations (Kettenring 1971; with missing points, van
 eigenproblem. Weights (N, M) are 0 where a cloud lacks a point.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Corresponding points of several clouds, by rows, by ids, or by closest points (ICP), and their weights from files."""
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Hashable, Sequence

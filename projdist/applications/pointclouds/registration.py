@@ -1,7 +1,5 @@
 """Several clouds of points in one frame: affine registration, and the frame that distorts them least."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Requests of a page: parsing, input policy, dispatch to handlers, and replies."""
 
-from __future__ import annotations
-
 import functools
 import json
 import warnings

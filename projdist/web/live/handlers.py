@@ -1,7 +1,5 @@
 """Handlers of requests: pictures, figures, parameters, recommendations, corrections, designs, checks and exports."""
 
-from __future__ import annotations
-
 import contextlib
 import shlex
 from collections import OrderedDict

@@ -1,7 +1,5 @@
 """`Explorer`, or without anywidget a stand-in that raises ImportError."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:

@@ -1,7 +1,5 @@
 """Server of the live page, for browsers on this machine that know the token in its address."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json

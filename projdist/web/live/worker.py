@@ -1,7 +1,5 @@
 """Worker processes that answer requests, taking turns among pages."""
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import logging
