@@ -1,7 +1,5 @@
 """Functions of regions that processes of tests can import, and that tell what became of them."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

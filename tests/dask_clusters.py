@@ -1,7 +1,5 @@
 """A Dask cluster in processes of its own."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

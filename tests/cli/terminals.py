@@ -1,7 +1,5 @@
 """The command in a pseudo-terminal, as people run it, and what they see there."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import pty

@@ -3,8 +3,6 @@
 Run as a script it takes a folder with texts, and prints of each what became of it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import itertools

@@ -1,7 +1,5 @@
 """Pages of `projdist explore` without a browser: its server, requests over its socket, and workers that misbehave."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
