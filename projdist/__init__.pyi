@@ -16,7 +16,7 @@ from .field import (
     sample,
 )
 from .matrices import MDT, MEASURES, Measure, axes_shift, get_measure, mdt, mean_rotation, modes, principal_scales, spd
-from .numerics import CRITERIA, Estimate, get_criterion
+from .numerics import CRITERIA, get_criterion
 
 # What a map does
 from .answers import (
@@ -53,7 +53,7 @@ from .applications import mosaics, oldmaps, pointclouds
 from .applications.oldmaps import old_map, read_control_points
 
 # Messages and notices
-from .support import Notice
+from .support import Estimate, Notice
 
 # Pictures and files for GIS programs
 from . import gis, plots

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from projdist import earth, matrices, numerics, projections, regions
+from projdist import earth, matrices, numerics, projections, regions, support
 from projdist._typing import BoolArray, FloatArray
 from projdist.answers import distances
 from projdist.field import FIGURES, Extreme, Field, Figure, evaluate, find_tears
@@ -44,10 +44,10 @@ class ScaleField:
         scales[~(scales[..., 1] > 0)] = np.nan
         return scales[..., 0], scales[..., 1]
 
-    def mean(self, term: Scales, scale: float = 1.0) -> numerics.Estimate:
+    def mean(self, term: Scales, scale: float = 1.0) -> support.Estimate:
         """The mean of a term by true area, of the map enlarged by a scale."""
         if not np.isfinite(scale):
-            return numerics.Estimate(np.nan, np.nan)
+            return support.Estimate(np.nan, np.nan)
         a, b = (scale * value for value in self.scales)
         up, down = 1.0 + _STEP, 1.0 - _STEP
         slope = np.abs(term(up * a, b) - term(down * a, b)) + np.abs(term(a, up * b) - term(a, down * b))
@@ -77,7 +77,7 @@ class ScaleField:
         return a, b, weights / weights.sum()
 
 
-Value = Callable[[ScaleField, float], numerics.Estimate]
+Value = Callable[[ScaleField, float], support.Estimate]
 """An index of the map enlarged by a scale."""
 
 # ---- functions of the scales ---------------------------------------------------------------------
@@ -114,22 +114,22 @@ def value_of(figure: Figure, factor: float = 1.0) -> Value:
     """A figure of a field, times a factor."""
     term = term_of(figure)
 
-    def value(field: ScaleField, scale: float) -> numerics.Estimate:
+    def value(field: ScaleField, scale: float) -> support.Estimate:
         found = field.mean(term, scale)
-        return numerics.Estimate(*(factor * part for part in (found.root() if figure.statistic == "rms" else found)))
+        return support.Estimate(*(factor * part for part in (found.root() if figure.statistic == "rms" else found)))
 
     return value
 
 
-def deviation_of_log_area(field: ScaleField, scale: float) -> numerics.Estimate:
+def deviation_of_log_area(field: ScaleField, scale: float) -> support.Estimate:
     """The standard deviation of ln(ab), which does not depend on the scale."""
     level, level_error = field.mean(log_area)
     square, square_error = field.mean(log_area_squared)
     variance, error = square - level**2, square_error + 2.0 * abs(level) * level_error
     # For an equal-area map there is nothing but rounding; its squares do not cancel.
     if variance <= error:
-        return numerics.Estimate(0.0, math.sqrt(max(variance, 0.0) + error))
-    return numerics.Estimate(variance, error).root()
+        return support.Estimate(0.0, math.sqrt(max(variance, 0.0) + error))
+    return support.Estimate(variance, error).root()
 
 
 def second_order(measure: str) -> Value:
@@ -137,28 +137,28 @@ def second_order(measure: str) -> Value:
     return lambda field, scale: field.jacobians.mean(measure, slope=np.abs(field.jacobians.values(measure)))
 
 
-def largest_error(field: ScaleField, scale: float) -> numerics.Estimate:
+def largest_error(field: ScaleField, scale: float) -> support.Estimate:
     """The largest |ln scale| in any place and direction."""
     least = scale * field.smallest.value
     worst = max(math.log(scale * field.largest.value), -math.log(least) if least > 0 else math.inf)
     return _extreme(worst, field)
 
 
-def scale_ratio(field: ScaleField, scale: float) -> numerics.Estimate:
+def scale_ratio(field: ScaleField, scale: float) -> support.Estimate:
     """The largest scale over the smallest."""
     ratio = field.largest.value / field.smallest.value if field.smallest.value > 0 else math.inf
     return _extreme(ratio, field, ratio)
 
 
-def log_scale_ratio(field: ScaleField, scale: float) -> numerics.Estimate:
+def log_scale_ratio(field: ScaleField, scale: float) -> support.Estimate:
     """Logarithm of the largest scale over the smallest."""
     return _extreme(math.log(scale_ratio(field, scale).value), field)
 
 
-def _extreme(value: float, field: ScaleField, factor: float = 1.0) -> numerics.Estimate:
+def _extreme(value: float, field: ScaleField, factor: float = 1.0) -> support.Estimate:
     """A figure with a factor times the relative errors of the largest and the smallest scale; NaN if infinite."""
     relative = sum(one.error / one.value if one.value > 0 else math.nan for one in (field.largest, field.smallest))
-    return numerics.Estimate(value, factor * relative if math.isfinite(value) else math.nan)
+    return support.Estimate(value, factor * relative if math.isfinite(value) else math.nan)
 
 
 def _logs(values: FloatArray) -> FloatArray:
@@ -171,7 +171,7 @@ _KNOWN = 0.1  # relative error of the smallest areal scale, above which it is un
 _THINNED = 2  # the error of a share is its difference from that of every second point
 
 
-def share_above_smallest(field: ScaleField, scale: float) -> numerics.Estimate:
+def share_above_smallest(field: ScaleField, scale: float) -> support.Estimate:
     """Percentage of the area with omega <= 40 degrees and s <= 1.5 times the least s."""
     a, b, weights = field.dense
     least = field.jacobians.minimum("areal_scale")
@@ -180,18 +180,18 @@ def share_above_smallest(field: ScaleField, scale: float) -> numerics.Estimate:
     return _share((omega(a, b) <= _MOST_OMEGA) & (a * b <= _MOST_RATIO * smallest), weights)
 
 
-def share_near_nominal(field: ScaleField, scale: float) -> numerics.Estimate:
+def share_near_nominal(field: ScaleField, scale: float) -> support.Estimate:
     """Percentage of the area with omega <= 40 degrees and s within a factor of 1.5 of 1."""
     a, b, weights = field.dense
     good = (omega(a, b) <= _MOST_OMEGA) & (np.abs(_logs(scale**2 * a * b)) <= math.log(_MOST_RATIO))
     return _share(good, weights)
 
 
-def _share(good: BoolArray, weights: FloatArray) -> numerics.Estimate:
+def _share(good: BoolArray, weights: FloatArray) -> support.Estimate:
     """The weight of some points in per cent; the error is the difference from that of every second point."""
     share = 100.0 * float(weights[good].sum())
     half = weights[::_THINNED]
-    return numerics.Estimate(share, abs(share - 100.0 * float(half[good[::_THINNED]].sum() / half.sum())))
+    return support.Estimate(share, abs(share - 100.0 * float(half[good[::_THINNED]].sum() / half.sum())))
 
 
 # ---- best scales ----------------------------------------------------------------------------
@@ -272,12 +272,12 @@ _TOGETHER = 1e-6  # degrees, between the two sides of one tear
 _WHOLE = 0.999  # of the globe
 
 
-def boundary_cuts(field: ScaleField, scale: float) -> numerics.Estimate:
+def boundary_cuts(field: ScaleField, scale: float) -> support.Estimate:
     """The length of the cuts over 4 pi; NaN unless the region is the globe and the map shows all of it."""
     if field.region != regions.GLOBE or field.jacobians.coverage < _WHOLE:
-        return numerics.Estimate(math.nan, math.nan)
+        return support.Estimate(math.nan, math.nan)
     length, error = cut_length(field.projection)
-    return numerics.Estimate(length / (4.0 * math.pi), error / (4.0 * math.pi))
+    return support.Estimate(length / (4.0 * math.pi), error / (4.0 * math.pi))
 
 
 def cut_length(projection: projections.Projection) -> tuple[float, float]:
@@ -394,7 +394,7 @@ class _CutCells:
 # ---- finite distances ----------------------------------------------------------------------------
 
 
-def pairs(field: ScaleField, scale: float) -> list[numerics.Estimate]:
+def pairs(field: ScaleField, scale: float) -> list[support.Estimate]:
     """Gott's and Peters' measures at a scale, and ln of the scale that minimises the latter, all of the same pairs."""
 
     def peters(ratio: FloatArray, weight: FloatArray) -> float:
@@ -402,16 +402,16 @@ def pairs(field: ScaleField, scale: float) -> list[numerics.Estimate]:
 
     measures = [distances.gott, peters, distances.best_scale_of_distances]
     found = distances.distance_distortions(field.projection, field.region, measures)
-    return [numerics.Estimate(one.value, one.error) for one in found]
+    return [support.Estimate(one.value, one.error) for one in found]
 
 
-def finite_scale_factor(field: ScaleField, scale: float) -> numerics.Estimate:
+def finite_scale_factor(field: ScaleField, scale: float) -> support.Estimate:
     """Canters' mean finite scale factor (1 + D) / (1 - D), with D the index of Peters."""
     index, error = field.once(pairs, scale)[1]
-    return numerics.Estimate((1.0 + index) / (1.0 - index), 2.0 * error / (1.0 - index) ** 2)
+    return support.Estimate((1.0 + index) / (1.0 - index), 2.0 * error / (1.0 - index) ** 2)
 
 
-def bending(field: ScaleField, scale: float) -> numerics.Estimate:
+def bending(field: ScaleField, scale: float) -> support.Estimate:
     """Mean distance of great circles from straight lines."""
     found = distances.great_circle_bending(field.projection, field.region)
-    return numerics.Estimate(found.value, found.error)
+    return support.Estimate(found.value, found.error)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from projdist import earth, matrices, numerics, projections, regions, support
+from projdist import earth, matrices, projections, regions, support
 from projdist._typing import FloatArray
 from projdist.answers import index_terms as terms
 from projdist.answers.index_terms import ScaleField, Scales, Value
@@ -114,12 +114,12 @@ _SCORE: dict[str, Value] = {"I": terms.value_of(FIGURES["isotropy"]), "A": terms
 _SCORE |= {"F": _FLEXION, "S": _SKEWNESS, "D": lambda field, _: field.once(terms.pairs)[0], "B": terms.boundary_cuts}
 
 
-def _score(field: ScaleField, scale: float) -> numerics.Estimate:
+def _score(field: ScaleField, scale: float) -> support.Estimate:
     """The score of a field; NaN if one of its six indices is undefined."""
     found = {symbol: field.once(value) for symbol, value in _SCORE.items()}
     # Six errors that may all have one sign.
     error = sum(2.0 * abs(one.value) * one.error / NORMALISERS[symbol] ** 2 for symbol, one in found.items())
-    return numerics.Estimate(goldberg_gott_score({symbol: one.value for symbol, one in found.items()}), error)
+    return support.Estimate(goldberg_gott_score({symbol: one.value for symbol, one in found.items()}), error)
 
 
 # How indices of published/indices.csv are computed that are not just a figure.
@@ -322,5 +322,5 @@ def _value(index: Index, field: ScaleField, tolerance: float) -> IndexValue:
         # The samples were split at the kinks of the nominal scale; now at those of the best scale.
         field = _field(field.projection, field.region, [index], tolerance, scale)
         scale = index.best_scale(field)
-    best = index.value(field, scale) if np.isfinite(scale) else numerics.Estimate(np.nan, np.nan)
+    best = index.value(field, scale) if np.isfinite(scale) else support.Estimate(np.nan, np.nan)
     return IndexValue(*nominal, *best, scale)

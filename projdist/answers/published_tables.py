@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from projdist import earth, matrices, numerics, projections, regions, support
+from projdist import earth, matrices, projections, regions, support
 from projdist.answers.distances import distance_distortion
 from projdist.answers.points_and_lines import factors
 from projdist.answers.published_indices import goldberg_gott_score, indices
@@ -75,12 +75,12 @@ _COARSE = 1e-6  # tolerance of means; at most four digits are printed
 
 
 @functools.lru_cache(maxsize=64)
-def index_figures(definition: str, region: regions.Place, symbols: tuple[str, ...]) -> dict[str, numerics.Estimate]:
+def index_figures(definition: str, region: regions.Place, symbols: tuple[str, ...]) -> dict[str, support.Estimate]:
     """Indices of a map over a region, by symbol, at the scale that their authors take."""
     found = indices(definition, region, symbols, tolerance=_COARSE)
-    values = {symbol: numerics.Estimate(found[symbol].value, found[symbol].error) for symbol in symbols}
+    values = {symbol: support.Estimate(found[symbol].value, found[symbol].error) for symbol in symbols}
     if "E_A85" in values:  # Francula's is at the best scale, Canters and Decleir's are at the nominal one
-        values["E_A85"] = numerics.Estimate(found["E_A85"].best, found["E_A85"].best_error)
+        values["E_A85"] = support.Estimate(found["E_A85"].best, found["E_A85"].best_error)
     return values
 
 
@@ -179,7 +179,7 @@ def tables(name: str) -> PublishedTable:
     groups: dict[tuple[str, bool], list[Printed]] = {}
     for row in rows:
         groups.setdefault((row.definition, row.at_point), []).append(row)
-    ours: dict[Printed, numerics.Estimate] = {}
+    ours: dict[Printed, support.Estimate] = {}
     for (definition, at_point), group in groups.items():
         if at_point:
             ours |= _at_points(definition, group)
@@ -212,7 +212,7 @@ def _agrees(row: Printed, value: float, slack: float = 0.0) -> bool:
     return abs(value - row.value) <= half + slack
 
 
-def _at_points(definition: str, rows: Sequence[Printed]) -> dict[Printed, numerics.Estimate]:
+def _at_points(definition: str, rows: Sequence[Printed]) -> dict[Printed, support.Estimate]:
     """Our figures of a map at the points of printed ones."""
     found = factors(definition, [row.lon for row in rows], [row.lat for row in rows])
     ours = {}
@@ -220,5 +220,5 @@ def _at_points(definition: str, rows: Sequence[Printed]) -> dict[Printed, numeri
         measure = matrices.get_measure(row.measure)
         value = float(measure(J))
         # The error of J is the relative error of scales; twice that is the error of angles in radians.
-        ours[row] = numerics.Estimate(value, math.degrees(2.0 * error) if measure.unit == "deg" else error * abs(value))
+        ours[row] = support.Estimate(value, math.degrees(2.0 * error) if measure.unit == "deg" else error * abs(value))
     return ours

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from projdist import earth, matrices, numerics, projections
+from projdist import earth, matrices, numerics, projections, support
 from projdist._typing import FloatArray
 from projdist.field import AiryKavrayskiy, Extreme, nodes_of, sample
 from projdist.regions import Place, RegionLike, region_for
@@ -93,7 +93,7 @@ def _at(name: str) -> dict[str, FieldSchema]:
 class MeasureRange(Record):
     """Mean, minimum and maximum of a measure over a region, each with its error; infinite if it diverges."""
 
-    mean: numerics.Estimate = field(metadata=schema(of={"mean": "value", "mean_error": "error"}, spread=True))
+    mean: support.Estimate = field(metadata=schema(of={"mean": "value", "mean_error": "error"}, spread=True))
     minimum: Extreme = field(metadata=_at("min"))
     maximum: Extreme = field(metadata=_at("max"))
 

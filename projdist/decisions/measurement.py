@@ -10,9 +10,10 @@ from projdist.decisions.map_info import WeightedPoints
 from projdist.earth import WGS84
 from projdist.field import FIGURES, Field, Figure, cut_length, field_resolving, is_interrupted, jacobian, nodes_of
 from projdist.matrices import Measure, areal_scale, get_measure
-from projdist.numerics import Estimate, mean
+from projdist.numerics import mean
 from projdist.projections import Projection, ProjectionError, load_crs
 from projdist.regions import Region
+from projdist.support import Estimate
 
 Area = tuple[float, float, float, float]
 

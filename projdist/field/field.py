@@ -16,7 +16,7 @@ from projdist.field.extremes import Extreme, find_extremes
 from projdist.field.figures import AiryKavrayskiy, AnyFigure, GeometricMedian, Spread, get_figure
 from projdist.field.panels import Pieces, tails
 from projdist.matrices import Measure, Modes, get_measure
-from projdist.numerics import Estimate, get_criterion, interpolate, mean, median
+from projdist.numerics import get_criterion, interpolate, mean, median
 from projdist.projections import Projection, ProjectionError
 
 _STEEPNESS = 2.0  # derivative of a measure by the logarithms of the scales, over itself: of second degree at most
@@ -116,7 +116,7 @@ class Field:
         mean_square, shift, affine_mean = self._means((square, log_area, distances), slopes)
         # The best scale c minimises the mean of (ln a + c)^2 + (ln b + c)^2: c = -mean ln(ab) / 2.
         rest = mean_square.value - 0.5 * shift.value**2, mean_square.error + abs(shift.value) * shift.error
-        raw, scaled, affine = mean_square.root(), Estimate(*rest).root(), affine_mean.root()
+        raw, scaled, affine = mean_square.root(), support.Estimate(*rest).root(), affine_mean.root()
         error = max(raw.error, scaled.error, affine.error)
         found = AiryKavrayskiy(raw.value, scaled.value, affine.value, error, best.T)
         if self._coarser is None:
@@ -168,7 +168,9 @@ class Field:
             (matrices.fisher(np.asarray(np.linalg.solve(np.asarray(T, dtype=float), L), dtype=float)), weights)
             for L, weights in (self.dense_factors, self._half_factors or self.dense_factors)
         )
-        return Spread(*(Estimate(figure(*whole), abs(figure(*whole) - figure(*half))) for figure in (mean, median)))
+        return Spread(
+            *(support.Estimate(figure(*whole), abs(figure(*whole) - figure(*half))) for figure in (mean, median))
+        )
 
     @functools.cached_property
     def dense_factors(self) -> tuple[FloatArray, FloatArray]:
@@ -191,7 +193,7 @@ class Field:
         """The values (n,) of a measure at the nodes; raises ValueError."""
         return self._values(self._measure(measure)).ravel()
 
-    def mean(self, measure: AnyMeasure | ArrayLike, *, slope: ArrayLike | None = None) -> Estimate:
+    def mean(self, measure: AnyMeasure | ArrayLike, *, slope: ArrayLike | None = None) -> support.Estimate:
         """The mean by true area; NaN if it diverges. Raises ValueError.
 
         `slope` (n,), the derivative by the logarithms of the scales, gives the error; by default twice the values.
@@ -203,7 +205,7 @@ class Field:
         known = None if slope is None else np.reshape(np.asarray(slope, dtype=float), self._pieces.weight.shape)
         return self._estimated(measure, lambda field, one, values: field._mean(one, values, known))
 
-    def rms(self, measure: AnyMeasure | ArrayLike) -> Estimate:
+    def rms(self, measure: AnyMeasure | ArrayLike) -> support.Estimate:
         """The root mean square by true area; NaN if it diverges. Raises ValueError."""
         return self._estimated(measure, lambda field, one, values: field._rms(one, values))
 
@@ -220,7 +222,7 @@ class Field:
         found = self._extremes([(self._measure(one), largest) for one in measures for largest in (False, True)])
         return list(zip(found[0::2], found[1::2], strict=True))
 
-    def statistic(self, measure: AnyMeasure | ArrayLike, criterion: Any = "mean") -> Estimate:
+    def statistic(self, measure: AnyMeasure | ArrayLike, criterion: Any = "mean") -> support.Estimate:
         """A statistic of a measure: mean, rms, std, median, pNN, max or min, or a function.
 
         A function takes the values (m,) and weights (m,) of many points of the region. Raises ValueError.
@@ -239,13 +241,13 @@ class Field:
         one, values = self._given(measure)
         if criterion in ("max", "min") and one is not None:
             extreme = self.maximum(one) if criterion == "max" else self.minimum(one)
-            return Estimate(extreme.value, extreme.error)
+            return support.Estimate(extreme.value, extreme.error)
         (whole,), weights = self._dense(values[None])
         (half,), half_weights = self._dense(values[None], thinned=True)
         found = compute(whole, weights)
-        return Estimate(found, abs(found - compute(half, half_weights)))
+        return support.Estimate(found, abs(found - compute(half, half_weights)))
 
-    def figure(self, figure: AnyFigure) -> Estimate:
+    def figure(self, figure: AnyFigure) -> support.Estimate:
         """A figure of `FIGURES` by its name, or your own, as `get_figure` takes it; raises ValueError.
 
         >>> from projdist import sample
@@ -254,7 +256,7 @@ class Field:
         """
         return next(iter(self.figures([figure]).values()))
 
-    def figures(self, figures: Iterable[AnyFigure]) -> dict[str, Estimate]:
+    def figures(self, figures: Iterable[AnyFigure]) -> dict[str, support.Estimate]:
         """Several figures by name; maxima, searched together, cost little more than one. Raises ValueError.
 
         >>> from projdist import sample
@@ -268,9 +270,9 @@ class Field:
         found = {}
         for one in chosen:
             if one.is_maximum:
-                found[one.name] = Estimate(largest[one.measure].value, largest[one.measure].error)
+                found[one.name] = support.Estimate(largest[one.measure].value, largest[one.measure].error)
             elif one.is_airy_kavrayskiy:
-                found[one.name] = Estimate(getattr(self.airy_kavrayskiy, one.version or "raw"), self.error)
+                found[one.name] = support.Estimate(getattr(self.airy_kavrayskiy, one.version or "raw"), self.error)
             else:
                 found[one.name] = self.statistic(one.measure, one.statistic)
         return found
@@ -306,7 +308,9 @@ class Field:
     def _values(self, measure: Measure) -> FloatArray:
         return measure(self._pieces.jacobian, self._pieces.hessian if measure.needs_hessian else None)
 
-    def _estimated(self, given: Any, figure: Callable[[Field, Measure | None, FloatArray], Estimate]) -> Estimate:
+    def _estimated(
+        self, given: Any, figure: Callable[[Field, Measure | None, FloatArray], support.Estimate]
+    ) -> support.Estimate:
         """A figure of a measure or of values; its error includes its difference from the coarser field's."""
         measure, values = self._given(given)
         found = figure(self, measure, values)
@@ -334,22 +338,22 @@ class Field:
                 found[k] = one._replace(value=goal.sign * np.inf, error=np.nan) if goal.largest == upward else one
         return found
 
-    def _mean(self, measure: Measure | None, values: FloatArray, slope: FloatArray | None = None) -> Estimate:
+    def _mean(self, measure: Measure | None, values: FloatArray, slope: FloatArray | None = None) -> support.Estimate:
         singular = 0.0 if measure and measure.bounded else self._singular_part(values)
         if singular == np.inf:
-            return Estimate(np.nan, np.nan)
+            return support.Estimate(np.nan, np.nan)
         slope = _STEEPNESS * np.abs(values) if slope is None else slope
         value, error = self._means([values], [slope], measure)[0]
-        return Estimate(value, error + _MISSED * singular)
+        return support.Estimate(value, error + _MISSED * singular)
 
-    def _rms(self, measure: Measure | None, values: FloatArray) -> Estimate:
+    def _rms(self, measure: Measure | None, values: FloatArray) -> support.Estimate:
         if not (measure and measure.bounded) and self._singular_part(values**2) == np.inf:
-            return Estimate(np.nan, np.nan)
+            return support.Estimate(np.nan, np.nan)
         return self._means([values**2], [2.0 * _STEEPNESS * values**2], measure)[0].root()
 
     def _means(
         self, values: Sequence[FloatArray], slopes: Sequence[FloatArray | float], measure: Measure | None = None
-    ) -> list[Estimate]:
+    ) -> list[support.Estimate]:
         """Means over the covered area of values (n, p, p) at the nodes, which together cost little more than one."""
         # `slopes` (n, p, p) are the derivatives of the values by the logarithms of the scales. A mean is NaN if values
         # are undefined on more of the area than singular points have, or kinks if the measure is of second order.
@@ -379,7 +383,7 @@ class Field:
                 broad = areas >= min(share * total, areas.max())
                 held = np.abs(pieces.weight * fields[k]).sum(axis=(1, 2))
                 errors[k] += share * float((held[broad] / areas[broad]).max())
-        return [Estimate(*pair) for pair in zip(means.tolist(), errors.tolist(), strict=True)]
+        return [support.Estimate(*pair) for pair in zip(means.tolist(), errors.tolist(), strict=True)]
 
     def _singular_part(self, values: FloatArray) -> float:
         """Part of a mean that tiny panels hold: infinite if the mean diverges, 0 if the part is small or for points."""

@@ -12,8 +12,8 @@ from projdist import matrices
 from projdist._typing import FloatArray
 from projdist.earth import data_rows
 from projdist.matrices import MEASURES, Measure, fisher, get_measure, log_anisotropy, log_areal_scale
-from projdist.numerics import Estimate, get_criterion, mean, rms
-from projdist.support import Registry, check_choice, check_text
+from projdist.numerics import get_criterion, mean, rms
+from projdist.support import Estimate, Registry, check_choice, check_text
 
 # 0.1 ppm, in each unit: derivatives are good to 1e-10 and better, true differences begin at 1e-6.
 _ROUNDING = {"ppm": 0.1, "deg": float(np.degrees(1e-7))}

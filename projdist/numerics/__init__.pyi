@@ -12,7 +12,7 @@ from .polynomials import (
     fit_harmonic,
     interpolate,
 )
-from .statistics import CRITERIA, Estimate, get_criterion, maximum, mean, median, p95, quantile, quantiles, rms
+from .statistics import CRITERIA, get_criterion, maximum, mean, median, p95, quantile, quantiles, rms
 
 __all__ = [
     "CRITERIA",
@@ -23,7 +23,6 @@ __all__ = [
     "PLANE_WEIGHTS",
     "WEIGHTS",
     "ComplexPolynomials",
-    "Estimate",
     "HarmonicFit",
     "PlanePolynomials",
     "descend_lattice",

@@ -1,33 +1,15 @@
-"""Weighted statistics of values, and figures with their errors."""
+"""Weighted statistics of values."""
 
 from __future__ import annotations
 
 import functools
-import math
 import re
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from projdist._typing import ArrayLike, FloatArray
 from projdist.support import Registry
-
-
-class Estimate(NamedTuple):
-    """A figure and a bound of its error; an undefined figure or bound is NaN."""
-
-    value: float
-    error: float
-
-    def root(self) -> Estimate:
-        """The square root; slightly negative values count as 0."""
-        if not math.isfinite(self.value):
-            return Estimate(math.nan, math.nan)
-        square = max(self.value, 0.0)
-        root = math.sqrt(square)
-        return Estimate(root, 0.0 if self.error <= 0 else self.error / (root + math.sqrt(square + self.error)))
-
 
 Criterion = Callable[[FloatArray, FloatArray], float]
 

@@ -1,4 +1,4 @@
-from .answers import COLUMN, HIDDEN, Answer, FieldSchema, Record, plain, schema, values_of
+from .answers import COLUMN, HIDDEN, Answer, Estimate, FieldSchema, Record, plain, schema, values_of
 from .checks import (
     Registry,
     check_bool,
@@ -53,6 +53,7 @@ __all__ = [
     "MISSING",
     "NEAR",
     "Answer",
+    "Estimate",
     "FieldSchema",
     "Notice",
     "Processes",

@@ -19,6 +19,24 @@ _MOST_ROWS, _LONGEST = 30, 40  # rows of a table, characters of a cell
 _BAR = "background: linear-gradient(90deg, #c2d8ec {share:.0f}%, transparent {share:.0f}%)"
 
 
+# ---- figures ------------------------------------------------------------------------------------
+
+
+class Estimate(NamedTuple):
+    """A figure and a bound of its error; an undefined figure or bound is NaN."""
+
+    value: float
+    error: float
+
+    def root(self) -> Estimate:
+        """The square root; slightly negative values count as 0."""
+        if not math.isfinite(self.value):
+            return Estimate(math.nan, math.nan)
+        square = max(self.value, 0.0)
+        root = math.sqrt(square)
+        return Estimate(root, 0.0 if self.error <= 0 else self.error / (root + math.sqrt(square + self.error)))
+
+
 # ---- the schema of a result ----------------------------------------------------------------------
 
 

@@ -16,9 +16,9 @@ from projdist import FIGURES, Projection, distance_distortion, sample
 from projdist.answers import index_terms as terms
 from projdist.answers.index_terms import ScaleField, boundary_cuts
 from projdist.answers.published_indices import GROUPS, INDICES, NORMALISERS, get_indices, goldberg_gott_score, indices
-from projdist.numerics.statistics import Estimate
 from projdist.projections import compose
 from projdist.regions import GLOBE, get_region
+from projdist.support import Estimate
 
 HALF_PI = math.pi / 2
 MEAN = 3e-6  # The cubature resolves means to 1e-6 and says so; roots of small means lose no more than that here.

@@ -10,7 +10,7 @@ from refusals import refuses
 from tables import each
 
 import projdist
-from projdist.numerics import Estimate
+from projdist import Estimate
 from projdist.numerics.statistics import CRITERIA, get_criterion, quantile, quantiles
 
 VALUES = np.array([4.0, 1.0, 3.0, 1.0])
