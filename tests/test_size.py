@@ -22,7 +22,7 @@ BUDGET = {
     "earth": (555, 3),
     "field": (3_900, 12),
     "gis": (1_605, 7),
-    "matrices": (2_500, 10),
+    "matrices": (2_510, 10),
     "numerics": (645, 4),
     "plots": (4_040, 12),
     "projections": (5_295, 18),

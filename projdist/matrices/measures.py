@@ -340,6 +340,13 @@ class Measure:
         return self.function(J, np.asarray(H, dtype=float))
 
     @property
+    def title(self) -> str:
+        """The label of colour bars and axes: Areal scale, Fisher distortion."""
+        name = self.name.replace("_", " ").removesuffix(" ppm")
+        name += " distortion" if self.name in ("fisher", "airy", "kavrayskiy", "jordan") else ""
+        return name[:1].upper() + name[1:]
+
+    @property
     def bounded(self) -> bool:
         """True for angles and signs, which are bounded on all maps."""
         return self.unit == "deg" or self.name == "orientation"

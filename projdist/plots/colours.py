@@ -30,12 +30,10 @@ _MOST_LEVELS = 100
 _COLOURS = 256
 
 
-def words_of_measure(measure: matrices.Measure) -> tuple[str, str]:
-    """Name of a measure and its unit, as labels of colour bars and axes have them; either may be empty."""
-    name = measure.name.replace("_", " ").removesuffix(" ppm")
-    name += " distortion" if measure.name in ("fisher", "airy", "kavrayskiy", "jordan") else ""
+def unit_label(measure: matrices.Measure) -> str:
+    """The unit of a measure after its title, as "(degrees)"; "" if it has none."""
     unit = "degrees" if measure.unit == "deg" else measure.unit
-    return name[:1].upper() + name[1:], f"({unit})" if unit else ""
+    return f"({unit})" if unit else ""
 
 
 @dataclass(frozen=True)
@@ -132,9 +130,9 @@ class ColourScale:
     @property
     def label(self) -> str:
         """Name of the measure with symbol and unit."""
-        name, unit = words_of_measure(self.measure)
-        symbol = self.measure.symbol
-        return " ".join(filter(None, (name, "" if symbol in (*name.split(), self.measure.unit) else symbol, unit)))
+        title, symbol = self.measure.title, self.measure.symbol
+        is_said = symbol in (*title.split(), self.measure.unit)
+        return " ".join(filter(None, (title, "" if is_said else symbol, unit_label(self.measure))))
 
 
 def _from_neutral(measure: matrices.Measure, values: FloatArray) -> FloatArray:

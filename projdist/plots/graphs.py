@@ -15,7 +15,7 @@ from projdist import answers, matrices, numerics, regions, support
 from projdist._typing import FloatArray, IntArray
 from projdist.field import Field, sample
 from projdist.plots import map_drawing, styled_figure
-from projdist.plots.colours import ColourScale, level_labels, round_values, words_of_measure
+from projdist.plots.colours import ColourScale, level_labels, round_values, unit_label
 from projdist.plots.style import Look, look_for
 from projdist.plots.styled_figure import FigureStyle, StyledFigure, scale_for, style_of, wrapped
 from projdist.projections import ProjectionLike
@@ -425,8 +425,7 @@ def _panels(found: answers.Profile) -> list[_Panel]:
     for name, values in found.measures.items():
         kind: Any = "ratio" if name.startswith("scale@") else "magnitude"
         measure = known.get(name, matrices.Measure(name, np.asarray, kind=kind))
-        label, unit = words_of_measure(measure)
-        text = "\n".join(filter(None, (label.replace(" ", "\n", 1), unit)))
+        text = "\n".join(filter(None, (measure.title.replace(" ", "\n", 1), unit_label(measure))))
         panels.append(_Panel(text, [_Curve(values, name)], is_scale=measure.kind == "ratio"))
     return panels
 
