@@ -179,13 +179,17 @@ def _best(result: decisions.Recommendation) -> list[decisions.Candidate]:
     return others if official is None else [official, *(one for one in others if one.code not in official.codes)]
 
 
+def _own_zones(result: decisions.Recommendation) -> decisions.ZoneSystem | None:
+    """The country's own zones, on the datum of its official map if it has one."""
+    datum = "" if result.official is None else result.official.name.partition(" / ")[0]
+    return next((one for one in result.zones if one.national and one.name.startswith(datum)), None)
+
+
 def _answer(result: decisions.Recommendation, use: _Use) -> Iterator[str]:
     """Sentences: which map to use, its errors and the reason; zones; and alternatives."""
     place, country, official = say.region_words(result.region), say.with_article(result.country), result.official
     first, *others = _best(result)
-    # The country's own zones are on the datum of its official map if it has one.
-    datum = "" if official is None else official.name.partition(" / ")[0]
-    zones = next((one for one in result.zones if one.national and one.name.startswith(datum)), None)
+    zones = _own_zones(result)
     name, errors = say.named(first.code, first.name), say.distortion_text(first.distortion)
     if use.reason:
         yield f"Use {name}, {use.reason}. For {place}, {errors}."

@@ -266,21 +266,20 @@ def save(figure: Figure, path: AnyPath, *, dpi: float | None = None, overwrite: 
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"Invalid picture file '{path}'. Its suffix must be .png, .svg or .pdf.")
-    dots = figure.dpi if dpi is None else styled_figure.check_dpi(dpi)
-    content = encoded(figure, suffix, dpi=dots)  # matplotlib's PDFs cannot end on a disk that is full
+    content = encoded(figure, suffix, dpi=dpi)  # matplotlib's PDFs cannot end on a disk that is full
     with support.replacing(path, overwrite=overwrite) as new:
         new.write_bytes(content)
     return path
 
 
-def encoded(figure: Figure, suffix: str, *, dpi: float) -> bytes:
-    """Bytes of a figure as .png, .svg or .pdf; raises ValueError."""
+def encoded(figure: Figure, suffix: str, *, dpi: float | None) -> bytes:
+    """Bytes of a figure as .png, .svg or .pdf, by default with its own dpi; raises ValueError."""
     support.check_instance("figure", figure, Figure, "a Figure of matplotlib")
     support.check_choice("suffix", suffix, SUFFIXES)
-    content = io.BytesIO()
+    dots, content = figure.dpi if dpi is None else styled_figure.check_dpi(dpi), io.BytesIO()
     # Without a date, and one thread at a time, as the salt is global to matplotlib.
     with _SAVING, rc_context({"svg.hashsalt": "projdist"}):
-        figure.savefig(content, format=suffix[1:], dpi=styled_figure.check_dpi(dpi), metadata=_UNDATED[suffix])
+        figure.savefig(content, format=suffix[1:], dpi=dots, metadata=_UNDATED[suffix])
     return content.getvalue()
 
 
