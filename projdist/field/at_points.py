@@ -144,6 +144,8 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
     J, error = _empty(lon.size)
     found = Derivatives(*projection(lon, lat), J, np.zeros(lon.size, dtype=np.int8), error)
     done = _formula_stage(projection, lon, lat, found)
+    if done.all():
+        return found.reshaped(shape)
     rest = np.flatnonzero(~done)
     for chunk in _parts_of(rest.size):
         part = rest[chunk]
@@ -169,11 +171,14 @@ def _parts_of(count: int) -> Iterator[slice]:
 def _flag_lost_digits(found: Derivatives, rest: IntArray) -> None:
     """Mark those of an index ROUGH if good against a but not against a much smaller b, SINGULAR if b is lost."""
     J, error, quality = found.jacobian, found.error, found.quality
-    # a / b is at most (a^2 + b^2) / |det J|, which is quick to compute.
-    (xx, xy), (yx, yy) = J[rest].transpose(1, 2, 0)
-    with np.errstate(invalid="ignore"):
-        square = xx * xx + xy * xy + yx * yx + yy * yy
-        suspect = rest[error[rest] * square >= 0.9 * _POOR * np.abs(xx * yy - xy * yx)]
+    parts = []
+    for part in _parts_of(rest.size):
+        # a / b is at most (a^2 + b^2) / |det J|, which is quick to compute.
+        (xx, xy), (yx, yy) = J[rest[part]].transpose(1, 2, 0)
+        with np.errstate(invalid="ignore"):
+            square = xx * xx + xy * xy + yx * yx + yy * yy
+            parts.append(error[rest[part]] * square >= 0.9 * _POOR * np.abs(xx * yy - xy * yx))
+    suspect = rest[np.concatenate(parts)]
     suspect = suspect[quality[suspect] < Quality.SEAM]
     if not suspect.size:
         return

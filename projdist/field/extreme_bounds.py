@@ -62,8 +62,7 @@ _SLOPE = 50.0  # of the first Legendre polynomial left out, at the ends: ORDER (
 _BENT = 1e3  # the second derivative there
 # Times the last coefficients: smooth fields leave out less; rounding in all coefficients adds up to that in a corner.
 _LEFT_OUT = 4.0
-_HALVES = np.stack([0.5 * NODES - 0.5, 0.5 * NODES + 0.5])
-_AT_NODES = (np.subtract.outer(NODES, NODES) + np.eye(ORDER)).prod(axis=1)  # of the products of the other gaps
+_HALVES = 0.5 * NODES - 0.5, 0.5 * NODES + 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,13 +79,13 @@ class Polynomials(Rows):
 
     def on_grids(self, piece: IntArray, r: FloatArray, s: FloatArray) -> FloatArray:
         """The fields at grids r (m, q) by s (m, q) of pieces (m,), entries last: (m, q, q, k)."""
-        at_r, at_s = basis(np.stack([r, s]))[:, :, None]
-        return (at_r @ self.field[piece] @ at_s.swapaxes(-1, -2)).transpose(0, 2, 3, 1)
+        values = basis(r)[:, None] @ self.field[piece] @ basis(s)[:, None].swapaxes(-1, -2)
+        return np.moveaxis(values, 1, -1)
 
     def at(self, piece: IntArray, r: FloatArray, s: FloatArray) -> FloatArray:
         """The fields at points r, s (m, q) of pieces (m,), entries last: (m, q, k)."""
-        at_r, at_s = basis(np.stack([r, s]))[:, :, None]
-        return ((at_r @ self.field[piece]) * at_s).sum(axis=-1).swapaxes(1, -1)
+        at_r, at_s = basis(r)[:, None], basis(s)[:, None]
+        return np.moveaxis(((at_r @ self.field[piece]) * at_s).sum(axis=-1), 1, -1)
 
     def places(self, piece: IntArray, r: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The chart coordinates u and v at grids r (m, q) by s (m, q), each (m, q, q)."""
@@ -95,9 +94,9 @@ class Polynomials(Rows):
 
     def quarters(self, projection: Projection, region: Region, piece: IntArray) -> Polynomials:
         """The four quarters of some pieces, sampled again: those of the first piece, those of the second, ..."""
-        where = [(r, s) for r in basis(_HALVES) for s in basis(_HALVES)]
+        where = [(r, s) for r in _HALVES for s in _HALVES]
         u, v = (
-            np.stack([r @ values[piece] @ s.T for r, s in where], axis=1).reshape(-1, ORDER, ORDER)
+            np.stack([basis(r) @ values[piece] @ basis(s).T for r, s in where], axis=1).reshape(-1, ORDER, ORDER)
             for values in (self.u, self.v)
         )
         patch, n = np.repeat(self.patch[piece], 4), 4 * len(piece)
@@ -127,12 +126,8 @@ def polynomials_of(nodes: Pieces, H: FloatArray, clipped: BoolArray) -> Polynomi
 
 
 def basis(t: FloatArray) -> FloatArray:
-    """The matrix (..., p) from values at the nodes to the polynomial's values at t (...): Lagrange's polynomials."""
-    gaps = np.subtract.outer(t, NODES)
-    products = np.ones_like(gaps)
-    np.multiply.accumulate(gaps[..., :-1], axis=-1, out=products[..., 1:])
-    products[..., :-1] *= np.multiply.accumulate(gaps[..., :0:-1], axis=-1)[..., ::-1]
-    return products / _AT_NODES
+    """The matrix (..., p) from values at the nodes to the polynomial's values at t (...)."""
+    return np.polynomial.legendre.legvander(t, ORDER - 1) @ LEGENDRE
 
 
 # ---- quadratics ----------------------------------------------------------------------------------

@@ -340,7 +340,7 @@ class _Search:
 
     def _values(self, goal: Goal, piece: IntArray) -> FloatArray:
         """A goal at the nodes (n, p, p) of pieces."""
-        return goal.of(self.pieces.field[piece].transpose(0, 2, 3, 1))
+        return goal.of(np.moveaxis(self.pieces.field[piece], 1, -1))
 
     def _trusted(self, piece: IntArray) -> BoolArray:
         """True if the polynomials of pieces can be trusted, despite noise and PROJ's snapping to singular points."""
@@ -488,11 +488,11 @@ def _within_steps(values: FloatArray) -> FloatArray:
     bound = values.copy()
     for axis in (1, 2):
         with np.errstate(invalid="ignore"):
-            step = np.diff(values, axis=axis).swapaxes(axis, 0)
+            step = np.moveaxis(np.diff(values, axis=axis), axis, 0)
         nothing = np.full((1, *step.shape[1:]), np.nan)
         # By how much a node is above the next one and the one before.
         drops = np.stack([np.append(-step, nothing, axis=0), np.append(nothing, step, axis=0)])
         known = np.isfinite(drops)
         peak = (~known | (drops >= 0.0)).all(axis=0)
-        bound += np.where(peak, np.where(known, drops, 0.0).max(axis=0), 0.0).swapaxes(0, axis)
+        bound += np.moveaxis(np.where(peak, np.where(known, drops, 0.0).max(axis=0), 0.0), 0, axis)
     return np.asarray(bound.max(axis=(1, 2)))

@@ -12,7 +12,7 @@ from projdist._typing import ArrayLike, FloatArray, NDArray
 from projdist.matrices.flexion import flexion, skewness
 from projdist.support import Registry, check_numbers, quoted
 
-_SHORT, _LONG = 1e-145, 1e150  # squares of lengths between these have all their digits
+_SMALL, _LARGE = 1e-290, 1e300  # squares between these have all their digits
 _DEGREES = 180.0 / np.pi
 _CHUNK = 8192  # Jacobians at a time, so that results stay in the cache
 
@@ -77,10 +77,11 @@ def _principal(J: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _length(x: FloatArray, y: FloatArray) -> FloatArray:
     """sqrt(x^2 + y^2), ten times faster than by `np.hypot`, which is used where squares are out of range."""
     with np.errstate(over="ignore", under="ignore"):
-        length: FloatArray = np.asarray(np.sqrt(x * x + y * y))
-    plain = (length > _SHORT) & (length < _LONG)
-    if not plain.all():
-        np.hypot(x, y, out=length, where=~plain)
+        square = x * x + y * y
+    length: FloatArray = np.asarray(np.sqrt(square))
+    odd = (square < _SMALL) | (square > _LARGE)
+    if np.any(odd):
+        np.hypot(x, y, out=length, where=odd)
     return length
 
 
@@ -91,7 +92,7 @@ def _log(value: FloatArray) -> FloatArray:
 
 def _where(defined: NDArray[np.bool_], value: FloatArray) -> FloatArray:
     """The values where they are defined, else NaN."""
-    return value if defined.all() else np.where(defined, value, np.nan)
+    return value if np.all(defined) else np.where(defined, value, np.nan)
 
 
 def _angle(y: FloatArray, x: FloatArray) -> FloatArray:
