@@ -39,10 +39,10 @@ NEEDED_PARAMETERS: dict[str, str] = {
 }
 """Example parameters of PROJ ids that PROJ refuses without them, at least on a sphere."""
 
-WORDS = {row["kind"]: frozenset(row["words"].split()) for row in earth.data_rows("words.csv")}
-"""Words of PROJ, WKT and PROJJSON by what they are, from PROJ's source and the strings in its library."""
+KEYWORDS = {row["kind"]: frozenset(row["words"].split()) for row in earth.data_rows("keywords.csv")}
+"""Keywords of PROJ, WKT and PROJJSON by what they are, from PROJ's source and the strings in its library."""
 
-NOT_MAPS = WORDS["no map"]
+NOT_MAPS = KEYWORDS["no map"]
 """PROJ operations that are not map projections."""
 
 NOT_IN_METRES = {

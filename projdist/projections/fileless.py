@@ -16,7 +16,7 @@ from pyproj.database import get_authorities
 from pyproj.datadir import get_data_dir
 
 from projdist.projections import proj_strings
-from projdist.projections.catalogue import WORDS
+from projdist.projections.catalogue import KEYWORDS
 from projdist.projections.crs import WktNode, form_of, parse_wkt, with_spaces
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.projection import named_map
@@ -24,7 +24,7 @@ from projdist.support import close_words, shown
 
 _NUMBER = r"[+-]?(?:\d+(?:_\d+)*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _OF_CRSS = frozenset("datum geoid_crs no_defs pm type vunits wktext".split())
-_PLAIN = proj_strings.KEYS | proj_strings.ELLIPSOID_KEYS | WORDS["step"] | _OF_CRSS
+_PLAIN = proj_strings.KEYS | proj_strings.ELLIPSOID_KEYS | KEYWORDS["step"] | _OF_CRSS
 """Parameters whose values are numbers or words."""
 
 _TOKEN = re.compile(r"\+?([A-Za-z]\w*)(?:=(\S+))?", re.ASCII)
@@ -41,8 +41,8 @@ _URN = re.compile(
     r"urn:[\w-]+:def:crs[,:][\w.,:-]*|https?://www\.opengis\.net/(?:def/crs|gml/srs)/[\w./#-]*", re.I | re.ASCII
 )
 
-_CRSS = WORDS["WKT CRS"]
-_KEYWORDS = _CRSS | WORDS["WKT"]
+_CRSS = KEYWORDS["WKT CRS"]
+_IN_WKT = _CRSS | KEYWORDS["WKT"]
 _QUOTED = re.compile(r'"(?:[^"]|"")*"')
 _BARE_WKT = re.compile(r"[\w.,+\-:\s\[\]()\"]*", re.ASCII)
 _LOOSE_QUOTE = re.compile(r'[^\[(,\s]\s*""|""\s*[^\])\],\s]')  # a quoted text with something beside it
@@ -106,11 +106,11 @@ def _is_plain(token: str) -> bool:
     key, value = found[1], found[2]
     if key == "nadgrids":
         return value == "@null"  # PROJ's word for no grid
-    if key in ("proj", "o_proj") and value in WORDS["reader"]:
+    if key in ("proj", "o_proj") and value in KEYWORDS["reader"]:
         return False
     if value is None:
         return key in _PLAIN
-    if key in WORDS["list"] and _LIST.fullmatch(value):
+    if key in KEYWORDS["list"] and _LIST.fullmatch(value):
         return True
     if key == "to_meter" and _RATIO.fullmatch(value):
         return True
@@ -150,7 +150,7 @@ def _in_wkt(text: str) -> str:
 
 
 def _in_node(node: WktNode) -> str:
-    if node.keyword not in _KEYWORDS:
+    if node.keyword not in _IN_WKT:
         return f"{node.keyword}[{', '.join(node.values)}]"
     if node.keyword == "EXTENSION":
         is_string = len(node.values) == 2 and node.name.upper() == "PROJ4"
@@ -174,7 +174,7 @@ def _in_json(text: str) -> str:
     if "init" in value:
         return "init"
     for inside, key, one in _members(value, text):
-        if (key == "value" and inside == "parameters") or (key == "type" and one not in WORDS["PROJJSON"]):
+        if (key == "value" and inside == "parameters") or (key == "type" and one not in KEYWORDS["PROJJSON"]):
             return one or key
         if found := _in_method(one) if inside == "method" else _in_remark(one):
             return found

@@ -18,7 +18,7 @@ from projdist.projections.operations import Parts, Pipeline, transform
 from projdist.support import close_words, did_you_mean, listed, shown, tell
 
 ANGLES, NUMBERS, WHOLE_NUMBERS, FLAGS, TEXTS, ELLIPSOID_KEYS = (
-    catalogue.WORDS[kind] for kind in ("angle", "number", "whole number", "flag", "text", "ellipsoid")
+    catalogue.KEYWORDS[kind] for kind in ("angle", "number", "whole number", "flag", "text", "ellipsoid")
 )
 KEYS = ANGLES | NUMBERS | WHOLE_NUMBERS | FLAGS | TEXTS
 """Parameters of maps, of any of the types that PROJ reads."""

@@ -40,7 +40,7 @@ _POLE = "lat_0=90"  # of maps centred on a pole
 _NEAR = 1e-3  # degrees from a centre, to find the direction of north
 _ALMOST = 1e-3  # relative to that step: rounding is 1e-10, tilted meridians far more
 
-WITH_LATITUDE = catalogue.WORDS["with latitude"]
+WITH_LATITUDE = catalogue.KEYWORDS["with latitude"]
 """Operations with a lat_0 of their own that centres a point."""
 
 
